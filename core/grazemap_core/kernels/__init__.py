@@ -1,0 +1,1 @@
+"""Compiled kernels: arrays in, values and a status out; they never raise."""

@@ -1,0 +1,172 @@
+"""How a result travels: one nested document of arrays and records, as npz or as JSON.
+
+A document is a dict with string keys. A value is a numpy array, a plain scalar (bool, int, float, str, None), a
+nested document, or a list of records (dicts of one kind, whose fields may be missing in some of them, and whose
+values may be scalars, lists of scalars or lists of records). A list of scalars on its own is a numpy array.
+
+npz: nested names are joined by dots. A list of records is stored by columns; a field that is missing in some
+records, or is a list, is ragged: ``name.values`` and ``name.offsets``, the entries of record i being
+``values[offsets[i]:offsets[i + 1]]``. ``meta`` is a JSON string. The same document gives the same bytes.
+JSON: NaN and infinities are null.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import zipfile
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Document = dict[str, Any]
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+class CodecError(ValueError):
+    """The bytes are not a result that this version can read."""
+
+
+def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
+    """Return a document and its meta as the bytes of a compressed npz file (no pickles in it)."""
+    arrays: dict[str, NDArray[Any]] = {}
+    shape: dict[str, str] = {}  # names that are not plain arrays: scalar, optional, list, records, none
+    for key, value in document.items():
+        _flatten(key, value, arrays, shape)
+    full = {**meta, "structure": shape}
+    arrays["meta"] = np.array(json.dumps(full, sort_keys=True, separators=(",", ":"), allow_nan=False))
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        for name in sorted(arrays):
+            member = zipfile.ZipInfo(name + ".npy", date_time=_EPOCH)
+            member.compress_type = zipfile.ZIP_DEFLATED
+            with archive.open(member, "w") as stream:
+                np.lib.format.write_array(stream, np.asanyarray(arrays[name], order="C"), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
+    """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        meta: dict[str, Any] = json.loads(str(arrays.pop("meta")))
+        shape: dict[str, str] = meta.pop("structure")
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise CodecError("not a grazemap result") from error
+    document: Document = {}
+    for name in sorted({*arrays, *shape}):
+        if not any(_is_below(name, other, shape) for other in shape):
+            _place(document, name, _unflatten(name, arrays, shape))
+    return document, meta
+
+
+def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
+    """Return a document and its meta as one JSON object."""
+    return json.dumps(
+        {**{key: _jsonable(value) for key, value in document.items()}, "meta": _jsonable(dict(meta))},
+        separators=(",", ":"),
+        allow_nan=False,
+    ).encode()
+
+
+def _flatten(name: str, value: Any, arrays: dict[str, NDArray[Any]], shape: dict[str, str]) -> None:
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            _flatten(f"{name}.{key}", item, arrays, shape)
+    elif isinstance(value, list):
+        shape[name] = "records"
+        arrays[f"{name}.count"] = np.array(len(value))
+        for key in sorted({key for record in value for key in record}):
+            _flatten_column(f"{name}.{key}", [record.get(key) for record in value], arrays, shape)
+    elif value is None:
+        shape[name] = "none"
+    else:
+        shape[name] = "scalar"
+        arrays[name] = np.array(value)
+
+
+def _flatten_column(name: str, column: list[Any], arrays: dict[str, NDArray[Any]], shape: dict[str, str]) -> None:
+    if any(isinstance(item, list) for item in column):
+        rows = [item or [] for item in column]
+        shape[name] = "list"
+    elif any(item is None for item in column):
+        rows = [[] if item is None else [item] for item in column]
+        shape[name] = "optional"
+    else:
+        arrays[name] = np.array(column)
+        return
+    arrays[f"{name}.offsets"] = np.cumsum([0, *(len(row) for row in rows)], dtype=np.int64)
+    values = [item for row in rows for item in row]
+    if values and isinstance(values[0], dict):
+        _flatten(f"{name}.values", values, arrays, shape)
+    else:
+        arrays[f"{name}.values"] = np.array(values)
+
+
+def _is_below(name: str, other: str, shape: Mapping[str, str]) -> bool:
+    return shape[other] == "records" and name.startswith(other + ".")
+
+
+def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> Any:
+    kind = shape.get(name)
+    if kind is None:
+        return arrays[name]
+    if kind == "none":
+        return None
+    if kind == "scalar":
+        return arrays[name].item()
+    if kind == "records":
+        return _records(name, arrays, shape)
+    raise CodecError(f"unknown structure {kind!r}")
+
+
+def _records(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[dict[str, Any]]:
+    count = int(arrays[f"{name}.count"])
+    prefix = name + "."
+    fields = {key[len(prefix) :].split(".")[0] for key in {*arrays, *shape} if key.startswith(prefix)} - {"count"}
+    columns = {field: _column(prefix + field, arrays, shape) for field in fields}
+    return [{field: columns[field][i] for field in sorted(columns)} for i in range(count)]
+
+
+def _column(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[Any]:
+    kind = shape.get(name)
+    if kind is None:
+        plain: list[Any] = arrays[name].tolist()
+        return plain
+    offsets = arrays[f"{name}.offsets"]
+    nested = shape.get(f"{name}.values") == "records"
+    values = _records(f"{name}.values", arrays, shape) if nested else arrays[f"{name}.values"].tolist()
+    rows = [values[a:b] for a, b in pairwise(offsets)]
+    if kind == "optional":
+        return [row[0] if row else None for row in rows]
+    return rows
+
+
+def _place(document: Document, name: str, value: Any) -> None:
+    *parents, leaf = name.split(".")
+    for parent in parents:
+        document = document.setdefault(parent, {})
+    document[leaf] = value
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind == "f" and not np.isfinite(value).all():
+            return _jsonable(value.tolist())
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _jsonable(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_jsonable(item) for item in value]
+    if isinstance(value, np.generic):
+        return _jsonable(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

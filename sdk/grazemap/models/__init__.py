@@ -1,0 +1,58 @@
+"""The wire models: the one place that says what travels between client, service and worker."""
+
+from grazemap.models.canonical import canonical, job_id
+from grazemap.models.job import (
+    FINISHED,
+    Estimate,
+    Job,
+    JobList,
+    Link,
+    Motion,
+    Problem,
+    ProblemError,
+    Progress,
+    Status,
+    motion_label,
+)
+from grazemap.models.oscillator import Oscillator
+from grazemap.models.ranges import Grid, Interval, Range, grid_points, grid_values
+from grazemap.models.requests import (
+    PROCESSES,
+    CodimensionTwoPointsRequest,
+    GrazingCurvesRequest,
+    InitialState,
+    ProcessRequest,
+    TrajectoriesRequest,
+    UnfoldingMapsRequest,
+    parse_request,
+)
+
+__all__ = [
+    "FINISHED",
+    "PROCESSES",
+    "CodimensionTwoPointsRequest",
+    "Estimate",
+    "GrazingCurvesRequest",
+    "Grid",
+    "InitialState",
+    "Interval",
+    "Job",
+    "JobList",
+    "Link",
+    "Motion",
+    "Oscillator",
+    "Problem",
+    "ProblemError",
+    "ProcessRequest",
+    "Progress",
+    "Range",
+    "Status",
+    "TrajectoriesRequest",
+    "UnfoldingMapsRequest",
+    "canonical",
+    "grid_points",
+    "grid_values",
+    "job_id",
+    "motion_label",
+    "parse_request",
+]

@@ -1,0 +1,69 @@
+"""The mechanical system: a chain of masses whose first one moves between two symmetric rigid stops."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from grazemap.models.base import Float, Listable, NonNegative, Positive, Request, invalid
+
+
+def _damping_tag(value: Any) -> str:
+    return "[per link]" if isinstance(value, list | tuple) or hasattr(value, "__len__") else "[proportional]"
+
+
+Damping = Annotated[
+    Annotated[NonNegative, Tag("[proportional]")]
+    | Annotated[list[NonNegative], Listable, Field(min_length=1), Tag("[per link]")],
+    Discriminator(_damping_tag),
+]
+
+
+class Oscillator(Request):
+    """A chain of N masses; mass 1 moves between the stops A (+clearance) and C (-clearance).
+
+    ``M x'' + C x' + K x = f sin(omega t + phase)`` for ``|x1| < clearance``, and ``v1 -> -restitution v1`` at a
+    stop; link i joins mass i to mass i + 1, the last one to ground (equations (1), (3); the impact law (2), (4)
+    is on mass 1). The defaults are the paper's example.
+
+    Parameters
+    ----------
+    units : {"nondimensional", "SI"}
+        Numbers are taken as they are in either case; nothing is rescaled.
+    masses, stiffnesses : sequence of N floats, each > 0
+        kg and N/m in SI.
+    damping : float >= 0, or a sequence of N floats >= 0
+        One number is gamma of the proportional damping ``C = 2 gamma K`` (seconds in SI). A list has one entry
+        per link: zeta_i, each link's coefficient being ``2 zeta_i`` (nondimensional), or the coefficients c_i
+        themselves in N s/m (SI).
+    forcing : sequence of N floats
+        Amplitudes f; N in SI.
+    restitution : float in [0, 1]
+    """
+
+    units: Literal["nondimensional", "SI"] = "nondimensional"
+    masses: Annotated[list[Positive], Listable, Field(min_length=1)] = [1.0, 10.0, 10.0]
+    stiffnesses: Annotated[list[Positive], Listable, Field(min_length=1)] = [1.0, 5.0, 5.0]
+    damping: Damping = 0.05
+    forcing: Annotated[list[Float], Listable, Field(min_length=1)] = [1.0, 0.0, 0.0]
+    restitution: Annotated[float, Listable, Field(ge=0, le=1)] = 0.8
+
+    @model_validator(mode="after")
+    def _lengths_agree(self) -> Oscillator:
+        count = len(self.masses)
+        lists = {"stiffnesses": self.stiffnesses, "forcing": self.forcing}
+        if isinstance(self.damping, list):
+            lists["damping"] = self.damping
+        for name, values in lists.items():
+            if len(values) != count:
+                raise invalid(
+                    f"{name} has {len(values)} numbers and masses has {count}",
+                    "masses, stiffnesses, forcing and a list of dampings of one length",
+                )
+        return self
+
+    @property
+    def size(self) -> int:
+        """Number of masses N."""
+        return len(self.masses)

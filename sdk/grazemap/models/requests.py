@@ -1,0 +1,99 @@
+"""One request model per process, and the table of them.
+
+A model is validated by the service, parsed by the worker and built by the client; its canonical text
+(`canonical.py`) is what a job's id is made from. To add a process, add its model here and to PROCESSES.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from grazemap.models.base import Float, Listable, Positive, Request, invalid
+from grazemap.models.oscillator import Oscillator
+from grazemap.models.ranges import Grid, Interval
+
+Order = Annotated[int, Listable, Field(ge=1, le=200)]
+Multiple = Annotated[int, Listable, Field(ge=1, le=100)]
+Count = Annotated[int, Listable, Field(ge=1)]
+
+
+class ProcessRequest(Request):
+    """What the requests of all processes share."""
+
+    oscillator: Oscillator = Oscillator()
+
+
+class GrazingCurvesRequest(ProcessRequest):
+    """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19))."""
+
+    omega: Grid
+    max_order: Order = 8
+
+
+class CodimensionTwoPointsRequest(ProcessRequest):
+    """Every codimension-two point of the grazing curve over an interval of omega (equations (42), (45), (57), (58))."""
+
+    omega: Interval
+    max_order: Order = 8
+    max_multiple: Multiple = 4
+
+
+class InitialState(Request):
+    """Where a trajectory starts; left out: at rest in the middle, forcing phase 0."""
+
+    displacement: Annotated[list[Float], Listable] | None = None
+    velocity: Annotated[list[Float], Listable] | None = None
+    phase: Float = 0.0
+
+
+class TrajectoriesRequest(ProcessRequest):
+    """One trajectory, every impact exact."""
+
+    omega: Positive
+    clearance: Positive
+    initial: InitialState = InitialState()
+    periods: Count
+    transient_periods: Annotated[int, Listable, Field(ge=0)] = 0
+    samples_per_period: Annotated[int, Listable, Field(ge=1, le=100_000)] = 200
+
+    @model_validator(mode="after")
+    def _initial_state_fits(self) -> TrajectoriesRequest:
+        count = self.oscillator.size
+        for name in ("displacement", "velocity"):
+            values = getattr(self.initial, name)
+            if values is not None and len(values) != count:
+                raise invalid(
+                    f"initial.{name} has {len(values)} numbers and the oscillator has {count} masses",
+                    "one number per mass",
+                )
+        if self.initial.displacement is not None and abs(self.initial.displacement[0]) > self.clearance:
+            raise invalid("initial.displacement of mass 1 lies outside the stops", "|displacement[0]| <= clearance")
+        return self
+
+
+class UnfoldingMapsRequest(ProcessRequest):
+    """The motion that each point of a rectangle of (omega, clearance) settles to."""
+
+    omega: Grid
+    clearance: Grid
+    policy: Literal["rest"] = "rest"
+    max_periods: Annotated[int, Listable, Field(ge=1, le=1_000_000)] = 1000
+    max_period: Annotated[int, Listable, Field(ge=1, le=256)] = 32
+    # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
+    initial_conditions: Annotated[Count, Field(exclude=True)] = 16
+    seed: Annotated[int, Listable, Field(ge=0, exclude=True)] = 0
+
+
+PROCESSES: dict[str, type[ProcessRequest]] = {
+    "grazing-curves": GrazingCurvesRequest,
+    "codimension-two-points": CodimensionTwoPointsRequest,
+    "trajectories": TrajectoriesRequest,
+    "unfolding-maps": UnfoldingMapsRequest,
+}
+
+
+def parse_request(process: str, body: dict[str, Any]) -> ProcessRequest:
+    """Validate a request body. KeyError: no such process; pydantic.ValidationError: bad values."""
+    return PROCESSES[process].model_validate(body)

@@ -1,0 +1,1 @@
+"""One router per process, and those of jobs, results and health."""
