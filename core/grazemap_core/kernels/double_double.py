@@ -1,0 +1,52 @@
+"""Arithmetic with unevaluated sums of two doubles: about 32 digits, from error-free transformations.
+
+Flows in: pairs (high, low) with ``|low| <= ulp(high)/2``. Flows out: the same. Nothing here relies on a fused
+multiply-add, and fast-math must stay off where it is used. Products must not overflow when split (|a| < 1e300).
+
+References
+----------
+Dekker, Numerische Mathematik 18 (1971) 224-242; Hida, Li & Bailey, ARITH-15 (2001) 155-162.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+SPLITTER = 134217729.0  # 2**27 + 1: halves a 53-bit significand
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def two_sum(a: float, b: float) -> tuple[float, float]:
+    """Return ``s, e`` with ``s + e = a + b`` exactly and s the rounded sum."""
+    total = a + b
+    virtual = total - a
+    return total, (a - (total - virtual)) + (b - virtual)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def two_prod(a: float, b: float) -> tuple[float, float]:
+    """Return ``p, e`` with ``p + e = a b`` exactly and p the rounded product."""
+    product = a * b
+    shifted = SPLITTER * a
+    a_high = shifted - (shifted - a)
+    a_low = a - a_high
+    shifted = SPLITTER * b
+    b_high = shifted - (shifted - b)
+    b_low = b - b_high
+    return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def dd_add(a_high: float, a_low: float, b_high: float, b_low: float) -> tuple[float, float]:
+    """Return the sum of two pairs, to about 2**-104 of the larger one also under cancellation."""
+    high, error = two_sum(a_high, b_high)
+    low, low_error = two_sum(a_low, b_low)
+    high, error = two_sum(high, error + low)
+    return two_sum(high, error + low_error)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def dd_scale(a_high: float, a_low: float, factor: float) -> tuple[float, float]:
+    """Return a pair times a double."""
+    high, error = two_prod(a_high, factor)
+    return two_sum(high, error + a_low * factor)
