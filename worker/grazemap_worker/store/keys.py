@@ -1,0 +1,45 @@
+"""The names under which things lie in Redis, and the numbers that bound them.
+
+All keys share one prefix, so that a Redis can hold other things beside grazemap's:
+
+    job:<id>            hash: the record (process, request, plan, status, times, problem, counters)
+    job:<id>:tiles      hash: tile number -> bytes of the finished tile
+    job:<id>:claims     hash: tile number -> "holder|seconds since the epoch"
+    job:<id>:failures   hash: "<tile>:<kind>" -> how often
+    job:<id>:events     stream: progress, tile, done
+    jobs, status:<s>    sorted sets of ids by sequence number, all of them and one per status
+    unfinished          hash: id -> tiles that remain, of accepted and running jobs
+    result:<id>:<f>     string: npz bytes; f is the fingerprint of the numerics that made it
+    results...          the least-recently-used order, sizes and total of the results
+    worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
+    workers             hash: name -> description
+"""
+
+PREFIX = "grazemap:"
+QUEUE_PREFIX = "grazemap:"
+
+# The number of the step that puts a map together once its tiles are done.
+ASSEMBLY = -1
+
+# Tries at a tile before its job fails. An exception will most likely come back, a lost worker will not.
+MOST_EXCEPTIONS = 3
+MOST_LOST = 10
+
+# Job records that are kept; over it the oldest finished ones are forgotten, results included.
+MOST_RECORDS = 10_000
+# Tiles of a map that is whole are still there for clients that followed it tile by tile, then only the result is.
+TILES_KEPT_AFTER_SUCCESS = 600
+# Tiles of a failed job are there when it is asked again.
+TILES_KEPT_AFTER_FAILURE = 86_400
+# A job stays bound to a fingerprint whose workers are all gone for this long, in seconds.
+FINGERPRINT_REMEMBERED = 60
+
+
+def job_key(job_id: str, part: str = "") -> str:
+    """Return the key of a job's record, or of one of its parts (tiles, claims, failures, events)."""
+    return f"{PREFIX}job:{job_id}:{part}" if part else f"{PREFIX}job:{job_id}"
+
+
+def queue_name(fingerprint: str) -> str:
+    """Return the name of the queue that workers with this fingerprint listen to."""
+    return QUEUE_PREFIX + fingerprint

@@ -1,0 +1,32 @@
+-- ARGV: prefix, id, data, fingerprint, etag, byte budget, seconds to keep the tiles.
+-- Returns 1, or 0 when the job is not waiting for this result. Evicts the least recently used results over budget.
+local id, size = ARGV[2], string.len(ARGV[3])
+local status = get(id, 'status')
+if not (status and unfinished(status)) or get(id, 'fingerprint') ~= ARGV[4] then
+  return 0
+end
+local name = result_key(id)
+if redis.call('EXISTS', name) == 1 then
+  drop_result(name)
+end
+redis.call('SET', name, ARGV[3])
+redis.call('ZADD', key('results'), redis.call('INCR', key('clock')), name)
+redis.call('HSET', key('results', 'sizes'), name, size)
+local bytes = redis.call('INCRBY', key('results', 'bytes'), size)
+while bytes > tonumber(ARGV[6]) do
+  local oldest = redis.call('ZRANGE', key('results'), 0, 0)[1]
+  if oldest == name then
+    break
+  end
+  drop_result(oldest)
+  bytes = tonumber(redis.call('GET', key('results', 'bytes')))
+end
+local total = number(id, 'total')
+redis.call('HSET', key('job', id), 'size', size, 'etag', ARGV[5], 'done', total)
+if get(id, 'unit') == 'steps' then
+  redis.call('HSET', key('job', id), 'steps_done', number(id, 'steps_total'))
+end
+redis.call('HDEL', key('job', id), 'eta')
+progress_event(id)
+finish(id, 'successful', tonumber(ARGV[7]))
+return 1

@@ -1,0 +1,160 @@
+"""How a request is cut into tiles, and what it is expected to cost.
+
+A plan is a pure function of the request: the service makes it (without the core), the worker reads it. Only maps
+have more than one tile. A map's grid is cut into equal rectangles (the last ones smaller) that should take
+`TILE_SECONDS` each; the bytes of a result do not depend on the cut.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from grazemap.models import (
+    CodimensionTwoPointsRequest,
+    Estimate,
+    GrazingCurvesRequest,
+    Oscillator,
+    ProcessRequest,
+    TrajectoriesRequest,
+    UnfoldingMapsRequest,
+    grid_points,
+    grid_values,
+)
+
+# Forcing periods of the default oscillator that one core simulates in a second, with certified contacts and the
+# classification of the motion. `python -m grazemap_worker.measure` prints the figure of the machine it runs on.
+PERIODS_PER_SECOND = 1.0e5
+# A settled pixel stops early, an unsettled one goes on to max_periods: about this many on average at most.
+PERIODS_PER_PIXEL = 250
+# |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
+REFERENCE_STIFFNESS = 10.0
+TILE_SECONDS = 2.0
+# One sample of a grazing curve with its recurrence, per order looked at; one order or multiple over one unit of omega.
+CURVE_SECONDS = 2.0e-6
+POINTS_SECONDS = 0.05
+
+Tile = tuple[int, int, int, int]
+
+
+class Plan(BaseModel):
+    """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`."""
+
+    model_config = ConfigDict(frozen=True)
+
+    rows: int = 1
+    columns: int = 1
+    tile_rows: int = 1
+    tile_columns: int = 1
+    estimate: Estimate = Estimate()
+
+    @property
+    def down(self) -> int:
+        """Number of tiles along clearance."""
+        return -(-self.rows // self.tile_rows)
+
+    @property
+    def across(self) -> int:
+        """Number of tiles along omega."""
+        return -(-self.columns // self.tile_columns)
+
+    @property
+    def count(self) -> int:
+        """Number of tiles."""
+        return self.down * self.across
+
+    def tile(self, index: int) -> Tile:
+        """Return (row_start, row_stop, col_start, col_stop) of a tile in the grid [clearance, omega].
+
+        Raises
+        ------
+        IndexError
+            There is no such tile.
+        """
+        if not 0 <= index < self.count:
+            raise IndexError(index)
+        row = index // self.across * self.tile_rows
+        column = index % self.across * self.tile_columns
+        return row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns)
+
+    @property
+    def tiles(self) -> list[Tile]:
+        """All tiles, row by row; a list position is a tile's number."""
+        return [self.tile(index) for index in range(self.count)]
+
+
+def plan(process: str, request: ProcessRequest) -> Plan:
+    """Return the tiles of a request and its estimate.
+
+    Raises
+    ------
+    KeyError
+        There is no such process.
+    """
+    match request:
+        case UnfoldingMapsRequest():
+            return _map_plan(request)
+        case TrajectoriesRequest():
+            periods = float(request.transient_periods + request.periods)
+            cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
+            return Plan(estimate=Estimate(periods=periods, seconds=periods * cost / PERIODS_PER_SECOND))
+        case GrazingCurvesRequest():
+            seconds = grid_points(request.omega) * (1 + request.max_order) * request.oscillator.size * CURVE_SECONDS
+            return Plan(estimate=Estimate(seconds=seconds))
+        case CodimensionTwoPointsRequest():
+            work = (request.max_order + 2 * request.max_multiple) * (1 + request.omega.stop - request.omega.start)
+            return Plan(estimate=Estimate(seconds=work * request.oscillator.size * POINTS_SECONDS))
+    raise KeyError(process)
+
+
+def spectral_bound(oscillator: Oscillator) -> float:
+    """Return an upper bound of |lambda| over the eigenvalues of M x'' + C x' + K x = 0.
+
+    With nu and mu the largest absolute row sums of M^-1 C and M^-1 K (Gershgorin), lambda^2 <= nu lambda + mu.
+    """
+    masses = np.array(oscillator.masses)
+    stiffness_rows = _row_sums(np.array(oscillator.stiffnesses)) / masses
+    mu = float(stiffness_rows.max())
+    if isinstance(oscillator.damping, list):
+        factor = 2.0 if oscillator.units == "nondimensional" else 1.0
+        nu = float((factor * _row_sums(np.array(oscillator.damping)) / masses).max())
+    else:
+        nu = 2.0 * oscillator.damping * mu
+    return 0.5 * (nu + math.hypot(nu, 2.0 * math.sqrt(mu)))
+
+
+def period_costs(
+    oscillator: Oscillator, omega: np.ndarray[tuple[int], np.dtype[np.float64]]
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Return what a forcing period costs at each omega, shape (n,), in periods of the default oscillator, >= 1."""
+    stiffness = spectral_bound(oscillator) * 2.0 * math.pi / omega
+    return np.maximum(1.0, stiffness / REFERENCE_STIFFNESS)
+
+
+def _row_sums(links: np.ndarray[tuple[int], np.dtype[np.float64]]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Absolute row sums of a chain's matrix: link i joins mass i to mass i + 1, the last one to ground."""
+    before = np.concatenate(([0.0], links[:-1]))
+    after = np.concatenate((links[:-1], [0.0]))
+    return 2.0 * (before + after) + np.concatenate((np.zeros(len(links) - 1), links[-1:]))
+
+
+def _map_plan(request: UnfoldingMapsRequest) -> Plan:
+    rows, columns = grid_points(request.clearance), grid_points(request.omega)
+    cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
+    periods_per_pixel = min(request.max_periods, PERIODS_PER_PIXEL)
+    pixel_seconds = periods_per_pixel * cost / PERIODS_PER_SECOND
+    side = max(1, math.isqrt(max(1, round(TILE_SECONDS / pixel_seconds))))
+    # A narrow grid: what the tile cannot have in one direction it gets in the other.
+    tile_columns = _even(columns, side * max(1, side // rows))
+    tile_rows = _even(rows, side * max(1, side // columns))
+    pixels = rows * columns
+    shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
+    estimate = Estimate(periods=float(pixels) * periods_per_pixel, tiles=shape.count, seconds=pixels * pixel_seconds)
+    return shape.model_copy(update={"estimate": estimate})
+
+
+def _even(length: int, longest: int) -> int:
+    """Return the length of equal pieces, none longer than `longest`, that a length is cut into."""
+    return -(-length // -(-length // min(length, longest)))

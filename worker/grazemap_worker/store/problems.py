@@ -1,0 +1,43 @@
+"""The problems that a failed job carries, as problem details after RFC 9457; nothing internal is in them."""
+
+from __future__ import annotations
+
+from grazemap.models import Problem, ProblemError
+from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST
+from grazemap_worker.store.plan import Plan
+from grazemap_worker.store.records import FailureKind
+
+TYPE_PREFIX = "urn:grazemap:problem:"
+
+
+def refused_problem(detail: str, field: str | None = None) -> Problem:
+    """Return the problem of a request that the core cannot compute: asking again will not help.
+
+    `detail` and `field` are the core's own words about the physics (CoreError), which name no internals.
+    """
+    errors = [ProblemError(pointer="/" + field.replace(".", "/"), detail=detail)] if field else []
+    return Problem(
+        type=TYPE_PREFIX + "computation-refused",
+        title="Computation refused",
+        status=422,
+        detail=detail,
+        errors=errors,
+    )
+
+
+def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
+    """Return the problem of a job one of whose tiles failed too often; it says which part of the grid that was."""
+    if tile == ASSEMBLY:
+        where = "putting the finished tiles together"
+    elif plan.count == 1:
+        where = "the computation"
+    else:
+        row_start, row_stop, column_start, column_stop = plan.tile(tile)
+        where = f"tile {tile} (clearance {row_start}:{row_stop}, omega {column_start}:{column_stop} of the grid)"
+    if kind == "exception":
+        name, title = "computation-failed", "Computation failed"
+        detail = f"{where} failed {MOST_EXCEPTIONS} times; the worker's log has the reason."
+    else:
+        name, title = "worker-lost", "Worker lost"
+        detail = f"{where} lost its worker {MOST_LOST} times, most likely for want of memory."
+    return Problem(type=TYPE_PREFIX + name, title=title, status=500, detail=detail[0].upper() + detail[1:])

@@ -1,0 +1,49 @@
+"""Results: whole npz files, content-addressed, the least recently used ones forgotten over a byte budget.
+
+A result is a function of its request, the core version and the numerics fingerprint, which are all in its key;
+losing one costs time, never truth.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+from grazemap_worker.store.connection import Scripts
+from grazemap_worker.store.keys import TILES_KEPT_AFTER_SUCCESS
+from grazemap_worker.store.ledger import LedgerStore
+from grazemap_worker.store.records import ResultInfo
+
+
+class ResultStore(LedgerStore):
+    """What a finished job answers with."""
+
+    def __init__(self, scripts: Scripts, result_bytes: int) -> None:
+        super().__init__(scripts)
+        self._result_bytes = result_bytes
+
+    def commit_result(self, identity: str, data: bytes, fingerprint: str) -> bool:
+        """Store the whole result and end the job; the first writer wins.
+
+        Results that were used longest ago are dropped until all fit the byte budget, this one excepted.
+
+        Returns
+        -------
+        bool
+            Whether this call ended the job; False when it is finished, gone, or bound to other numerics.
+        """
+        etag = hashlib.sha256(data).hexdigest()
+        return bool(
+            self._scripts.run(
+                "commit_result", identity, data, fingerprint, etag, self._result_bytes, TILES_KEPT_AFTER_SUCCESS
+            )
+        )
+
+    def result(self, identity: str) -> bytes | None:
+        """Return the npz bytes of a job's result, or None when it has none (any more)."""
+        data: bytes | None = self._scripts.run("result", identity)
+        return data
+
+    def result_info(self, identity: str) -> ResultInfo | None:
+        """Return size and entity tag of a job's result without loading it, or None."""
+        answer = self._scripts.run("result_info", identity)
+        return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None
