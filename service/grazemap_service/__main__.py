@@ -1,0 +1,70 @@
+"""``python -m grazemap_service``: the HTTP service alone, configured by the environment (see `settings`).
+
+It listens on GRAZEMAP_HOST and GRAZEMAP_PORT, or on a socket that its parent opened (GRAZEMAP_FD), so that a
+restart keeps the address. It refuses to listen on anything but loopback without keys.
+"""
+
+from __future__ import annotations
+
+import socket
+import sys
+
+import uvicorn
+from pydantic import ValidationError
+
+from grazemap_service.app import create_app
+from grazemap_service.logs import configure, get_logger
+from grazemap_service.settings import Settings, SettingsError
+
+# Seconds for answers in progress when asked to stop; event streams do not end by themselves.
+GRACE_SECONDS = 2
+USAGE_ERROR = 2
+
+
+def main() -> int:
+    """Serve until SIGINT or SIGTERM; return the exit status."""
+    try:
+        settings = Settings()
+        listener = _listener(settings)
+    except (SettingsError, ValidationError) as error:
+        sys.stderr.write(f"grazemap_service: {_text(error)}\n")
+        return USAGE_ERROR
+    except OSError as error:
+        sys.stderr.write(f"grazemap_service: cannot listen: {error}\n")
+        return 1
+    configure(settings.log_level)
+    server = uvicorn.Server(
+        uvicorn.Config(
+            create_app(settings),
+            log_config=None,
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=GRACE_SECONDS,
+        )
+    )
+    get_logger().info("listening", address=str(listener.getsockname()))
+    server.run(sockets=[listener])
+    return 0 if server.started else 1
+
+
+def _listener(settings: Settings) -> socket.socket:
+    """Return the listening socket. Raises SettingsError when its address is exposed and there are no keys."""
+    if settings.fd is not None:
+        listener = socket.socket(fileno=settings.fd)
+        if listener.family != socket.AF_UNIX:
+            settings.check_exposed(listener.getsockname()[0])
+        return listener
+    settings.check_exposed(settings.host)
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    return socket.create_server((settings.host.strip("[]"), settings.port), family=family)
+
+
+def _text(error: SettingsError | ValidationError) -> str:
+    if isinstance(error, SettingsError):
+        return str(error)
+    # not the values: keys are among them
+    return "; ".join(f"GRAZEMAP_{str(item['loc'][0]).upper()}: {item['msg']}" for item in error.errors())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,75 @@
+"""The app factory: settings in, a FastAPI app out. Importing or building it loads neither the core nor numba."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from grazemap import __version__
+from grazemap_service import middleware, openapi, problems
+from grazemap_service.dependencies import Context
+from grazemap_service.metrics import Metrics
+from grazemap_service.observe import Observe
+from grazemap_service.representations import HotResults
+from grazemap_service.routers import (
+    codimension_two_points,
+    docs,
+    events,
+    grazing_curves,
+    health,
+    jobs,
+    results,
+    root,
+    trajectories,
+    unfolding_maps,
+)
+from grazemap_service.settings import Settings
+from grazemap_worker.store import Store, connect, core_version
+
+_ROUTERS = (
+    grazing_curves,
+    codimension_two_points,
+    trajectories,
+    unfolding_maps,
+    jobs,
+    events,
+    results,
+    root,
+    health,
+)
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """Return the service.
+
+    Parameters
+    ----------
+    settings : Settings, optional
+        Read from the environment when left out.
+
+    Notes
+    -----
+    Redis is not asked before the first request; it may come and go.
+    """
+    settings = settings or Settings()
+    connection = connect(settings.redis_url)
+    store = Store(connection, settings.result_bytes)
+    context = Context(settings, core_version(), store, Metrics(store), HotResults(settings.hot_bytes))
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        yield
+        connection.close()
+
+    app = FastAPI(title="grazemap", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app.state.context = context
+    problems.install(app)
+    middleware.install(app, settings)
+    app.add_middleware(Observe, metrics=context.metrics)
+    for module in _ROUTERS:
+        app.include_router(module.router)
+    docs.install(app)
+    openapi.install(app, keys=bool(settings.api_keys))
+    return app

@@ -1,0 +1,175 @@
+"""What every request passes before it reaches a router: host check, key, body limit, security headers.
+
+Plain ASGI classes, outermost first as `install` adds them. What they refuse they answer as problems themselves,
+without reading the body.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+from collections.abc import Sequence
+
+from fastapi import FastAPI
+from pydantic import SecretStr
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.middleware.cors import CORSMiddleware
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from grazemap_service.problems import ProblemException, response_of
+from grazemap_service.settings import Settings, is_loopback
+
+OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
+OPEN_PREFIX = "/static/"
+
+# Nothing but the docs page (which sets its own policy) is meant to be shown as a page.
+_SECURITY_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+}
+
+
+def install(app: FastAPI, settings: Settings) -> None:
+    """Give the app its middleware; the last one added is the outermost."""
+    app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
+    app.add_middleware(KeyCheck, keys=settings.api_keys)
+    if settings.cors_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=list(settings.cors_origins),
+            allow_methods=["GET", "HEAD", "POST", "DELETE"],
+            allow_headers=["Authorization", "Content-Type", "Prefer", "Last-Event-ID", "If-None-Match"],
+            expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
+        )
+    app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
+    app.add_middleware(SecurityHeaders)
+
+
+class SecurityHeaders:
+    """Adds headers that keep a browser from making more of an answer than it is."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on and add the headers to its answer."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in _SECURITY_HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self.app(scope, receive, with_headers)
+
+
+class HostCheck:
+    """Refuses a Host header that is not allowed, so that no page can reach the service through a name of its own.
+
+    ``*`` allows every host, ``*.example.org`` the names below example.org. Ports do not matter.
+    """
+
+    def __init__(self, app: ASGIApp, allowed: Sequence[str]) -> None:
+        self.app = app
+        self.allowed = {name.lower() for name in allowed}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it."""
+        if scope["type"] == "http" and not self._allows(Headers(scope=scope).get("host", "")):
+            problem = ProblemException(
+                "host-not-allowed", "The Host header is not allowed; the operator sets GRAZEMAP_ALLOWED_HOSTS."
+            )
+            await response_of(problem)(scope, receive, send)
+            return
+        await self.app(scope, receive, send)
+
+    def _allows(self, header: str) -> bool:
+        if "*" in self.allowed:
+            return True
+        name, _, port = header.lower().rpartition(":")
+        host = name if name and port.isdigit() else header.lower()
+        return host in self.allowed or any(
+            pattern.startswith("*.") and host.endswith(pattern[1:]) for pattern in self.allowed
+        )
+
+
+class KeyCheck:
+    """Asks for ``Authorization: Bearer <key>`` on every path that is not open.
+
+    Without keys, only an address of this machine is served: a server started round the settings' own check does not
+    stand open.
+    """
+
+    def __init__(self, app: ASGIApp, keys: Sequence[SecretStr]) -> None:
+        self.app = app
+        self.digests = [_digest(key.get_secret_value().encode()) for key in keys]
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it."""
+        if scope["type"] == "http" and not self._is_open(scope["path"]) and not self._allows(scope):
+            problem = ProblemException("key-required", headers={"WWW-Authenticate": "Bearer"})
+            await response_of(problem)(scope, receive, send)
+            return
+        await self.app(scope, receive, send)
+
+    @staticmethod
+    def _is_open(path: str) -> bool:
+        return path in OPEN_PATHS or path.startswith(OPEN_PREFIX)
+
+    def _allows(self, scope: Scope) -> bool:
+        if not self.digests:
+            server = scope.get("server")
+            # no port: a unix socket, which the file system guards
+            return server is None or server[1] is None or is_loopback(server[0])
+        scheme, _, key = Headers(scope=scope).get("authorization", "").partition(" ")
+        given = _digest(key.strip().encode("latin-1"))
+        # every key is compared, in constant time, whichever fits
+        matches = [hmac.compare_digest(given, digest) for digest in self.digests]
+        return scheme.lower() == "bearer" and any(matches)
+
+
+class BodyLimit:
+    """Refuses a body over the limit: by its Content-Length before reading, else as soon as it is exceeded."""
+
+    def __init__(self, app: ASGIApp, limit: int) -> None:
+        self.app = app
+        self.limit = limit
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on with its body counted, or refuse it."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        declared = Headers(scope=scope).get("content-length", "")
+        # the digits are counted first: int() refuses thousands of them
+        if declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
+            await response_of(self._problem())(scope, receive, send)
+            return
+        received = 0
+
+        async def counted() -> Message:
+            nonlocal received
+            message = await receive()
+            if message["type"] == "http.request":
+                received += len(message.get("body", b""))
+                if received > self.limit:
+                    raise self._problem()
+            return message
+
+        await self.app(scope, counted, send)
+
+    def _problem(self) -> ProblemException:
+        # closing spares both sides the rest of the body
+        return ProblemException(
+            "body-too-large", f"The body is over {self.limit} bytes.", headers={"Connection": "close"}
+        )
+
+
+def _digest(key: bytes) -> bytes:
+    return hashlib.sha256(key).digest()

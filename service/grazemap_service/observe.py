@@ -1,0 +1,74 @@
+"""The outermost layer of a request: its id, its line in the log, its place in the metrics, and the last resort.
+
+An X-Request-Id that a client sends is kept when it is harmless, so that its logs and ours can be joined. An
+exception that nobody handled ends here as an "internal-error" problem; its traceback goes to the log only.
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+
+import structlog
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from grazemap_service.logs import REQUEST_ID, get_logger
+from grazemap_service.metrics import Metrics
+from grazemap_service.problems import ProblemException, response_of
+
+HEADER = "X-Request-Id"
+_HARMLESS = re.compile(r"[A-Za-z0-9._-]{1,64}")
+_METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"})
+_QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
+
+
+class Observe:
+    """Gives each request an id, logs and measures it, and answers for exceptions that nobody handled."""
+
+    def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
+        self.app = app
+        self.metrics = metrics
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        given = Headers(scope=scope).get(HEADER, "")
+        request_id = given if _HARMLESS.fullmatch(given) else secrets.token_hex(8)
+        structlog.contextvars.clear_contextvars()
+        structlog.contextvars.bind_contextvars(**{REQUEST_ID: request_id})
+        began = time.perf_counter()
+        status = 0
+
+        async def labelled(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)[HEADER] = request_id
+            await send(message)
+
+        try:
+            await self.app(scope, receive, labelled)
+        except Exception:
+            get_logger().exception("request failed", method=scope["method"], route=_route(scope))
+            if status:
+                raise  # the answer has begun: only breaking the connection tells the client
+            await response_of(ProblemException("internal-error"))(scope, receive, labelled)
+        finally:
+            self._record(scope, status, time.perf_counter() - began)
+
+    def _record(self, scope: Scope, status: int, seconds: float) -> None:
+        method = scope["method"] if scope["method"] in _METHODS else "other"
+        route = _route(scope)
+        self.metrics.requests.labels(method, route, str(status)).inc()
+        self.metrics.latency.labels(method, route).observe(seconds)
+        log = get_logger().debug if route in _QUIET else get_logger().info
+        log("request", method=method, route=route, status=status, seconds=round(seconds, 6))
+
+
+def _route(scope: Scope) -> str:
+    """Return the route's template, so that ids neither fill the log nor multiply the metrics."""
+    return str(getattr(scope.get("route"), "path", "unmatched"))

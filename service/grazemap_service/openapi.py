@@ -1,0 +1,94 @@
+"""What the OpenAPI document says beyond the routes themselves: problems, keys, and nothing that is not true."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from grazemap_service.links import PREFIX
+from grazemap_service.middleware import OPEN_PATHS
+from grazemap_service.problems import KINDS, MEDIA_TYPE, make_problem
+
+_PROBLEM = {"$ref": "#/components/schemas/Problem"}
+# What any operation that asks the store, or is not open, may answer.
+_EVERYWHERE = ("key-required", "internal-error", "store-unavailable")
+SUBMISSION_KINDS = (
+    "malformed-json",
+    "body-too-large",
+    "unsupported-media-type",
+    "invalid-request",
+    "too-much-work",
+    "queue-full",
+)
+DESCRIPTION = """\
+Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, trajectories and unfolding maps.
+
+Post a request to a process and get a job; follow the job's events; fetch its result as npz or JSON. The same
+question has the same job, whoever asks. Every error is a problem after RFC 9457.
+"""
+
+
+def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
+    """Return the `responses` of an operation that answers with these kinds of problem."""
+    responses: dict[int | str, dict[str, Any]] = {}
+    for kind in kinds:
+        row = KINDS[kind]
+        text = f"{row.title}: {row.meaning}"
+        content = responses.setdefault(
+            row.status, {"description": "", "content": {MEDIA_TYPE: {"schema": _PROBLEM, "examples": {}}}}
+        )
+        content["description"] = " ".join(filter(None, (content["description"], text)))
+        content["content"][MEDIA_TYPE]["examples"][kind] = {"value": make_problem(kind).model_dump(mode="json")}
+    return responses
+
+
+def install(app: FastAPI, *, keys: bool) -> None:
+    """Make the app build its document with `document`, once."""
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            app.openapi_schema = document(app, keys=keys)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]
+
+
+def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
+    """Return the OpenAPI document.
+
+    Parameters
+    ----------
+    app : FastAPI
+        With its routes.
+    keys : bool
+        Whether the service asks for a key.
+    """
+    schema = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, routes=app.routes)
+    for path, operations in schema["paths"].items():
+        for operation in operations.values():
+            _correct(operation["responses"], everywhere=path.startswith(PREFIX))
+            if keys and path not in OPEN_PATHS:
+                operation["security"] = [{"key": []}]
+    components = schema.setdefault("components", {})
+    for unused in ("HTTPValidationError", "ValidationError"):
+        components.get("schemas", {}).pop(unused, None)
+    if keys:
+        components["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
+    return schema
+
+
+def _correct(responses: dict[str, Any], *, everywhere: bool) -> None:
+    """Take out the framework's own 422, which never happens, and add what may happen anywhere."""
+    if _is_framework(responses.get("422", {})):
+        del responses["422"]
+    if everywhere:
+        for status, response in problem_responses(*_EVERYWHERE).items():
+            responses.setdefault(str(status), response)
+
+
+def _is_framework(response: Mapping[str, Any]) -> bool:
+    schema = response.get("content", {}).get("application/json", {}).get("schema", {})
+    return str(schema.get("$ref", "")).endswith("/HTTPValidationError")

@@ -1,0 +1,161 @@
+"""Every error that the service can answer with, as problem details after RFC 9457.
+
+One table gives each kind of problem its type, title and status; a router raises `ProblemException`, and the
+handlers here turn that, the framework's own errors and those of the store into application/problem+json. Nothing
+in a problem repeats what the client sent.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import redis.exceptions
+from fastapi import FastAPI
+from fastapi.exceptions import HTTPException, RequestValidationError
+from starlette.exceptions import HTTPException as StarletteHTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+
+from grazemap.models import PROCESSES, Problem, ProblemError
+from grazemap_service.validation import errors_of
+from grazemap_worker.store import QueueFull
+
+MEDIA_TYPE = "application/problem+json"
+TYPE_PREFIX = "urn:grazemap:problem:"
+STORE_RETRY_SECONDS = 2
+
+
+class Kind(NamedTuple):
+    """One row of the table: what a problem is called, its status, and what it tells."""
+
+    title: str
+    status: int
+    meaning: str
+
+
+KINDS: dict[str, Kind] = {
+    "malformed-json": Kind("Malformed JSON", 400, "The body is not JSON in UTF-8, too deep, or repeats a name."),
+    "host-not-allowed": Kind("Host not allowed", 400, "The Host header names none of the allowed hosts."),
+    "bad-request": Kind("Bad request", 400, "The request cannot be understood."),
+    "key-required": Kind("Key required", 401, "The header Authorization: Bearer <key> is missing or wrong."),
+    "not-found": Kind("Not found", 404, "Nothing is at this address."),
+    "unknown-process": Kind("Unknown process", 404, "There is no process of this name."),
+    "unknown-job": Kind("Unknown job", 404, "There is no job with this id."),
+    "unfinished-tile": Kind("Unfinished tile", 404, "The job has no finished tile of this number."),
+    "method-not-allowed": Kind("Method not allowed", 405, "The address does not take this method; see Allow."),
+    "not-acceptable": Kind("Not acceptable", 406, "No representation that is asked for is available."),
+    "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or ask again."),
+    "dismissed-job": Kind("Dismissed job", 409, "The job was dismissed: post its request again to compute it."),
+    "body-too-large": Kind("Body too large", 413, "The body is over the byte limit."),
+    "unsupported-media-type": Kind("Unsupported media type", 415, "The body must be application/json."),
+    "invalid-request": Kind("Invalid request", 422, "Values are missing, unknown or out of range; see errors."),
+    "too-much-work": Kind("Too much work", 422, "The job is estimated to cost more than the limit; see errors."),
+    "queue-full": Kind("Queue full", 429, "Too many tiles are waiting; try again after Retry-After seconds."),
+    "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),
+    "store-unavailable": Kind("Store unavailable", 503, "Redis is away; try again after Retry-After seconds."),
+    "not-ready": Kind("Not ready", 503, "No worker is alive yet; try again after Retry-After seconds."),
+}
+_OF_STATUS = {404: "not-found", 405: "method-not-allowed"}
+
+
+class ProblemException(HTTPException):
+    """Raised to answer with a problem.
+
+    Parameters
+    ----------
+    kind : str
+        A name in `KINDS`.
+    detail : str
+        A sentence for a person; never what the client sent.
+    errors : sequence of ProblemError
+        What is wrong where.
+    headers : mapping
+        Headers of the answer.
+    extensions : mapping
+        Further members of the problem, such as estimate and limit.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        detail: str = "",
+        *,
+        errors: Sequence[ProblemError] = (),
+        headers: Mapping[str, str] | None = None,
+        extensions: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.problem = make_problem(kind, detail, errors)
+        self.extensions = dict(extensions or {})
+        super().__init__(self.problem.status, self.problem.detail, headers=dict(headers or {}))
+
+
+def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = ()) -> Problem:
+    """Return the problem of a kind; without a detail, the kind's own sentence."""
+    row = KINDS[kind]
+    return Problem(
+        type=TYPE_PREFIX + kind, title=row.title, status=row.status, detail=detail or row.meaning, errors=list(errors)
+    )
+
+
+def problem_response(
+    problem: Problem, *, headers: Mapping[str, str] | None = None, extensions: Mapping[str, Any] | None = None
+) -> Response:
+    """Return a problem as an answer that no cache may keep."""
+    content = {**problem.model_dump(mode="json"), **(extensions or {})}
+    return Response(
+        json.dumps(content, allow_nan=False).encode(),
+        status_code=problem.status,
+        media_type=MEDIA_TYPE,
+        headers={"Cache-Control": "no-store", **(headers or {})},
+    )
+
+
+def response_of(exception: ProblemException) -> Response:
+    """Return the answer that a ProblemException asks for."""
+    return problem_response(exception.problem, headers=exception.headers, extensions=exception.extensions)
+
+
+def install(app: FastAPI) -> None:
+    """Give the app the handlers: the one table from exception to problem."""
+    app.add_exception_handler(ProblemException, _raised)
+    app.add_exception_handler(StarletteHTTPException, _routed)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(QueueFull, _full)
+    app.add_exception_handler(redis.exceptions.ConnectionError, _store_away)
+    app.add_exception_handler(redis.exceptions.TimeoutError, _store_away)
+    app.add_exception_handler(redis.exceptions.OutOfMemoryError, _store_away)
+    app.add_exception_handler(redis.exceptions.ReadOnlyError, _store_away)
+
+
+async def _raised(request: Request, exception: Exception) -> Response:
+    assert isinstance(exception, ProblemException)
+    return response_of(exception)
+
+
+async def _routed(request: Request, exception: Exception) -> Response:
+    assert isinstance(exception, StarletteHTTPException)
+    status = exception.status_code
+    if status == 404 and re.fullmatch(r"/v1/[^/]+", request.url.path) and request.method == "POST":
+        names = ", ".join(sorted(PROCESSES))
+        return problem_response(make_problem("unknown-process", f"The processes are {names}."))
+    kind = _OF_STATUS.get(status, "bad-request" if status < 500 else "internal-error")
+    return problem_response(make_problem(kind).model_copy(update={"status": status}), headers=exception.headers)
+
+
+async def _invalid(request: Request, exception: Exception) -> Response:
+    assert isinstance(exception, RequestValidationError)
+    process = request.url.path.rpartition("/")[2]
+    errors = errors_of(exception.errors(), PROCESSES.get(process))
+    return problem_response(make_problem("invalid-request", errors=errors))
+
+
+async def _full(request: Request, exception: Exception) -> Response:
+    assert isinstance(exception, QueueFull)
+    return problem_response(make_problem("queue-full"), headers={"Retry-After": str(exception.retry_after)})
+
+
+async def _store_away(request: Request, exception: Exception) -> Response:
+    return problem_response(make_problem("store-unavailable"), headers={"Retry-After": str(STORE_RETRY_SECONDS)})

@@ -1,0 +1,133 @@
+"""The forms in which a result is given: which one a client asks for, its ETag, and copies of the hot ones.
+
+The store holds npz; JSON is made from it by the codec. A representation's ETag is the stored bytes' own, with the
+form added: strong, since the same npz always gives the same JSON.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections import OrderedDict
+
+from grazemap.codec import decode_npz, encode_json
+from grazemap_service.links import NPZ_TYPE
+from grazemap_service.problems import ProblemException
+
+# In the server's order of preference.
+MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
+_ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
+_CACHE_CONTROL = "private, max-age=31536000, immutable"
+# One result may take at most this share of the hot ones' budget.
+_LARGEST_SHARE = 4
+
+
+def negotiate(accept: str | None, form: str | None) -> str:
+    """Return the name of the representation to give.
+
+    Parameters
+    ----------
+    accept : str or None
+        The Accept header (RFC 9110 12.5.1); of equal weights the more specific range wins, then JSON.
+    form : str or None
+        The query parameter f; wins over Accept.
+
+    Raises
+    ------
+    ProblemException
+        "not-acceptable".
+    """
+    available = "Available are " + ", ".join(f"{media} (?f={name})" for name, media in MEDIA_TYPES.items()) + "."
+    if form is not None:
+        if form not in MEDIA_TYPES:
+            raise ProblemException("not-acceptable", available)
+        return form
+    ranges = _ranges(accept or "*/*")
+    weights = {name: _weight(media, name, ranges) for name, media in MEDIA_TYPES.items()}
+    best = max(weights, key=lambda name: weights[name])  # max keeps the first of equals
+    if weights[best][0] <= 0:
+        raise ProblemException("not-acceptable", available)
+    return best
+
+
+def _ranges(accept: str) -> list[tuple[str, float]]:
+    ranges = []
+    for item in accept.split(","):
+        media, *parameters = (part.strip().lower() for part in item.split(";"))
+        weight = 1.0
+        for parameter in parameters:
+            match = re.fullmatch(r"q\s*=\s*([01](?:\.\d{0,3})?)", parameter)
+            if match:
+                weight = min(1.0, float(match[1]))
+        if media:
+            ranges.append((media, weight))
+    return ranges
+
+
+def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[float, int]:
+    """Return the weight of a media type, and how specific the range is that gives it."""
+    best = (0.0, -1)
+    for pattern, weight in ranges:
+        if pattern == media or _ALIASES.get(pattern) == name:
+            specific = 2
+        elif pattern == media.partition("/")[0] + "/*":
+            specific = 1
+        elif pattern == "*/*":
+            specific = 0
+        else:
+            continue
+        if specific > best[1]:
+            best = (weight, specific)
+    return best
+
+
+def etag_of(stored: str, name: str) -> str:
+    """Return the strong ETag of a representation of what is stored under an etag."""
+    return f'"{stored}-{name}"'
+
+
+def is_fresh(if_none_match: str | None, etag: str) -> bool:
+    """Return whether a client already has what an ETag stands for (RFC 9110 13.1.2)."""
+    if if_none_match is None:
+        return False
+    if if_none_match.strip() == "*":
+        return True
+    return etag in re.findall(r'"[^"]*"', if_none_match)
+
+
+def cache_headers(etag: str) -> dict[str, str]:
+    """Return the headers of a result that never changes."""
+    return {"ETag": etag, "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
+
+
+def render(npz: bytes, name: str) -> bytes:
+    """Return a stored result in the form asked for; takes as long as the result is large."""
+    return npz if name == "npz" else encode_json(*decode_npz(npz))
+
+
+class HotResults:
+    """The most recently used representations, under a byte budget, in this process's memory."""
+
+    def __init__(self, budget: int) -> None:
+        self.budget = budget
+        self._size = 0
+        self._entries: OrderedDict[str, bytes] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, etag: str) -> bytes | None:
+        """Return a representation, if it is hot."""
+        with self._lock:
+            data = self._entries.get(etag)
+            if data is not None:
+                self._entries.move_to_end(etag)
+            return data
+
+    def put(self, etag: str, data: bytes) -> None:
+        """Keep a representation, unless it is too large to be worth it."""
+        if len(data) > self.budget // _LARGEST_SHARE:
+            return
+        with self._lock:
+            self._size += len(data) - len(self._entries.pop(etag, b""))
+            self._entries[etag] = data
+            while self._size > self.budget:
+                self._size -= len(self._entries.popitem(last=False)[1])

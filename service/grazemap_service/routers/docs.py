@@ -1,0 +1,45 @@
+"""Pages for people: / and /docs, and their static files, all from this host and clean under a strict policy.
+
+The docs page is Swagger UI out of the files that the package fastapi-offline carries; its start-up script and its
+style are files of our own, so that neither inline scripts nor inline styles are needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+from fastapi import FastAPI
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.staticfiles import StaticFiles
+
+_OWN = Path(__file__).parent.parent / "static"
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+
+
+def install(app: FastAPI) -> None:
+    """Give the app its pages and their files."""
+    app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
+    app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
+    app.mount("/static/swagger", StaticFiles(directory=_swagger_files()), name="swagger")
+    app.mount("/static", StaticFiles(directory=_OWN), name="static")
+
+
+def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
+    async def page(request: Request) -> Response:
+        return FileResponse(_OWN / name, headers={"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"})
+
+    return page
+
+
+def _swagger_files() -> Path:
+    """Return the folder of Swagger UI's files, without importing the package that carries them."""
+    spec = find_spec("fastapi_offline")
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError('the docs page needs fastapi-offline: pip install "grazemap[server]"')
+    return Path(spec.origin).parent / "static"

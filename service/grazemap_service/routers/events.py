@@ -1,0 +1,86 @@
+"""A job's events as server-sent events, resumable by Last-Event-ID; the stream ends after `done`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+import anyio
+import redis.exceptions
+from fastapi import APIRouter, Depends, Header
+from fastapi.concurrency import run_in_threadpool
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+
+from grazemap.models import FINISHED, ProblemError
+from grazemap_service.dependencies import CurrentContext, KnownJob
+from grazemap_service.logs import get_logger
+from grazemap_service.openapi import problem_responses
+from grazemap_service.problems import ProblemException
+
+_BEGINNING = "0"
+_EVENT_ID = re.compile(r"(\d{1,20})(?:-(\d{1,20}))?")
+_LARGEST = 2**64
+# Seconds between looks at a store that is away.
+_AWAY_SECONDS = 1.0
+
+router = APIRouter(tags=["jobs"])
+
+
+def resume_point(
+    last_event_id: Annotated[
+        str | None, Header(description="The id of the last event that arrived; the stream goes on after it.")
+    ] = None,
+) -> str:
+    """Return the id after which to go on. Raises ProblemException when it is not an event's id."""
+    if not last_event_id:
+        return _BEGINNING
+    match = _EVENT_ID.fullmatch(last_event_id)
+    if not match or any(int(part or 0) >= _LARGEST for part in match.groups()):
+        error = ProblemError(pointer="?last-event-id", detail="Not the id of an event", allowed="an id of this stream")
+        raise ProblemException("invalid-request", errors=[error])
+    return last_event_id
+
+
+@router.get(
+    "/v1/jobs/{job_id}/events",
+    operation_id="get_events",
+    summary="Events of a job",
+    response_class=EventSourceResponse,
+    responses={
+        200: {"description": "Events `progress`, `tile` and `done`, their data JSON objects."},
+        **problem_responses("unknown-job", "invalid-request"),
+    },
+)
+async def get_events(
+    job: KnownJob, context: CurrentContext, after: Annotated[str, Depends(resume_point)]
+) -> AsyncIterator[ServerSentEvent]:
+    """Follow a job from its beginning, or from where a broken stream ended, to its end."""
+    store, pause = context.store, context.settings.poll_seconds
+    ending = False
+    while True:
+        try:
+            # the state is read before the events: an end that is seen has its event in what is read next
+            current = await run_in_threadpool(store.job, job.id)
+            events = await run_in_threadpool(store.events, job.id, after)
+        except redis.exceptions.RedisError:
+            get_logger().warning("events wait for the store", exc_info=True)
+            await anyio.sleep(_AWAY_SECONDS)
+            continue
+        for event in events:
+            yield ServerSentEvent(event=event.name, id=event.id, data=event.data)
+            after = event.id
+            if event.name == "done":
+                return
+        if events:
+            continue
+        if current is None or current.status in FINISHED:
+            if ending:
+                # resumed after the last event, or the stream is gone: say the end all the same
+                status = current.status if current is not None else "dismissed"
+                yield ServerSentEvent(event="done", data={"status": status})
+                return
+            ending = True
+            continue
+        ending = False
+        await anyio.sleep(pause)

@@ -1,0 +1,64 @@
+"""Is the process up, can it work, and how is it doing: /healthz, /readyz, /metrics."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response
+from fastapi.concurrency import run_in_threadpool
+from prometheus_client import CONTENT_TYPE_LATEST
+from pydantic import BaseModel
+
+from grazemap_service.dependencies import CurrentContext
+from grazemap_service.openapi import problem_responses
+from grazemap_service.problems import ProblemException
+
+# A worker's first start compiles for some seconds.
+_RETRY_SECONDS = 2
+
+router = APIRouter(tags=["operations"])
+
+
+class Health(BaseModel):
+    """That the service answers."""
+
+    status: str = "ok"
+
+
+class Readiness(BaseModel):
+    """That jobs will be computed."""
+
+    status: str = "ready"
+    workers: int
+
+
+@router.get("/healthz", operation_id="get_health", summary="Liveness")
+@router.head("/healthz", include_in_schema=False)
+async def get_health() -> Health:
+    """Answer as long as the process does, whatever Redis and the workers do."""
+    return Health()
+
+
+@router.get(
+    "/readyz",
+    operation_id="get_readiness",
+    summary="Readiness",
+    responses=problem_responses("store-unavailable", "not-ready"),
+)
+@router.head("/readyz", include_in_schema=False)
+async def get_readiness(context: CurrentContext) -> Readiness:
+    """Answer 200 when Redis answers and at least one worker is alive."""
+    workers = await run_in_threadpool(context.store.workers)
+    if not workers:
+        raise ProblemException("not-ready", headers={"Retry-After": str(_RETRY_SECONDS)})
+    return Readiness(workers=len(workers))
+
+
+@router.get(
+    "/metrics",
+    operation_id="get_metrics",
+    summary="Prometheus metrics",
+    response_class=Response,
+    responses={200: {"description": "Prometheus text format.", "content": {"text/plain": {}}}},
+)
+def get_metrics(context: CurrentContext) -> Response:
+    """Give requests, latencies, jobs by status, unfinished tiles and live workers."""
+    return Response(context.metrics.render(), headers={"Content-Type": CONTENT_TYPE_LATEST})

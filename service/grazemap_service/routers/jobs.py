@@ -1,0 +1,87 @@
+"""Jobs: the list, one job, and its dismissal."""
+
+from __future__ import annotations
+
+from typing import Annotated
+from urllib.parse import urlencode
+
+from fastapi import APIRouter, Query, Response
+from fastapi.concurrency import run_in_threadpool
+
+from grazemap.models import PROCESSES, Job, JobList, Link, ProblemError, Status
+from grazemap_service.dependencies import CurrentContext, KnownJob
+from grazemap_service.links import PREFIX, with_links
+from grazemap_service.openapi import problem_responses
+from grazemap_service.problems import ProblemException
+from grazemap_service.submission import job_response
+from grazemap_worker import queueing
+
+router = APIRouter(tags=["jobs"])
+
+
+@router.get(
+    "/v1/jobs",
+    operation_id="list_jobs",
+    summary="Jobs, newest first",
+    response_model=JobList,
+    responses=problem_responses("invalid-request"),
+)
+async def list_jobs(
+    context: CurrentContext,
+    status: Annotated[Status | None, Query(description="Only jobs of this status.")] = None,
+    process: Annotated[
+        str | None, Query(description="Only jobs of this process.", json_schema_extra={"enum": sorted(PROCESSES)})
+    ] = None,
+    limit: Annotated[int, Query(ge=1, le=500, description="Jobs on one page.")] = 50,
+    cursor: Annotated[str | None, Query(max_length=64, description="From the link `next` of a page.")] = None,
+) -> JobList:
+    """List the jobs that the service remembers, a page at a time."""
+    if process is not None and process not in PROCESSES:
+        raise _refused("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
+    try:
+        found, following = await run_in_threadpool(context.store.jobs, status, process, limit, cursor)
+    except ValueError as error:
+        raise _refused("?cursor", "Not a cursor", "the link `next` of a page") from error
+    links = [Link(href=f"{PREFIX}/jobs", rel="first")]
+    if following is not None:
+        query = {"status": status, "process": process, "limit": limit, "cursor": following}
+        text = urlencode({name: value for name, value in query.items() if value is not None})
+        links.append(Link(href=f"{PREFIX}/jobs?{text}", rel="next"))
+    return JobList(jobs=[with_links(job) for job in found], links=links)
+
+
+@router.get(
+    "/v1/jobs/{job_id}",
+    operation_id="get_job",
+    summary="One job",
+    response_model=Job,
+    responses=problem_responses("unknown-job"),
+)
+async def get_job(job: KnownJob) -> Response:
+    """Give a job's request, status, progress and links."""
+    return job_response(job, 200)
+
+
+@router.delete(
+    "/v1/jobs/{job_id}",
+    operation_id="dismiss_job",
+    summary="Dismiss a job",
+    response_model=Job,
+    responses=problem_responses("unknown-job"),
+)
+async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
+    """Stop a job that is not finished; leave one that is as it is. Doing it twice does no harm."""
+
+    def dismiss() -> Job | None:
+        dismissed = context.store.dismiss(job.id)
+        fingerprint = context.store.fingerprint_of(job.id)
+        if dismissed is not None and dismissed.status == "dismissed" and fingerprint is not None:
+            queueing.cancel(context.store.redis, job.id, fingerprint)
+        return dismissed
+
+    dismissed = await run_in_threadpool(dismiss)
+    return job_response(dismissed or job, 200)
+
+
+def _refused(pointer: str, detail: str, allowed: str) -> ProblemException:
+    return ProblemException("invalid-request", errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)])

@@ -1,0 +1,186 @@
+"""Results: whole ones, and the tiles of a map while the rest is still computed.
+
+A result never changes under its id, so a client that has it is told so (304). One that was evicted is computed
+again when it is asked for: 202 and the job.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Path, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel
+
+from grazemap.models import FINISHED, Job, Link
+from grazemap_service.dependencies import Context, CurrentContext, KnownJob
+from grazemap_service.links import NPZ_TYPE, job_path
+from grazemap_service.openapi import problem_responses
+from grazemap_service.problems import ProblemException, problem_response
+from grazemap_service.representations import (
+    MEDIA_TYPES,
+    cache_headers,
+    etag_of,
+    is_fresh,
+    negotiate,
+    render,
+)
+from grazemap_service.submission import job_response, submit_again
+from grazemap_worker.store import ResultInfo
+
+router = APIRouter(tags=["results"])
+
+Form = Annotated[
+    str | None,
+    Query(
+        alias="f",
+        description="The form of the result; wins over Accept.",
+        json_schema_extra={"enum": sorted(MEDIA_TYPES)},
+    ),
+]
+Accept = Annotated[str | None, Header(include_in_schema=False)]
+IfNoneMatch = Annotated[str | None, Header(description="ETags that the client has.")]
+_BINARY = {"schema": {"type": "string", "format": "binary"}}
+_FORMS: dict[str, Any] = {"application/json": {"schema": {"type": "object"}}, NPZ_TYPE: _BINARY}
+
+
+class TileLink(BaseModel):
+    """A finished tile: its rows (clearance) and columns (omega) in the map's grid, stops excluded."""
+
+    index: int
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+    href: str
+
+
+class TileIndex(BaseModel):
+    """The finished tiles of a job."""
+
+    total: int
+    tiles: list[TileLink]
+    links: list[Link]
+
+
+_RESULT_DOCS: dict[str, Any] = {
+    "response_class": Response,
+    "responses": {
+        200: {"description": "The result.", "content": _FORMS},
+        202: {"model": Job, "description": "The result was evicted and is computed again."},
+        304: {"description": "The client has it already."},
+        **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job"),
+    },
+}
+
+
+@router.get("/v1/jobs/{job_id}/result", operation_id="get_result", summary="Result of a job", **_RESULT_DOCS)
+@router.head("/v1/jobs/{job_id}/result", include_in_schema=False, response_class=Response)
+async def get_result(
+    request: Request,
+    job: KnownJob,
+    context: CurrentContext,
+    form: Form = None,
+    accept: Accept = None,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Give the whole result. That of a failed job is the problem it failed with."""
+    name = negotiate(accept, form)
+    if job.status == "failed" and job.problem is not None:
+        return problem_response(job.problem)
+    if job.status != "successful":
+        raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
+    info = await run_in_threadpool(context.store.result_info, job.id)
+    if info is None:
+        return await _computed_again(context, job)
+    headers = cache_headers(etag_of(info.etag, name))
+    if is_fresh(if_none_match, headers["ETag"]):
+        return Response(status_code=304, headers=headers)
+    headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
+    if request.method == "HEAD":
+        return _head(info, name, headers)
+    data = await run_in_threadpool(_rendered, context, headers["ETag"], name, lambda: context.store.result(job.id))
+    if data is None:
+        return await _computed_again(context, job)
+    return Response(data, media_type=MEDIA_TYPES[name], headers=headers)
+
+
+@router.get(
+    "/v1/jobs/{job_id}/result/tiles",
+    operation_id="list_tiles",
+    summary="Finished tiles of a job",
+    responses=problem_responses("unknown-job"),
+)
+async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
+    """List the tiles that are finished by now; a job of one tile has none, and an assembled map soon forgets its."""
+    finished = await run_in_threadpool(context.store.tile_index, job.id)
+    plan = await run_in_threadpool(context.store.plan_of, job.id)
+    if plan is None:
+        raise ProblemException("unknown-job")
+    path = f"{job_path(job.id)}/result/tiles"
+    tiles = []
+    for index in finished:
+        row_start, row_stop, column_start, column_stop = plan.tile(index)
+        tiles.append(
+            TileLink(
+                index=index,
+                rows=(row_start, row_stop),
+                columns=(column_start, column_stop),
+                href=f"{path}/{index}",
+            )
+        )
+    links = [Link(href=path, rel="self"), Link(href=job_path(job.id), rel="up")]
+    return TileIndex(total=plan.count, tiles=tiles, links=links)
+
+
+@router.get(
+    "/v1/jobs/{job_id}/result/tiles/{index}",
+    operation_id="get_tile",
+    summary="One finished tile",
+    response_class=Response,
+    responses={
+        200: {"description": "The tile's part of the arrays.", "content": _FORMS},
+        **problem_responses("unknown-job", "unfinished-tile", "not-acceptable"),
+    },
+)
+async def get_tile(
+    job: KnownJob,
+    context: CurrentContext,
+    index: Annotated[str, Path(description="The tile's number.")],
+    form: Form = None,
+    accept: Accept = None,
+) -> Response:
+    """Give a finished tile."""
+    name = negotiate(accept, form)
+    # short: what has more digits is no tile's number
+    number = int(index) if index.isascii() and index.isdigit() and len(index) < 10 else -1
+    npz = await run_in_threadpool(context.store.tile, job.id, number) if number >= 0 else None
+    if npz is None:
+        raise ProblemException("unfinished-tile")
+    data = await run_in_threadpool(render, npz, name)
+    return Response(data, media_type=MEDIA_TYPES[name], headers={"Vary": "Accept", "Cache-Control": "private"})
+
+
+async def _computed_again(context: Context, job: Job) -> Response:
+    return job_response(await run_in_threadpool(submit_again, context, job), 202)
+
+
+def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:
+    """Return the headers of a GET; the length of JSON is not known without making it."""
+    if name == "npz":
+        headers = {**headers, "Content-Length": str(info.size)}
+    response = Response(status_code=200, headers=headers, media_type=MEDIA_TYPES[name])
+    if name != "npz":
+        del response.headers["content-length"]
+    return response
+
+
+def _rendered(context: Context, etag: str, name: str, load: Callable[[], bytes | None]) -> bytes | None:
+    """Return a representation from memory, else from the store (blocking); None when the store has it no more."""
+    data = context.hot.get(etag)
+    if data is None:
+        npz = load()
+        if npz is None:
+            return None
+        data = render(npz, name)
+        context.hot.put(etag, data)
+    return data

@@ -1,0 +1,79 @@
+"""GET /v1: what this service is, which processes it has, and its limits."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+
+from grazemap import __version__
+from grazemap.models import PROCESSES, Link
+from grazemap_service.dependencies import CurrentContext
+from grazemap_service.links import PREFIX
+
+router = APIRouter(tags=["operations"])
+
+
+class ProcessDescription(BaseModel):
+    """A process and where to post to."""
+
+    name: str
+    description: str
+    href: str
+
+
+class Limits(BaseModel):
+    """What the service takes at most."""
+
+    body_bytes: int
+    masses: int
+    points: int
+    pixels: int
+    work_periods: float
+    work_seconds: float
+    trajectory_periods: int
+    pending_tiles: int
+    wait_seconds: float
+
+
+class ServiceDescription(BaseModel):
+    """The answer of GET /v1."""
+
+    name: str
+    version: str
+    core_version: str
+    processes: list[ProcessDescription]
+    limits: Limits
+    links: list[Link]
+
+
+@router.get("/v1", operation_id="get_service", summary="Versions, processes and limits")
+async def get_service(context: CurrentContext) -> ServiceDescription:
+    """Describe the service."""
+    settings = context.settings
+    return ServiceDescription(
+        name="grazemap",
+        version=__version__,
+        core_version=context.core_version,
+        processes=[
+            ProcessDescription(
+                name=name, description=(model.__doc__ or "").strip().splitlines()[0], href=f"{PREFIX}/{name}"
+            )
+            for name, model in PROCESSES.items()
+        ],
+        limits=Limits(
+            body_bytes=settings.max_body_bytes,
+            masses=settings.max_masses,
+            points=settings.max_points,
+            pixels=settings.max_pixels,
+            work_periods=settings.max_work,
+            work_seconds=settings.max_seconds,
+            trajectory_periods=settings.max_tile_periods,
+            pending_tiles=settings.max_pending_tiles,
+            wait_seconds=settings.max_wait_seconds,
+        ),
+        links=[
+            Link(href=f"{PREFIX}/jobs", rel="jobs"),
+            Link(href="/docs", rel="service-doc", type="text/html"),
+            Link(href="/openapi.json", rel="service-desc"),
+        ],
+    )

@@ -1,0 +1,31 @@
+"""The process unfolding-maps: the motion at each point of a rectangle of omega and clearance."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Body, Response
+
+from grazemap.models import UnfoldingMapsRequest
+from grazemap_service.routers._process import process_router, submission
+from grazemap_service.submission import NewSubmission
+
+EXAMPLES = {
+    "coarse map of the default oscillator": {
+        "value": {
+            "omega": {"start": 0.26, "stop": 0.30, "points": 16},
+            "clearance": {"start": 1.3, "stop": 2.0, "points": 16},
+            "max_periods": 200,
+        }
+    },
+}
+
+router = process_router()
+
+
+@router.post("/v1/unfolding-maps", **submission("submit_unfolding_map", "Unfolding map"))
+async def submit_unfolding_map(
+    body: Annotated[UnfoldingMapsRequest, Body(openapi_examples=EXAMPLES)], submission: NewSubmission
+) -> Response:
+    """Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is whole."""
+    return await submission.post("unfolding-maps", body)

@@ -1,0 +1,81 @@
+"""Settings of the HTTP service: every limit and address, read from the environment under the prefix GRAZEMAP_.
+
+In flow the environment variables (or keyword arguments, in tests); out flows one frozen `Settings`. The rule that
+an address other than loopback needs keys lives here too, because it is a property of the settings.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from typing import Annotated, Any
+
+from pydantic import Field, SecretStr, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
+
+
+class SettingsError(ValueError):
+    """The settings contradict each other; the service refuses to start."""
+
+
+class Settings(BaseSettings):
+    """What an operator may decide. Lists are written with commas: ``GRAZEMAP_API_KEYS=one,two``."""
+
+    model_config = SettingsConfigDict(env_prefix="GRAZEMAP_", frozen=True, extra="ignore")
+
+    host: str = "127.0.0.1"
+    port: Annotated[int, Field(ge=0, le=65535)] = 8000
+    fd: Annotated[int | None, Field(ge=0, description="An inherited listening socket; wins over host and port.")] = None
+    redis_url: str = "redis://127.0.0.1:6379/0"
+
+    api_keys: Annotated[tuple[SecretStr, ...], NoDecode] = ()
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = LOOPBACK_HOSTS
+    cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
+
+    max_body_bytes: Annotated[int, Field(gt=0)] = 1 << 20
+    max_depth: Annotated[int, Field(gt=0, lt=500, description="Nesting of a JSON body.")] = 32
+    max_masses: Annotated[int, Field(gt=0)] = 64
+    max_points: Annotated[int, Field(gt=0, description="Values of a curve, samples of a trajectory.")] = 1_000_000
+    max_pixels: Annotated[int, Field(gt=0, description="Points of an unfolding map.")] = 1 << 22
+    max_work: Annotated[float, Field(gt=0, description="Forcing periods of one job, as estimated.")] = 1e9
+    max_seconds: Annotated[float, Field(gt=0, description="Seconds on one core of one job, as estimated.")] = 86_400.0
+    max_tile_periods: Annotated[int, Field(gt=0, description="Forcing periods of one trajectory.")] = 1_000_000
+    max_pending_tiles: Annotated[int, Field(gt=0, description="Unfinished tiles of all jobs together.")] = 100_000
+    max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
+
+    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
+    hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's own copies of results.")] = 64 << 20
+    poll_seconds: Annotated[float, Field(gt=0, description="How often a waiting answer looks at the store.")] = 0.1
+    log_level: str = "INFO"
+
+    @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
+    @classmethod
+    def _split(cls, value: Any) -> Any:
+        if isinstance(value, str):
+            return tuple(item for item in (part.strip() for part in value.split(",")) if item)
+        return value
+
+    @field_validator("log_level")
+    @classmethod
+    def _level(cls, value: str) -> str:
+        if value.upper() not in {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}:
+            raise ValueError("one of DEBUG, INFO, WARNING, ERROR, CRITICAL")
+        return value.upper()
+
+    def check_exposed(self, host: str) -> None:
+        """Raise SettingsError when `host`, the address that is listened on, is not loopback and there are no keys."""
+        if not self.api_keys and not is_loopback(host):
+            raise SettingsError(
+                f"refusing to listen on {host or 'every address'} without keys: set GRAZEMAP_API_KEYS, "
+                "or listen on 127.0.0.1"
+            )
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether an address or host name can be reached from this machine only."""
+    name = host.strip("[]").split("%")[0]
+    try:
+        return ipaddress.ip_address(name).is_loopback
+    except ValueError:
+        return name.lower() == "localhost"

@@ -1,0 +1,112 @@
+"""From a validated request to a job: limits, store, queue, and the time a client is willing to wait.
+
+The store decides what is new; this module only asks it, tells the workers, and phrases the answer. A job that could
+not be enqueued is not lost: the workers' reconciler finds it in the ledger.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from typing import Annotated
+
+import anyio
+import redis.exceptions
+from fastapi import Depends, Header
+from fastapi.concurrency import run_in_threadpool
+from starlette.responses import Response
+
+from grazemap.models import FINISHED, Job, ProcessRequest, parse_request
+from grazemap_service.dependencies import Context, CurrentContext
+from grazemap_service.limits import checked_plan
+from grazemap_service.links import job_path, with_links
+from grazemap_service.logs import bind_job, get_logger
+from grazemap_worker import queueing
+
+_WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
+
+
+class Submission:
+    """One client's wish to have a request computed."""
+
+    def __init__(
+        self,
+        context: CurrentContext,
+        prefer: Annotated[
+            str | None, Header(description="`wait=5` lets the answer wait up to 5 seconds (30 at most) for the end.")
+        ] = None,
+    ) -> None:
+        self.context = context
+        self.wait = _waiting_time(prefer, context.settings.max_wait_seconds)
+
+    async def post(self, process: str, request: ProcessRequest) -> Response:
+        """Return 201 and the new job, or 200 and the one that is there already.
+
+        Raises
+        ------
+        ProblemException
+            The request is over a limit.
+        QueueFull
+            Too many tiles wait.
+        """
+        job, created = await run_in_threadpool(submit, self.context, process, request)
+        headers = {}
+        if self.wait is not None:
+            job = await self._finished(job, self.wait)
+            headers["Preference-Applied"] = f"wait={self.wait}"
+        return job_response(job, 201 if created else 200, headers)
+
+    async def _finished(self, job: Job, seconds: float) -> Job:
+        """Return the job as it is at its end, or when the time is over."""
+        deadline = time.monotonic() + seconds
+        while job.status not in FINISHED and time.monotonic() < deadline:
+            await anyio.sleep(self.context.settings.poll_seconds)
+            current = await run_in_threadpool(self.context.store.job, job.id)
+            job = current or job
+        return job
+
+
+NewSubmission = Annotated[Submission, Depends()]
+
+
+def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job, bool]:
+    """Have a request computed; return its job, and whether that was started now (blocking)."""
+    settings = context.settings
+    planned = checked_plan(process, request, settings)
+    job, created = context.store.submit(process, request, context.core_version, planned, settings.max_pending_tiles)
+    bind_job(job.id)
+    if created:
+        get_logger().info("job accepted", process=process, tiles=planned.count)
+        _enqueue(context, job, planned.count)
+    return job, created
+
+
+def submit_again(context: Context, job: Job) -> Job:
+    """Have the result of a finished job computed once more, after it was evicted (blocking)."""
+    return submit(context, job.process, parse_request(job.process, job.request))[0]
+
+
+def _enqueue(context: Context, job: Job, tiles: int) -> None:
+    try:
+        fingerprint = context.store.fingerprint_of(job.id)
+        if fingerprint is not None:
+            queueing.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
+    except redis.exceptions.RedisError:
+        # the job is recorded: a reconciler will enqueue it, and the client must not be told that it failed
+        get_logger().warning("job not enqueued, left to the reconciler", exc_info=True)
+
+
+def job_response(job: Job, status: int, headers: dict[str, str] | None = None) -> Response:
+    """Return a job as an answer; 201, 202 and 200 after a POST say where it is."""
+    return Response(
+        with_links(job).model_dump_json(exclude_none=False).encode(),
+        status_code=status,
+        media_type="application/json",
+        headers={"Location": job_path(job.id), "Cache-Control": "no-store", **(headers or {})},
+    )
+
+
+def _waiting_time(prefer: str | None, most: float) -> int | None:
+    """Return the seconds that a Prefer header (RFC 7240) asks to wait, at most the limit."""
+    match = _WAIT.search(prefer or "")
+    return min(int(match[1]), int(most)) if match else None
