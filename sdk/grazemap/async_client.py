@@ -1,0 +1,152 @@
+"""The asynchronous client: the methods of `Client`, to be awaited, over the same flows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any, Self, TypeVar
+
+import httpx2
+
+from grazemap import constants, flows, questions
+from grazemap.async_driver import AsyncDriver
+from grazemap.connection import Connection
+from grazemap.errors import ProtocolError
+from grazemap.jobs import AsyncJobHandle
+from grazemap.models import InitialState, ProcessRequest, Status
+from grazemap.progress import Listener
+from grazemap.questions import OscillatorLike, Values
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectory, UnfoldingMap
+from grazemap.validation import validated
+
+R = TypeVar("R", bound=Result)
+
+
+class AsyncClient:
+    """Talks to a grazemap service from asyncio. Parameters and exceptions are those of `Client`."""
+
+    def __init__(
+        self,
+        base_url: str = constants.DEFAULT_BASE_URL,
+        api_key: str | None = None,
+        cache_dir: str | os.PathLike[str] | None = None,
+        timeout: float = constants.DEFAULT_TIMEOUT,
+        retries: int = constants.DEFAULT_RETRIES,
+        transport: httpx2.AsyncBaseTransport | None = None,
+    ) -> None:
+        self._connection = Connection.of(base_url, api_key, cache_dir, timeout, retries)
+        self._http = httpx2.AsyncClient(
+            base_url=self._connection.base_url,
+            headers=self._connection.headers,
+            timeout=timeout,
+            transport=transport,
+            trust_env=self._connection.use_environment,
+        )
+        self._driver = AsyncDriver(self._http)
+
+    @property
+    def base_url(self) -> str:
+        """The address this client talks to."""
+        return self._connection.base_url
+
+    async def close(self) -> None:
+        """Close the connections."""
+        await self._http.aclose()
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    async def describe(self) -> dict[str, Any]:
+        """As `Client.describe`."""
+        return await self._driver.run(flows.describe(self._connection.settings))
+
+    async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
+        """As `Client.submit`."""
+        settings = self._connection.settings
+        job = await self._driver.run(flows.submit(settings, process, validated(process, request)))
+        return AsyncJobHandle(self._driver, settings, job)
+
+    async def job(self, job_id: str) -> AsyncJobHandle:
+        """As `Client.job`."""
+        settings = self._connection.settings
+        return AsyncJobHandle(self._driver, settings, await self._driver.run(flows.look(settings, job_id)))
+
+    async def jobs(
+        self, status: Status | None = None, process: str | None = None, limit: int = 50
+    ) -> list[AsyncJobHandle]:
+        """As `Client.jobs`."""
+        settings = self._connection.settings
+        found = await self._driver.run(flows.list_jobs(settings, status, process, limit))
+        return [AsyncJobHandle(self._driver, settings, job) for job in found]
+
+    async def grazing_curve(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values,
+        points: int | None = None,
+        max_order: int = 8,
+        progress: bool = True,
+    ) -> GrazingCurve:
+        """As `Client.grazing_curve`."""
+        request = questions.grazing_curve(oscillator, omega, points, max_order)
+        return await self._answer(GrazingCurve, request, progress)
+
+    async def codimension_two_points(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: tuple[float, float],
+        max_order: int = 8,
+        max_multiple: int = 4,
+        progress: bool = True,
+    ) -> CodimensionTwoPoints:
+        """As `Client.codimension_two_points`."""
+        request = questions.codimension_two_points(oscillator, omega, max_order, max_multiple)
+        return await self._answer(CodimensionTwoPoints, request, progress)
+
+    async def trajectory(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        initial: InitialState | Mapping[str, Any] | None = None,
+        periods: int,
+        transient_periods: int = 0,
+        samples_per_period: int = 200,
+        progress: bool = True,
+    ) -> Trajectory:
+        """As `Client.trajectory`."""
+        request = questions.trajectory(
+            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period
+        )
+        return await self._answer(Trajectory, request, progress)
+
+    async def unfolding_map(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values,
+        clearance: Values,
+        shape: tuple[int, int] | None = None,
+        policy: str = "rest",
+        max_periods: int = 1000,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> UnfoldingMap:
+        """As `Client.unfolding_map`."""
+        request = questions.unfolding_map(oscillator, omega, clearance, shape, policy, max_periods, max_period)
+        return await self._answer(UnfoldingMap, request, progress)
+
+    async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
+        process = result_class.process
+        with Listener(process, progress) as listener:
+            flow = flows.answer(self._connection.settings, process, request, constants.PREFER_WAIT)
+            result = await self._driver.run(flow, listener)
+        if not isinstance(result, result_class):
+            raise ProtocolError("the service answered with the result of another process")
+        return result

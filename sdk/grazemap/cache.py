@@ -1,0 +1,63 @@
+"""Results on the client's disk: by job id, used again only when the service confirms their ETag.
+
+A file is one line of JSON {etag, sha256} and then the npz bytes. It is written beside its place and moved there, so
+that a reader sees a whole file or none; a damaged one counts as absent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class CachedResult:
+    """The npz bytes of a result and the strong ETag they came with."""
+
+    etag: str
+    data: bytes
+
+
+class ResultCache:
+    """A folder of results. It is made when the first result is written.
+
+    Parameters
+    ----------
+    folder : path
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder).expanduser()
+
+    def read(self, job_id: str) -> CachedResult | None:
+        """Return what is there for a job, or None."""
+        try:
+            head, _, data = self._path(job_id).read_bytes().partition(b"\n")
+        except FileNotFoundError:
+            return None
+        try:
+            described = json.loads(head)
+            etag, digest = str(described["etag"]), described["sha256"]
+        except (ValueError, TypeError, KeyError):
+            return None
+        return CachedResult(etag, data) if hashlib.sha256(data).hexdigest() == digest else None
+
+    def write(self, job_id: str, etag: str, data: bytes) -> None:
+        """Keep a result. Raises OSError where the folder cannot be written."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        head = json.dumps({"etag": etag, "sha256": hashlib.sha256(data).hexdigest()}).encode()
+        handle, name = tempfile.mkstemp(dir=self.folder, prefix=".writing-")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(head + b"\n" + data)
+            os.replace(name, self._path(job_id))
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+
+    def _path(self, job_id: str) -> Path:
+        return self.folder / f"{job_id}.result"

@@ -1,0 +1,260 @@
+"""The blocking client: one method per process, and handles on jobs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any, Self, TypeVar
+
+import httpx2
+
+from grazemap import constants, flows, questions
+from grazemap.connection import Connection
+from grazemap.driver import Driver
+from grazemap.errors import ProtocolError
+from grazemap.jobs import JobHandle
+from grazemap.models import InitialState, ProcessRequest, Status
+from grazemap.progress import Listener
+from grazemap.questions import OscillatorLike, Values
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectory, UnfoldingMap
+from grazemap.validation import validated
+
+R = TypeVar("R", bound=Result)
+
+
+class Client:
+    """Talks to a grazemap service. Nothing is sent before a method is called.
+
+    Parameters
+    ----------
+    base_url : str
+    api_key : str, optional
+        Sent as a bearer token.
+    cache_dir : path, optional
+        Folder for results; one is used again when the service confirms its ETag.
+    timeout : float
+        Seconds that a single answer may stay silent. How long a computation may take is not limited by it.
+    retries : int
+        Attempts after the first one on 429, 502, 503, 504 and broken connections. Asking twice never computes twice.
+    transport : httpx2.BaseTransport, optional
+        Another way to move bytes, for example to an application in the same process.
+
+    Raises
+    ------
+    ValueError
+        The address is not one of http or https.
+    """
+
+    def __init__(
+        self,
+        base_url: str = constants.DEFAULT_BASE_URL,
+        api_key: str | None = None,
+        cache_dir: str | os.PathLike[str] | None = None,
+        timeout: float = constants.DEFAULT_TIMEOUT,
+        retries: int = constants.DEFAULT_RETRIES,
+        transport: httpx2.BaseTransport | None = None,
+    ) -> None:
+        self._connection = Connection.of(base_url, api_key, cache_dir, timeout, retries)
+        self._http = httpx2.Client(
+            base_url=self._connection.base_url,
+            headers=self._connection.headers,
+            timeout=timeout,
+            transport=transport,
+            trust_env=self._connection.use_environment,
+        )
+        self._driver = Driver(self._http)
+
+    @property
+    def base_url(self) -> str:
+        """The address this client talks to."""
+        return self._connection.base_url
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the service says about itself: versions, processes, limits."""
+        return self._driver.run(flows.describe(self._connection.settings))
+
+    def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
+        """Ask a question without waiting; the same question again gives the same job.
+
+        Parameters
+        ----------
+        process : str
+            For example "unfolding-maps".
+        request : mapping or wire model
+            The body as the HTTP interface takes it.
+
+        Raises
+        ------
+        ParameterError
+            Values that are not allowed; most are found before anything is sent.
+        QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        settings = self._connection.settings
+        job = self._driver.run(flows.submit(settings, process, validated(process, request)))
+        return JobHandle(self._driver, settings, job)
+
+    def job(self, job_id: str) -> JobHandle:
+        """Return the handle of a job that was submitted before. Raises NotFound."""
+        settings = self._connection.settings
+        return JobHandle(self._driver, settings, self._driver.run(flows.look(settings, job_id)))
+
+    def jobs(self, status: Status | None = None, process: str | None = None, limit: int = 50) -> list[JobHandle]:
+        """Return up to `limit` jobs, newest first."""
+        settings = self._connection.settings
+        found = self._driver.run(flows.list_jobs(settings, status, process, limit))
+        return [JobHandle(self._driver, settings, job) for job in found]
+
+    def grazing_curve(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values,
+        points: int | None = None,
+        max_order: int = 8,
+        progress: bool = True,
+    ) -> GrazingCurve:
+        """Compute the curve clearance = A(omega) on which the steady motion touches both stops.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+            Left out: the paper's example.
+        omega : (start, stop) or increasing list or array
+            Forcing frequency; rad/s in SI.
+        points : int, optional
+            Number of values from start to stop, both included.
+        max_order : int
+            Recurrence of the graze is looked for up to this number of half periods.
+        progress : bool
+            Show a bar on stderr while it is computed.
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+
+        References
+        ----------
+        Equations (16)-(19) for the curve, (33)-(40) for the recurrence.
+        """
+        request = questions.grazing_curve(oscillator, omega, points, max_order)
+        return self._answer(GrazingCurve, request, progress)
+
+    def codimension_two_points(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: tuple[float, float],
+        max_order: int = 8,
+        max_multiple: int = 4,
+        progress: bool = True,
+    ) -> CodimensionTwoPoints:
+        """Compute every codimension-two point of the grazing curve over an interval of omega.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega : (start, stop)
+        max_order : int
+            Recurrences up to this number of half periods.
+        max_multiple : int
+            Resonances of motions up to this number of forcing periods.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+
+        References
+        ----------
+        Equations (42), (45), (57), (58).
+        """
+        request = questions.codimension_two_points(oscillator, omega, max_order, max_multiple)
+        return self._answer(CodimensionTwoPoints, request, progress)
+
+    def trajectory(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        initial: InitialState | Mapping[str, Any] | None = None,
+        periods: int,
+        transient_periods: int = 0,
+        samples_per_period: int = 200,
+        progress: bool = True,
+    ) -> Trajectory:
+        """Compute one trajectory with every impact.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float
+        initial : InitialState or mapping, optional
+            displacement and velocity of all masses and the phase of the forcing; left out: at rest in the middle.
+        periods, transient_periods : int
+            Forcing periods that are recorded, and those that are gone through before.
+        samples_per_period : int
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.trajectory(
+            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period
+        )
+        return self._answer(Trajectory, request, progress)
+
+    def unfolding_map(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values,
+        clearance: Values,
+        shape: tuple[int, int] | None = None,
+        policy: str = "rest",
+        max_periods: int = 1000,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> UnfoldingMap:
+        """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : (start, stop) or increasing list or array
+        shape : (int, int), optional
+            Numbers of clearances and of omegas, where they are given as (start, stop).
+        policy : {"rest"}
+            Where the trajectories start.
+        max_periods : int
+            Forcing periods after which a motion counts as unresolved.
+        max_period : int
+            The longest period that is looked for, in forcing periods.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.unfolding_map(oscillator, omega, clearance, shape, policy, max_periods, max_period)
+        return self._answer(UnfoldingMap, request, progress)
+
+    def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
+        process = result_class.process
+        with Listener(process, progress) as listener:
+            flow = flows.answer(self._connection.settings, process, request, constants.PREFER_WAIT)
+            result = self._driver.run(flow, listener)
+        if not isinstance(result, result_class):
+            raise ProtocolError("the service answered with the result of another process")
+        return result

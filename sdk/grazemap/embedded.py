@@ -1,0 +1,145 @@
+"""`local()`: a whole stack of its own on this machine, for as long as a block lasts."""
+
+from __future__ import annotations
+
+import atexit
+import importlib.util
+import json
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import IO, Any
+
+from grazemap import constants
+from grazemap.client import Client
+from grazemap.errors import MissingExtra, StackError
+
+# What the stack cannot start without, beside the package itself.
+_SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
+_LOG_LINES_SHOWN = 20
+
+
+class LocalClient(Client):
+    """A `Client` that owns the stack it talks to; closing it stops the stack."""
+
+    def __init__(self, stack: Stack) -> None:
+        super().__init__(stack.url)
+        self._stack = stack
+
+    def close(self) -> None:
+        """Close the connections and stop the stack; its temporary data are gone then."""
+        super().close()
+        self._stack.stop()
+
+
+def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
+    """Start service, queue and workers on a free loopback port, and return a client of them.
+
+    Parameters
+    ----------
+    data : path, optional
+        Folder that keeps jobs and results for the next time; left out: a temporary one.
+    workers : int, optional
+        Number of worker processes; left out: one per processor.
+
+    Returns
+    -------
+    LocalClient
+        To be used in a `with` block or closed: with it everything that was started is gone. It is also gone when
+        this process ends in any way.
+
+    Raises
+    ------
+    MissingExtra
+        The extra "server" is not installed.
+    StackError
+        The stack did not start; the message ends with its log's last lines.
+    """
+    return LocalClient(Stack(data, workers))
+
+
+def stack_command(*options: str) -> list[str]:
+    """Return the command line of the stack. Raises MissingExtra where its parts are not installed."""
+    if any(importlib.util.find_spec(part) is None for part in _SERVER_PARTS):
+        raise MissingExtra("a stack on this machine", "server")
+    return [sys.executable, "-m", "grazemap_service.stack", *options]
+
+
+class Stack:
+    """The stack as a child process; the constructor returns when it is ready.
+
+    Attributes
+    ----------
+    url : str
+        The address of its service.
+    """
+
+    def __init__(
+        self,
+        data: str | os.PathLike[str] | None = None,
+        workers: int | None = None,
+        timeout: float = constants.LOCAL_START_TIMEOUT,
+    ) -> None:
+        options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent"]
+        if workers is not None:
+            options += ["--workers", str(workers)]
+        command = stack_command(*options)
+        self._folder = Path(tempfile.mkdtemp(prefix="grazemap-"))
+        self._log = self._folder / "stack.log"
+        where = Path(data).expanduser() if data is not None else self._folder / "data"
+        with self._log.open("wb") as log:
+            self._process = subprocess.Popen(
+                [*command, "--data", str(where)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log
+            )
+        atexit.register(self.stop)
+        try:
+            self.url = self._await_ready(timeout)
+        except BaseException:
+            self.stop()
+            raise
+
+    def _await_ready(self, timeout: float) -> str:
+        """Return the address from the one line of JSON that the stack prints when it is ready."""
+        assert self._process.stdout is not None
+        lines: queue.Queue[bytes] = queue.Queue()
+        threading.Thread(target=_first_line, args=(self._process.stdout, lines), daemon=True).start()
+        try:
+            line = lines.get(timeout=timeout)
+        except queue.Empty:
+            raise StackError(f"the stack was not ready after {timeout:.0f} s{self._log_tail()}") from None
+        if not line:
+            code = self._process.wait(constants.LOCAL_STOP_TIMEOUT)
+            raise StackError(f"the stack ended with exit code {code} before it was ready{self._log_tail()}")
+        try:
+            ready: Any = json.loads(line)
+            return str(ready["url"])
+        except (ValueError, KeyError, TypeError) as error:
+            raise StackError(f"the stack did not say where it is{self._log_tail()}") from error
+
+    def _log_tail(self) -> str:
+        lines = self._log.read_text(errors="replace").splitlines()[-_LOG_LINES_SHOWN:]
+        return "\n" + "\n".join(lines) if lines else ""
+
+    def stop(self) -> None:
+        """Stop the stack and remove its temporary data. Idempotent."""
+        atexit.unregister(self.stop)
+        if self._process.poll() is None:
+            self._process.terminate()
+            try:
+                self._process.wait(constants.LOCAL_STOP_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _first_line(stream: IO[bytes], lines: queue.Queue[bytes]) -> None:
+    """Hand on the first line, b"" at the end of the file."""
+    lines.put(stream.readline())

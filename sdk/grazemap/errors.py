@@ -1,0 +1,187 @@
+"""Every exception the package raises, and the table from a problem's status to its exception.
+
+GrazemapError
+├── ServiceProblem              the service refused or failed: .problem, .status, .request_id
+│   ├── ParameterError          400, 413, 422; also raised before anything is sent (also a ValueError)
+│   ├── AuthenticationError     401, 403
+│   ├── NotFound                404, 410
+│   ├── ResultNotReady          409: the job is unfinished
+│   ├── QueueFull               429 after all retries: .retry_after
+│   ├── ServiceUnavailable      502, 503, 504 after all retries: .retry_after
+│   └── ServerError             any other 5xx
+├── JobError                    .job, as last seen
+│   ├── JobFailed               .problem says why
+│   ├── JobDismissed            somebody cancelled it
+│   └── WaitTimeout             unfinished when the time was up; the job goes on (also a TimeoutError)
+├── ConnectionFailed            no answer after all retries (also a ConnectionError)
+├── ProtocolError               an answer that is not the service's
+├── ResultFormatError           a file or an answer that is not a result (also a ValueError)
+├── StackError                  the embedded stack did not start; the message ends with its log's last lines
+└── MissingExtra                an optional part is not installed (also an ImportError)
+"""
+
+from __future__ import annotations
+
+from grazemap.models import Job, Problem
+
+__all__ = [
+    "AuthenticationError",
+    "ConnectionFailed",
+    "GrazemapError",
+    "JobDismissed",
+    "JobError",
+    "JobFailed",
+    "MissingExtra",
+    "NotFound",
+    "ParameterError",
+    "ProtocolError",
+    "QueueFull",
+    "ResultFormatError",
+    "ResultNotReady",
+    "ServerError",
+    "ServiceProblem",
+    "ServiceUnavailable",
+    "StackError",
+    "WaitTimeout",
+    "problem_exception",
+    "problem_text",
+]
+
+
+class GrazemapError(Exception):
+    """Base of everything the package raises on purpose."""
+
+
+def problem_text(problem: Problem) -> str:
+    """Return a problem in plain words: the title, the detail, and one line per error."""
+    lines = [problem.title if not problem.detail else f"{problem.title}: {problem.detail}"]
+    for error in problem.errors:
+        allowed = f" (allowed: {error.allowed})" if error.allowed else ""
+        lines.append(f"  {error.pointer or '/'}: {error.detail}{allowed}")
+    return "\n".join(lines)
+
+
+class ServiceProblem(GrazemapError):
+    """A problem after RFC 9457.
+
+    Attributes
+    ----------
+    problem : Problem
+        type, title, status, detail and the list of errors (pointer, detail, allowed).
+    request_id : str or None
+        The answer's X-Request-Id, to be quoted in a report; None when nothing was sent.
+    retry_after : float or None
+        Seconds after which the service wants to be asked again.
+    """
+
+    def __init__(self, problem: Problem, request_id: str | None = None, retry_after: float | None = None) -> None:
+        super().__init__(problem_text(problem))
+        self.problem = problem
+        self.request_id = request_id
+        self.retry_after = retry_after
+
+    @property
+    def status(self) -> int:
+        """HTTP status of the problem."""
+        return self.problem.status
+
+
+class ParameterError(ServiceProblem, ValueError):
+    """The question cannot be asked like this; `problem.errors` says where and what is allowed."""
+
+
+class AuthenticationError(ServiceProblem):
+    """The API key is missing, wrong, or not enough."""
+
+
+class NotFound(ServiceProblem):
+    """There is no such job, process or page."""
+
+
+class ResultNotReady(ServiceProblem):
+    """The job is unfinished: wait for it first."""
+
+
+class QueueFull(ServiceProblem):
+    """The service has as much work as it takes; nothing was queued."""
+
+
+class ServiceUnavailable(ServiceProblem):
+    """The service cannot work at the moment."""
+
+
+class ServerError(ServiceProblem):
+    """The service failed; its log has the request id."""
+
+
+class JobError(GrazemapError):
+    """A job that brings no result. `job` is the job as it was last seen."""
+
+    def __init__(self, message: str, job: Job) -> None:
+        super().__init__(message)
+        self.job = job
+
+
+class JobFailed(JobError):
+    """The computation failed; `problem` says why."""
+
+    @property
+    def problem(self) -> Problem | None:
+        """The job's problem."""
+        return self.job.problem
+
+
+class JobDismissed(JobError):
+    """The job was cancelled."""
+
+
+class WaitTimeout(JobError, TimeoutError):
+    """The job was unfinished when the time to wait was over; it goes on."""
+
+
+class ConnectionFailed(GrazemapError, ConnectionError):
+    """No answer from the service."""
+
+
+class ProtocolError(GrazemapError):
+    """What answered is not a grazemap service, or one of a version this client cannot read."""
+
+
+class ResultFormatError(GrazemapError, ValueError):
+    """The bytes are not a result."""
+
+
+class StackError(GrazemapError):
+    """The embedded stack did not start."""
+
+
+class MissingExtra(GrazemapError, ImportError):
+    """An optional part of the package is not installed."""
+
+    def __init__(self, purpose: str, extra: str) -> None:
+        super().__init__(f'{purpose} needs an optional part: pip install "grazemap[{extra}]"')
+        self.extra = extra
+
+
+_BY_STATUS: dict[int, type[ServiceProblem]] = {
+    400: ParameterError,
+    401: AuthenticationError,
+    403: AuthenticationError,
+    404: NotFound,
+    409: ResultNotReady,
+    410: NotFound,
+    413: ParameterError,
+    422: ParameterError,
+    429: QueueFull,
+    502: ServiceUnavailable,
+    503: ServiceUnavailable,
+    504: ServiceUnavailable,
+}
+
+
+def problem_exception(
+    problem: Problem, request_id: str | None = None, retry_after: float | None = None
+) -> ServiceProblem:
+    """Return the exception that stands for a problem."""
+    fallback = ServerError if problem.status >= 500 else ServiceProblem
+    return _BY_STATUS.get(problem.status, fallback)(problem, request_id, retry_after)

@@ -1,0 +1,120 @@
+"""From the keywords of the client's methods to the wire model of a question; nothing is sent from here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.models import (
+    CodimensionTwoPointsRequest,
+    GrazingCurvesRequest,
+    InitialState,
+    Interval,
+    Oscillator,
+    ProcessRequest,
+    Range,
+    TrajectoriesRequest,
+    UnfoldingMapsRequest,
+)
+from grazemap.validation import parameter_error, validated
+
+R = TypeVar("R", bound=ProcessRequest)
+OscillatorLike = Oscillator | Mapping[str, Any] | None
+Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
+"""(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
+
+_VALUES = "(start, stop) with a number of points, or an increasing list or array"
+
+
+def grazing_curve(
+    oscillator: OscillatorLike, omega: Values, points: int | None, max_order: int
+) -> GrazingCurvesRequest:
+    """Return the question for a grazing curve. Raises ParameterError."""
+    body = {"omega": _grid("omega", omega, points, "points"), "max_order": max_order}
+    return _request(GrazingCurvesRequest, "grazing-curves", oscillator, body)
+
+
+def codimension_two_points(
+    oscillator: OscillatorLike, omega: tuple[float, float], max_order: int, max_multiple: int
+) -> CodimensionTwoPointsRequest:
+    """Return the question for the codimension-two points of an interval. Raises ParameterError."""
+    body = {"omega": _interval("omega", omega), "max_order": max_order, "max_multiple": max_multiple}
+    return _request(CodimensionTwoPointsRequest, "codimension-two-points", oscillator, body)
+
+
+def trajectory(
+    oscillator: OscillatorLike,
+    omega: float,
+    clearance: float,
+    initial: InitialState | Mapping[str, Any] | None,
+    periods: int,
+    transient_periods: int,
+    samples_per_period: int,
+) -> TrajectoriesRequest:
+    """Return the question for a trajectory. Raises ParameterError."""
+    body: dict[str, Any] = {
+        "omega": omega,
+        "clearance": clearance,
+        "periods": periods,
+        "transient_periods": transient_periods,
+        "samples_per_period": samples_per_period,
+    }
+    if initial is not None:
+        body["initial"] = initial if isinstance(initial, InitialState) else dict(initial)
+    return _request(TrajectoriesRequest, "trajectories", oscillator, body)
+
+
+def unfolding_map(
+    oscillator: OscillatorLike,
+    omega: Values,
+    clearance: Values,
+    shape: tuple[int, int] | None,
+    policy: str,
+    max_periods: int,
+    max_period: int,
+) -> UnfoldingMapsRequest:
+    """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
+    if shape is not None and len(shape) != 2:
+        raise parameter_error("/shape", "shape has two numbers", "(clearance points, omega points)")
+    rows, columns = shape if shape is not None else (None, None)
+    body = {
+        "omega": _grid("omega", omega, columns, "shape"),
+        "clearance": _grid("clearance", clearance, rows, "shape"),
+        "policy": policy,
+        "max_periods": max_periods,
+        "max_period": max_period,
+    }
+    return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
+
+
+def _request(model: type[R], process: str, oscillator: OscillatorLike, body: dict[str, Any]) -> R:
+    if oscillator is not None:
+        body["oscillator"] = oscillator if isinstance(oscillator, Oscillator) else dict(oscillator)
+    request = validated(process, body)
+    if not isinstance(request, model):
+        raise TypeError(f"{process} is not asked with a {model.__name__}")
+    return request
+
+
+def _grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
+    """Return a range or the values as they are; the model judges them. A tuple of two numbers is (start, stop)."""
+    pair = isinstance(values, tuple) and len(values) == 2
+    if pair and points is None:
+        raise parameter_error(f"/{name}", f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
+    if pair:
+        return {"start": values[0], "stop": values[1], "points": points}
+    if points is not None and isinstance(values, list | tuple | np.ndarray) and points != len(values):
+        detail = f"{name} has {len(values)} values, and {keyword} asks for another number"
+        raise parameter_error(f"/{name}", detail, _VALUES)
+    return dict(values) if isinstance(values, Mapping) else values
+
+
+def _interval(name: str, values: Any) -> Any:
+    if isinstance(values, Mapping | Interval):
+        return values
+    if not isinstance(values, list | tuple | np.ndarray) or len(values) != 2:
+        raise parameter_error(f"/{name}", f"{name} is not an interval", "(start, stop) with stop > start > 0")
+    return {"start": values[0], "stop": values[1]}

@@ -1,0 +1,29 @@
+"""What the processes answer, as objects with numpy arrays; saving and loading them.
+
+A result keeps the document it was made from, so that what is saved is what the service sent, fields of a newer
+service included. npz is the service's own format (`codec.py`); JSON is the same document as text, its null a NaN.
+"""
+
+from grazemap.results.base import Result
+from grazemap.results.files import RESULTS, decode_result, load, result_from
+from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, Sticking
+from grazemap.results.trajectory import Trajectory
+from grazemap.results.unfolding import UnfoldingMap
+
+__all__ = [
+    "RESULTS",
+    "CodimensionTwoPoint",
+    "CodimensionTwoPoints",
+    "Family",
+    "GrazingCurve",
+    "Impacts",
+    "MotionShare",
+    "Result",
+    "Sticking",
+    "Trajectory",
+    "UnfoldingMap",
+    "decode_result",
+    "load",
+    "result_from",
+]

@@ -1,0 +1,146 @@
+"""The records inside results: codimension-two points, impacts, sticking."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+R = TypeVar("R")
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def _known(record_class: type[R], record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries of a record that its class knows; a newer service may send more."""
+    names = {field.name for field in fields(record_class)}  # type: ignore[arg-type]
+    return {name: value for name, value in record.items() if name in names}
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """One of the paper's families of double grazing motions: case 1 to 4 and n, equation (42)."""
+
+    case: int
+    n: int
+
+
+@dataclass(frozen=True, slots=True)
+class CodimensionTwoPoint:
+    """One codimension-two point of the grazing curve.
+
+    Attributes
+    ----------
+    kind : {"recurrence", "resonant"}
+        A zero of Phi_12(order T/2), equations (45), (57), (58); or a zero of the periodic sum H(1) or H(-1).
+    omega, clearance : float
+        Where it lies on the grazing curve.
+    order : int or None
+        Of a recurrence: after how many half periods of the forcing the graze recurs.
+    active : bool or None
+        Of a recurrence: no smaller order recurs there already.
+    families : tuple of Family
+        Of a recurrence: the paper's cases and n with this order.
+    multiple : int or None
+        Of a resonance: the period of the impacting motion in forcing periods.
+    symmetric : bool or None
+        Of a resonance: it concerns the motions that are their own mirror image.
+    bifurcation : {"SN", "PD", "SB"} or None
+        Of a resonance: which curve ends there: saddle-node, period doubling, symmetry breaking.
+    residual : float or None
+        What is left of the equation at the point.
+    status : str or None
+        How the point was found.
+    """
+
+    kind: Literal["recurrence", "resonant"]
+    omega: float
+    clearance: float
+    order: int | None = None
+    active: bool | None = None
+    families: tuple[Family, ...] = ()
+    multiple: int | None = None
+    symmetric: bool | None = None
+    bifurcation: Literal["SN", "PD", "SB"] | None = None
+    residual: float | None = None
+    status: str | None = None
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> CodimensionTwoPoint:
+        """Return the point that a record of the result's document describes."""
+        known = _known(cls, record)
+        families = known.pop("families", None) or []
+        return cls(**known, families=tuple(Family(**_known(Family, family)) for family in families))
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """Every contact of a trajectory with a stop, in order.
+
+    Attributes
+    ----------
+    time : ndarray of shape (impacts,)
+        From the start of the recorded part; nondimensional, or s.
+    stop : ndarray of shape (impacts,)
+        +1: stop A (right), -1: stop C (left).
+    velocity : ndarray of shape (impacts,)
+        Signed velocity of mass 1 before the impact; nondimensional, or m/s.
+    kind : ndarray of shape (impacts,)
+        What kind of contact it was.
+    """
+
+    time: FloatArray
+    stop: IntArray
+    velocity: FloatArray
+    kind: NDArray[Any]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True, eq=False)
+class Sticking:
+    """The intervals during which mass 1 rests on a stop.
+
+    Attributes
+    ----------
+    start, stop_time : ndarray of shape (intervals,)
+        Begin and end; nondimensional, or s.
+    stop : ndarray of shape (intervals,)
+        +1: stop A (right), -1: stop C (left).
+    """
+
+    start: FloatArray
+    stop_time: FloatArray
+    stop: IntArray
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+
+@dataclass(frozen=True, slots=True)
+class MotionShare:
+    """One motion of an unfolding map and how much of the map it covers.
+
+    Attributes
+    ----------
+    label : str
+        n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic.
+    kind : str
+    period, impacts_right, impacts_left : int or None
+        None for a motion that is not periodic.
+    pixels : int
+    share : float
+        pixels over all pixels of the map, from 0 to 1.
+    """
+
+    label: str
+    kind: str
+    period: int | None
+    impacts_right: int | None
+    impacts_left: int | None
+    pixels: int
+    share: float

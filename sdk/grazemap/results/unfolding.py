@@ -1,0 +1,119 @@
+"""Unfolding maps: which motion each point of a rectangle of (omega, clearance) settles to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.codec import Document
+from grazemap.models import motion_label
+from grazemap.results.base import Result, floats, integers
+from grazemap.results.records import FloatArray, IntArray, MotionShare
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UnfoldingMap(Result):
+    """The motion that each point of a rectangle of (omega, clearance) settles to.
+
+    Attributes
+    ----------
+    omega : ndarray of shape (omega,)
+    clearance : ndarray of shape (clearance,)
+    kind : ndarray of int, shape (clearance, omega)
+        Index into `kinds`.
+    kinds : tuple of str
+    period, impacts_right, impacts_left : ndarray of int, shape (clearance, omega)
+        The label n-p_r-q_l; it counts only where the kind is "periodic".
+    symmetric : ndarray of bool, shape (clearance, omega)
+    least_impact_velocity : ndarray of shape (clearance, omega)
+        NaN where the motion has no impacts.
+    settled_after : ndarray of int, shape (clearance, omega)
+        Forcing periods; -1 where the motion is unresolved.
+    reason : ndarray of int, shape (clearance, omega)
+        Index into `reasons`: why a motion is unresolved.
+    reasons : tuple of str
+    """
+
+    process: ClassVar[str] = "unfolding-maps"
+
+    omega: FloatArray
+    clearance: FloatArray
+    kind: IntArray
+    kinds: tuple[str, ...]
+    period: IntArray
+    impacts_right: IntArray
+    impacts_left: IntArray
+    symmetric: NDArray[np.bool_]
+    least_impact_velocity: FloatArray
+    settled_after: IntArray
+    reason: IntArray
+    reasons: tuple[str, ...]
+
+    @classmethod
+    def _fields(cls, document: Document) -> dict[str, Any]:
+        whole = ("kind", "period", "impacts_right", "impacts_left", "settled_after", "reason")
+        return {
+            **{name: floats(document[name]) for name in ("omega", "clearance", "least_impact_velocity")},
+            **{name: integers(document[name]) for name in whole},
+            **{name: tuple(str(text) for text in document[name]) for name in ("kinds", "reasons")},
+            "symmetric": np.asarray(document["symmetric"], dtype=np.bool_),
+        }
+
+    def motions(self) -> list[MotionShare]:
+        """Return the motions of the map, those that cover most of it first."""
+        codes = np.stack([self.kind, self.period, self.impacts_right, self.impacts_left], axis=-1).reshape(-1, 4)
+        codes[codes[:, 0] != self._code("periodic"), 1:] = 0
+        found, counts = np.unique(codes, axis=0, return_counts=True)
+        shares = [
+            self._share(code, pixels, len(codes)) for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
+        ]
+        return sorted(shares, key=lambda motion: (-motion.pixels, motion.label))
+
+    def labels(self) -> NDArray[np.str_]:
+        """Return the label of every point, shape (clearance, omega)."""
+        text = np.full(self.kind.shape, "", dtype="<U32")
+        for motion in self.motions():
+            text[self.mask(motion)] = motion.label
+        return text
+
+    def mask(self, motion: MotionShare) -> NDArray[np.bool_]:
+        """Return where a motion is, shape (clearance, omega)."""
+        there: NDArray[np.bool_] = self.kind == self._code(motion.kind)
+        if motion.period is not None:
+            there &= (self.period == motion.period) & (self.impacts_right == motion.impacts_right)
+            there &= self.impacts_left == motion.impacts_left
+        return there
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        curve: GrazingCurve | None = None,
+        points: CodimensionTwoPoints | None = None,
+        motions: int = 20,
+    ) -> Axes:
+        """Draw the regions of the motions with a legend, and the grazing curve and codimension-two points if given."""
+        from grazemap.plots.unfolding import plot_unfolding_map
+
+        return plot_unfolding_map(self, ax, curve, points, motions)
+
+    def _code(self, kind: str) -> int:
+        return self.kinds.index(kind) if kind in self.kinds else -1
+
+    def _share(self, code: list[int], pixels: int, total: int) -> MotionShare:
+        kind, period, right, left = code
+        name = self.kinds[kind]
+        if name != "periodic":
+            return MotionShare(name, name, None, None, None, pixels, pixels / total)
+        return MotionShare(motion_label(period, right, left), name, period, right, left, pixels, pixels / total)
+
+    def _summary(self) -> str:
+        return f"{len(self.clearance)} x {len(self.omega)} points, {len(self.motions())} motions"
