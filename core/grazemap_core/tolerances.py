@@ -34,3 +34,81 @@ Decays are computed to a few times EPSILON of the frequency; a mode whose damped
 
 PROPORTIONAL_SPREAD: Final = 2.0 * EPSILON
 """A list of link dampings is proportional when all c_i/k_i agree to this: the roundings of two quotients."""
+
+# --- contact and trajectory ---------------------------------------------------------------------------------------
+
+TAYLOR_DEGREE: Final = 18
+"""Degree of the local series of x1. With steps of at most CELL_REACH / |lambda| the first term left out is below
+1/19! = 8e-18 of a mode's amplitude; its bound is added to the contact test all the same."""
+
+CELL_REACH: Final = 1.0
+"""Length of a cell times the largest exponent (or omega). Larger cells need a higher degree, smaller ones cost more."""
+
+LEAST_CELLS: Final = 16
+"""Cells per forcing period at least; even, because the motion is read off every half period."""
+
+CONTACT_ROUNDING: Final = 32.0 * EPSILON
+"""Round-off of a Bernstein coefficient of the distance, relative to the sum of the terms that it was added up from:
+a few operations for the series, 18 additions in the change of basis, as many halvings in a subdivision."""
+
+CHATTER_VELOCITY: Final = 1e-6
+"""Speed of leaving a stop, in units of omega * clearance, below which a pressed contact is complete chatter."""
+
+IMPACT_BUDGET: Final = 50_000
+"""Impacts in half a forcing period after which a trajectory is given up; only R = 1 sliding on a stop gets there."""
+
+# --- motion -------------------------------------------------------------------------------------------------------
+
+CLOSING_GOAL: Final = 1e-9
+"""The stroboscopic orbit has closed when it returns to this, in units of the clearance."""
+
+CLOSING_FLOOR: Final = 1e-12
+"""A return this close is round-off; no rate of convergence can be read from it."""
+
+LIMIT_DISTANCE: Final = 1e-8
+"""Largest extrapolated distance to the limiting orbit (return * rate / (1 - rate)) at which a motion is named."""
+
+SLOWEST_RATE: Final = 0.999
+"""Contraction per motion period above which the extrapolation means nothing and the motion is not named."""
+
+SEPARATION: Final = 100.0
+"""A smaller period is excluded, and an impact counts as no graze, at this many times the distance to the limit."""
+
+CLEARED: Final = 1.0 - 1e-12
+"""Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
+
+# --- steady motion ------------------------------------------------------------------------------------------------
+
+STEADY_REFINEMENT_STEPS: Final = 10
+"""Refinement steps allowed to one linear solve; one is the rule, more come up at a resonance with decay/frequency < 1e-8."""
+
+STEADY_ACCURACY: Final = EPSILON / 16.0
+"""Error left in x_1, relative to x_1, at which refinement stops: invisible once x_1 is rounded to a double."""
+
+STEADY_DIVERGED: Final = 1.0e-13
+"""Last correction relative to the solution above which refinement has not converged: a resonance without damping."""
+
+# --- impulse response, periodic sums and their zeros --------------------------------------------------------------
+
+RESPONSE_ROUNDOFF: Final = 16.0 * EPSILON
+"""Round-off of an impulse response or periodic sum, relative to its terms plus time times the terms of its derivative.
+
+Frequencies and decays carry up to about 6 roundings (3 units of EPSILON), sines and exponentials and their sums as
+many again; measured errors stay below a third of this bound (tests/core/test_impulse_response.py). It is multiplied by
+the conditioning of the modal model.
+"""
+
+BOUND_SAFETY: Final = 1.0 + 1.0e-9
+"""Factor on bounds of derivatives that covers the roundings made in computing the bound."""
+
+NEAR_DOUBLE_WIDTH: Final = 1.0e-10
+"""Relative width of an interval below which an undecided pair of zeros is reported as one near-double zero.
+
+Round-off hides two zeros that are closer than about sqrt(EPSILON) = 1.5e-8 of a period; this is well below.
+"""
+
+MAX_CELLS: Final = 20_000_000
+"""Cells after which root isolation gives up with a message: about 10 s; the default set over (0.05, 2.5) takes 10^4."""
+
+END_WIDTH: Final = 1.0e-13
+"""Relative amount by which the searched interval is widened, so that a zero at an end is not lost to rounding."""

@@ -1,0 +1,106 @@
+"""From an oscillator and a forcing frequency to the arrays that the trajectory kernels read."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.errors import ParameterError
+from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.cells import CellProblem
+from grazemap_core.modal import ModalModel
+from grazemap_core.tolerances import CELL_REACH, LEAST_CELLS
+
+MOST_CELLS = 10_000_000
+"""Cells per forcing period beyond which a chain is refused as too stiff for its forcing frequency."""
+
+
+def cells_per_period(model: ModalModel, omega: float) -> int:
+    """Return the even number of cells that one forcing period is cut into.
+
+    Raises
+    ------
+    ParameterError
+        The fastest exponent is so much larger than omega that a period would need more than MOST_CELLS cells.
+    """
+    fastest = np.where(
+        model.discriminant < 0.0,
+        model.decay + np.sqrt(np.maximum(-model.discriminant, 0.0)),
+        np.sqrt(model.frequency_squared),
+    )
+    needed = 2.0 * math.pi * max(1.0, float(np.max(fastest)) / omega) / CELL_REACH
+    if not needed <= MOST_CELLS:
+        raise ParameterError("omega", f"must be greater than the fastest exponent of the chain / {MOST_CELLS // 6}")
+    return 2 * math.ceil(max(needed, LEAST_CELLS) / 2)
+
+
+def cell_problem(
+    model: ModalModel, steady: NDArray[np.complex128], omega: float, restitution: float, phase: float = 0.0
+) -> CellProblem:
+    """Return the kernels' view of a model forced at one frequency.
+
+    Parameters
+    ----------
+    model : ModalModel
+    steady : complex, shape (N,)
+        Steady response of every mass: its motion is ``Im(steady exp(i (omega t + phase)))``.
+    omega : float
+        Forcing frequency.
+    restitution : float
+    phase : float
+        Forcing phase at t = 0.
+    """
+    count = model.size
+    cells = cells_per_period(model, omega)
+    step = 2.0 * math.pi / omega / cells
+    frequency = np.sqrt(model.frequency_squared)
+    a, b = model.shape[0, :, 0], model.shape[0, :, 1]
+    readout = np.stack([a, b, -b * model.frequency_squared, a - 2.0 * model.decay * b], axis=1)
+    reach, fourth = np.empty(count), np.empty(count)
+    cell_flow = np.empty((count, 4))
+    for j in range(count):
+        generator = np.array([[0.0, 1.0], [-model.frequency_squared[j], -2.0 * model.decay[j]]])
+        row = readout[j, :2]
+        reach[j] = math.hypot(row[0] / frequency[j], row[1])
+        row = row @ np.linalg.matrix_power(generator, 4)
+        fourth[j] = math.hypot(row[0] / frequency[j], row[1])
+        cell_flow[j] = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], step)
+    size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
+    # the second half of the table mirrors the first exactly, so that symmetric motions are symmetric to the last bit
+    angles = phase + 2.0 * math.pi * np.arange(cells // 2) / cells
+    half = steady[0] * np.exp(1j * angles)
+    gain = np.concatenate([half, -half, half[:1]])
+    return CellProblem(
+        decay=np.ascontiguousarray(model.decay),
+        discriminant=np.ascontiguousarray(model.discriminant),
+        frequency_squared=np.ascontiguousarray(model.frequency_squared),
+        frequency=frequency,
+        readout=np.ascontiguousarray(readout),
+        kick=np.ascontiguousarray(model.kick),
+        reach=reach,
+        fourth=fourth,
+        closeness=np.stack([size, size / frequency], axis=1),
+        cell_flow=cell_flow,
+        gain=np.stack([gain.real, gain.imag], axis=1),
+        steady_bound=float(abs(steady[0])),
+        omega=float(omega),
+        step=step,
+        restitution=float(restitution),
+        cells=cells,
+    )
+
+
+def free_state(
+    model: ModalModel,
+    steady: NDArray[np.complex128],
+    omega: float,
+    displacement: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    phase: float,
+) -> NDArray[np.float64]:
+    """Return a physical state, less the steady motion at this phase, in block coordinates, shape (N, 2)."""
+    turned = steady * np.exp(1j * phase)
+    rest = np.concatenate([displacement - turned.imag, velocity - omega * turned.real])
+    return np.ascontiguousarray((model.to_modal @ rest).reshape(model.size, 2))

@@ -1,0 +1,180 @@
+"""First contact of a polynomial with a stop, certified in the Bernstein basis.
+
+What flows in: the Taylor coefficients of the distance to a stop over one step, scaled to t in [0, 1], and a bound on
+everything that was rounded or cut off. What flows out: the first t at which the distance turns negative, or the
+certificate that it stays positive. No root is skipped: on every piece of [0, 1] the Bernstein coefficients bound the
+polynomial (convex hull), and a piece whose coefficients change sign once has exactly one root (Descartes' rule).
+
+References
+----------
+R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", CAGD 29 (2012) 379-419.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grazemap_core.tolerances import TAYLOR_DEGREE
+
+FloatArray = NDArray[np.float64]
+
+CLEAR = 0
+"""The distance stays positive on the whole step."""
+CONTACT = 1
+"""The distance turns negative at the returned t."""
+GRAZE_UNDECIDED = 2
+"""No contact was certain, but somewhere the distance is zero to within round-off; taken as no contact."""
+
+MAX_DEPTH = 60
+STACK_SHAPE = (MAX_DEPTH + 2, TAYLOR_DEGREE + 1)
+
+_binomial = np.ones((TAYLOR_DEGREE + 1, TAYLOR_DEGREE + 1))
+for _n in range(2, TAYLOR_DEGREE + 1):
+    for _k in range(1, _n):
+        _binomial[_n, _k] = _binomial[_n - 1, _k - 1] + _binomial[_n - 1, _k]
+INVERSE_BINOMIAL = 1.0 / _binomial
+"""1 / C(n, k) for k <= n."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def to_bernstein(taylor: FloatArray, degree: int, out: FloatArray) -> None:
+    """Write the Bernstein coefficients on [0, 1] of sum_k taylor[k] t^k, k <= degree, into out[0 .. degree]."""
+    for k in range(degree + 1):
+        out[k] = taylor[k] * INVERSE_BINOMIAL[degree, k]
+    for j in range(degree):
+        for i in range(degree, j, -1):
+            out[i] += out[i - 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _split(piece: FloatArray, degree: int, right: FloatArray) -> None:
+    """Halve a piece by de Casteljau: the left half replaces it, the right half goes to `right`."""
+    right[degree] = piece[degree]
+    for level in range(1, degree + 1):
+        for i in range(degree, level - 1, -1):
+            piece[i] = 0.5 * (piece[i] + piece[i - 1])
+        right[degree - level] = piece[degree]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _polished_root(taylor: FloatArray, degree: int, low: float, high: float) -> float:
+    """Return the one root in [low, high] (positive at low, negative at high): Newton kept inside the bracket."""
+    t = 0.5 * (low + high)
+    for _ in range(100):
+        value = taylor[degree]
+        slope = 0.0
+        for k in range(degree - 1, -1, -1):
+            slope = slope * t + value
+            value = value * t + taylor[k]
+        if value < 0.0:
+            high = t
+        elif value > 0.0:
+            low = t
+        else:
+            return t
+        new = t - value / slope if slope != 0.0 else low
+        if not (low < new < high):
+            new = 0.5 * (low + high)
+        if new == t or abs(new - t) <= 1.2e-16 * new:
+            return new
+        t = new
+    return t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _stepped_root(taylor: FloatArray, degree: int, low: float, width: float) -> float:
+    """Return the root next to `low`, where the distance is zero to within round-off and falling."""
+    t = low
+    for _ in range(3):
+        value = taylor[degree]
+        slope = 0.0
+        for k in range(degree - 1, -1, -1):
+            slope = slope * t + value
+            value = value * t + taylor[k]
+        if slope >= 0.0:
+            return low
+        t = min(max(t - value / slope, max(low - width, 0.0)), low + width)
+    return t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _unsure_between(piece: FloatArray, error: float, low: int, high: int, degree: int) -> bool:
+    """Say whether all unsure coefficients lie between `low` and `high`: they cannot add a sign change there."""
+    unsure_outside = 0
+    for i in range(degree + 1):
+        if abs(piece[i]) <= error and not (low < i < high):
+            unsure_outside += 1
+    return unsure_outside == 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_negative(
+    taylor: FloatArray, degree: int, error: float, stack: FloatArray, start: FloatArray, width: FloatArray
+) -> tuple[int, float]:
+    """Return (status, t) of the first sign change from positive to negative on [0, 1].
+
+    Parameters
+    ----------
+    taylor : (degree + 1,) coefficients of the distance in t; positive, or zero to round-off, at t = 0.
+    error : bound on the rounding and truncation in any Bernstein coefficient.
+    stack, start, width : scratch of shapes STACK_SHAPE, (MAX_DEPTH + 2,), (MAX_DEPTH + 2,); overwritten.
+
+    Returns
+    -------
+    status : CLEAR, CONTACT or GRAZE_UNDECIDED. t is meaningful with CONTACT only.
+    """
+    to_bernstein(taylor, degree, stack[0])
+    start[0] = 0.0
+    width[0] = 1.0
+    top = 0
+    undecided = False
+    while top >= 0:
+        piece = stack[top]
+        largest = 0.0
+        first_positive = degree + 1
+        last_positive = -1
+        first_negative_at = degree + 1
+        last_negative = -1
+        last_unsure = -1
+        for i in range(degree + 1):
+            value = piece[i]
+            largest = max(largest, abs(value))
+            if value > error:
+                last_positive = i
+                first_positive = min(first_positive, i)
+            elif value < -error:
+                last_negative = i
+                first_negative_at = min(first_negative_at, i)
+            else:
+                last_unsure = i
+        if last_negative < 0 and last_positive >= 0 and last_unsure < first_positive:
+            top -= 1  # positive; unsure values at the very start are the stop that was just left
+            continue
+        if last_positive < 0 and last_negative >= 0 and last_unsure < first_negative_at:
+            return CONTACT, _stepped_root(taylor, degree, start[top], width[top])
+        if (
+            first_positive == 0
+            and last_negative == degree
+            and last_positive < first_negative_at
+            and (last_unsure < 0 or _unsure_between(piece, error, last_positive, first_negative_at, degree))
+        ):
+            return CONTACT, _polished_root(taylor, degree, start[top], start[top] + width[top])
+        if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= 1e-15:
+            undecided = True
+            top -= 1
+            continue
+        _split(piece, degree, stack[top + 1])
+        half = 0.5 * width[top]
+        # the right half waits below, the left half is looked at first
+        for i in range(degree + 1):
+            left = piece[i]
+            piece[i] = stack[top + 1, i]
+            stack[top + 1, i] = left
+        start[top + 1] = start[top]
+        width[top + 1] = half
+        start[top] += half
+        width[top] = half
+        top += 1
+    return (GRAZE_UNDECIDED if undecided else CLEAR), 1.0

@@ -1,0 +1,184 @@
+"""The oscillator as the trajectory kernels read it, and the elementary operations on its state.
+
+Time is cut into cells, an even number per forcing period. The state is the pair (u_j, u_j') of every block of the
+modal model *less the steady motion*, which is a table over the cells of one period; so a state decays, and no phase
+is ever accumulated. What flows in is a `CellProblem` (built by `grazemap_core.cell_problem`) and a state of shape
+(N, 2); functions that change an argument in place say so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.tolerances import TAYLOR_DEGREE
+
+FloatArray = NDArray[np.float64]
+
+
+class CellProblem(NamedTuple):
+    """One oscillator at one forcing frequency.
+
+    Attributes
+    ----------
+    decay, discriminant, frequency_squared, frequency : (N,)
+        The blocks, as in the modal model; frequency is the root of frequency_squared.
+    readout : (N, 4)
+        x1 = sum r0 u + r1 u', v1 = sum r2 u + r3 u' (less the steady motion).
+    kick : (N, 2)
+        What a unit velocity given to mass 1 adds to (u, u').
+    reach, fourth : (N,)
+        Bounds for all later times: |contribution to x1| <= reach * e and |its 4th derivative| <= fourth * e,
+        where e = frequency |u| + |u'|.
+    closeness : (N, 2)
+        Largest displacement, over the masses, that a unit of (u, u') amounts to.
+    cell_flow : (N, 4)
+        Flow over one cell, row by row.
+    gain : (cells + 1, 2)
+        G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part.
+    steady_bound : float
+        |G|, the amplitude of the steady motion of mass 1.
+    omega, step, restitution : float
+        Forcing frequency, length of a cell, R.
+    cells : int
+        Per forcing period, even.
+    """
+
+    decay: FloatArray
+    discriminant: FloatArray
+    frequency_squared: FloatArray
+    frequency: FloatArray
+    readout: FloatArray
+    kick: FloatArray
+    reach: FloatArray
+    fourth: FloatArray
+    closeness: FloatArray
+    cell_flow: FloatArray
+    gain: FloatArray
+    steady_bound: float
+    omega: float
+    step: float
+    restitution: float
+    cells: int
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def flow_state(problem: CellProblem, u: FloatArray, time: float) -> None:
+    """Carry a state over any time; u (N, 2) is changed in place."""
+    for j in range(u.shape[0]):
+        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
+        first, second = u[j, 0], u[j, 1]
+        u[j, 0] = e11 * first + e12 * second
+        u[j, 1] = e21 * first + e22 * second
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def advance_cell(problem: CellProblem, u: FloatArray, end: int) -> tuple[float, float]:
+    """Carry a state over one whole cell, in place, and return x1, v1 at cell boundary `end`."""
+    x = problem.gain[end, 1]
+    v = problem.omega * problem.gain[end, 0]
+    for j in range(u.shape[0]):
+        first, second = u[j, 0], u[j, 1]
+        a = problem.cell_flow[j, 0] * first + problem.cell_flow[j, 1] * second
+        b = problem.cell_flow[j, 2] * first + problem.cell_flow[j, 3] * second
+        u[j, 0] = a
+        u[j, 1] = b
+        x += problem.readout[j, 0] * a + problem.readout[j, 1] * b
+        v += problem.readout[j, 2] * a + problem.readout[j, 3] * b
+    return x, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_mass(problem: CellProblem, u: FloatArray, gain_real: float, gain_imag: float) -> tuple[float, float]:
+    """Return x1, v1 of a state where the steady motion has the given gain."""
+    x = gain_imag
+    v = problem.omega * gain_real
+    for j in range(u.shape[0]):
+        x += problem.readout[j, 0] * u[j, 0] + problem.readout[j, 1] * u[j, 1]
+        v += problem.readout[j, 2] * u[j, 0] + problem.readout[j, 3] * u[j, 1]
+    return x, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turned_gain(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
+    """Return the gain of the steady motion a time `offset` after the start of a cell."""
+    angle = problem.omega * offset
+    c, s = math.cos(angle), math.sin(angle)
+    re, im = problem.gain[cell, 0], problem.gain[cell, 1]
+    return re * c - im * s, im * c + re * s
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounds(problem: CellProblem, u: FloatArray) -> tuple[float, float]:
+    """Return bounds of |x1| and |x1''''| for all later times until the next impact."""
+    reach = problem.steady_bound
+    omega_squared = problem.omega * problem.omega
+    fourth = problem.steady_bound * omega_squared * omega_squared
+    for j in range(u.shape[0]):
+        envelope = problem.frequency[j] * abs(u[j, 0]) + abs(u[j, 1])
+        reach += problem.reach[j] * envelope
+        fourth += problem.fourth[j] * envelope
+    return reach, fourth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_series(
+    first: float, second: float, decay: float, square: float, length: float, taylor: FloatArray
+) -> tuple[float, float]:
+    """Add the scaled series of y'' = -square y - 2 decay y' to taylor; return (sum of |terms|, bound of the rest)."""
+    a = first
+    b = second * length
+    taylor[0] += a
+    taylor[1] += b
+    total = abs(a) + abs(b)
+    p = 2.0 * decay * length
+    q = square * length * length
+    for m in range(TAYLOR_DEGREE - 1):
+        c = -(p * (m + 1) * b + q * a) / ((m + 1) * (m + 2))
+        taylor[m + 2] += c
+        total += abs(c)
+        a, b = b, c
+    # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
+    m = TAYLOR_DEGREE - 1
+    c = -(p * (m + 1) * b + q * a) / ((m + 1) * (m + 2))
+    a, b = b, c
+    m += 1
+    d = -(p * (m + 1) * b + q * a) / ((m + 1) * (m + 2))
+    reach = math.sqrt(q)
+    rest = abs(c) + (abs(d) * (TAYLOR_DEGREE + 2) / reach if reach > 0.0 else 0.0)
+    return total, rest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def expand(
+    problem: CellProblem,
+    u: FloatArray,
+    gain_real: float,
+    gain_imag: float,
+    length: float,
+    taylor: FloatArray,
+) -> tuple[float, float]:
+    """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
+
+    Returns
+    -------
+    size : float
+        Sum of the moduli of all terms that were added up: what round-off is relative to.
+    rest : float
+        Bound of what the series leaves out, anywhere in [0, 1].
+    """
+    taylor[:] = 0.0
+    square = problem.omega * problem.omega
+    size, rest = _add_series(gain_imag, problem.omega * gain_real, 0.0, square, length, taylor)
+    for j in range(u.shape[0]):
+        x = problem.readout[j, 0] * u[j, 0] + problem.readout[j, 1] * u[j, 1]
+        v = problem.readout[j, 2] * u[j, 0] + problem.readout[j, 3] * u[j, 1]
+        s, r = _add_series(x, v, problem.decay[j], problem.frequency_squared[j], length, taylor)
+        size += s
+        rest += r
+    return size, rest

@@ -1,0 +1,187 @@
+"""Whole trajectories: half period after half period, with or without a record of the impacts.
+
+`run_halves` is the one loop over cells; `settle` runs a trajectory until its motion can be named, and `settle_column`
+does so for a column of clearances. Serial on purpose: parallelism comes from processes, and every trajectory gives the
+same bytes whatever runs beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, first_mass
+from grazemap_core.kernels.closing import (
+    BUDGET,
+    CHATTERS,
+    NAMED,
+    NOT_CLOSED,
+    OVERFLOWS,
+    Orbit,
+    enter,
+    name_motion,
+)
+from grazemap_core.kernels.contact import (
+    COMPLETE_CHATTER,
+    IMPACT_BUDGET_SPENT,
+    OK,
+    Workspace,
+    is_clear,
+    walk_cell,
+)
+from grazemap_core.tolerances import CLEARED
+
+FloatArray = NDArray[np.float64]
+
+RECORD_FULL = 100
+"""The record of impacts has no more room; the state is back at the start of the half period."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_half(problem: CellProblem, u: FloatArray, clearance: float, half: int, work: Workspace) -> int:
+    """Carry a state over half a forcing period, in place. Statuses as `walk_cell`."""
+    cells = problem.cells // 2
+    first = (half % 2) * cells
+    x, v = first_mass(problem, u, problem.gain[first, 0], problem.gain[first, 1])
+    _, fourth = bounds(problem, u)
+    work.tally[0] = 0.0
+    work.tally[1] = 0.0
+    work.tally[2] = np.inf
+    for cell in range(first, first + cells):
+        work.saved[:] = u
+        x_end, v_end = advance_cell(problem, u, cell + 1)
+        if work.cursor[0] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, clearance):
+            u[:] = work.saved
+            status = walk_cell(problem, u, clearance, cell, half, work)
+            if status != OK:
+                return status
+            x_end, v_end = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
+            _, fourth = bounds(problem, u)
+        x, v = x_end, v_end
+    return OK
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _reason(status: int) -> int:
+    if status == COMPLETE_CHATTER:
+        return CHATTERS
+    if status == IMPACT_BUDGET_SPENT:
+        return BUDGET
+    return OVERFLOWS
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle(
+    problem: CellProblem,
+    u: FloatArray,
+    clearance: float,
+    stop_left: int,
+    max_periods: int,
+    max_period: int,
+    ring: Orbit,
+    work: Workspace,
+) -> tuple[int, int, int, int, bool, float, int]:
+    """Run a trajectory until its motion can be named, or for `max_periods` forcing periods.
+
+    Parameters
+    ----------
+    u : (N, 2)
+        Initial state; carried along in place.
+    stop_left : int
+        The stop that mass 1 starts on (+1 A, -1 C), or 0.
+    ring, work
+        Scratch; overwritten.
+
+    Returns
+    -------
+    reason : a code of `closing`; NAMED when the motion is known.
+    period, impacts_right, impacts_left, symmetric, least_speed : as `name_motion`.
+    settled_after : int
+        Forcing periods after which the orbit had closed; -1 unless NAMED.
+    """
+    work.cursor[0] = stop_left
+    work.cursor[1] = 0
+    work.tally[0] = 0.0
+    work.tally[1] = 0.0
+    work.tally[2] = np.inf
+    enter(ring, 0, u, work)
+    reason = NOT_CLOSED
+    for k in range(1, 2 * max_periods + 1):
+        status = run_half(problem, u, clearance, k - 1, work)
+        if status != OK:
+            return _reason(status), 0, 0, 0, False, np.inf, -1
+        enter(ring, k, u, work)
+        reach, _ = bounds(problem, u)
+        if work.cursor[0] == 0 and reach < CLEARED * clearance:
+            # the envelope of everything to come stays between the stops: never again a contact
+            return NAMED, 1, -1, -1, True, np.inf, (k + 1) // 2
+        reason, period, right, left, symmetric, least = name_motion(problem, ring, k, max_period, clearance)
+        if reason == NAMED:
+            window = 2 * period if not symmetric else period
+            return NAMED, period, right, left, symmetric, least, max(0, (k - 2 * window + 1) // 2)
+    return reason, 0, 0, 0, False, np.inf, -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle_column(
+    problem: CellProblem,
+    initial: FloatArray,
+    clearances: FloatArray,
+    max_periods: int,
+    max_period: int,
+    ring: Orbit,
+    work: Workspace,
+    integers: NDArray[np.int64],
+    least_speed: FloatArray,
+) -> None:
+    """Settle one trajectory per clearance, all from the state `initial` (N, 2) between the stops.
+
+    integers (n, 6) receives reason, period, impacts_right, impacts_left, symmetric, settled_after; least_speed (n,)
+    the least impact speed, NaN without impacts.
+    """
+    u = np.empty_like(initial)
+    for i in range(clearances.shape[0]):
+        u[:] = initial
+        reason, period, right, left, symmetric, least, after = settle(
+            problem, u, clearances[i], 0, max_periods, max_period, ring, work
+        )
+        integers[i, 0] = reason
+        integers[i, 1] = period
+        integers[i, 2] = right
+        integers[i, 3] = left
+        integers[i, 4] = 1 if symmetric else 0
+        integers[i, 5] = after
+        least_speed[i] = least if np.isfinite(least) else np.nan
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_recorded(
+    problem: CellProblem,
+    u: FloatArray,
+    clearance: float,
+    halves_done: int,
+    halves: int,
+    ring: Orbit,
+    work: Workspace,
+) -> tuple[int, int]:
+    """Run until `halves` half periods are done, entering every impact into work.events and every half into the ring.
+
+    The caller sets work.cursor and enters half period 0 before the first call. Returns (status, halves done): OK when
+    all are done; RECORD_FULL when the record must grow first, the state u being that after the halves done; otherwise
+    the status with which the trajectory ended, u being the state there.
+    """
+    start = np.empty_like(u)
+    for half in range(halves_done, halves):
+        start[:] = u
+        cursor_stop, cursor_row = work.cursor[0], work.cursor[1]
+        status = run_half(problem, u, clearance, half, work)
+        if work.cursor[1] > work.events.shape[0]:
+            u[:] = start
+            work.cursor[0] = cursor_stop
+            work.cursor[1] = cursor_row
+            return RECORD_FULL, half
+        if status != OK:
+            return status, half
+        enter(ring, half + 1, u, work)
+    return OK, halves

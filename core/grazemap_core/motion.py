@@ -1,0 +1,63 @@
+"""Types of motion: what a settled trajectory is called, or why it could not be named (theory: n-p_r-q_l)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from grazemap_core.kernels import closing
+
+KINDS: Final = ("unresolved", "periodic")
+"""Kinds of motion that this version tells apart; the position is the code."""
+
+REASONS: Final[dict[int, str]] = {
+    closing.NAMED: "",
+    closing.NOT_CLOSED: "the stroboscopic orbit has not closed within the periods and the longest period looked at",
+    closing.SLOW: "the stroboscopic orbit closes too slowly to tell its limit",
+    closing.GRAZES: "an impact is so slow that it may be none in the limit",
+    closing.CHATTERS: "complete chatter: infinitely many impacts in a finite time",
+    closing.BUDGET: "too many impacts in half a forcing period",
+    closing.OVERFLOWS: "a number overflowed",
+}
+"""Why a motion is unresolved; the key is the code."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion that a trajectory settled to.
+
+    Attributes
+    ----------
+    kind : "periodic" or "unresolved"
+    period : int or None
+        Least period n, in forcing periods.
+    impacts_right, impacts_left : int or None
+        Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched.
+    symmetric : bool or None
+        Whether the motion is its own mirror image, half a period later.
+    certified : bool
+        Whether the orbit was proven (Newton on the periodic orbit); closing of the orbit alone is no proof.
+    reason : str or None
+        Why an unresolved motion is so.
+    """
+
+    kind: str
+    period: int | None = None
+    impacts_right: int | None = None
+    impacts_left: int | None = None
+    symmetric: bool | None = None
+    certified: bool = False
+    reason: str | None = None
+
+
+def motion_from_codes(reason: int, period: int, impacts_right: int, impacts_left: int, symmetric: bool) -> Motion:
+    """Return the motion that the kernels' codes stand for."""
+    if reason != closing.NAMED:
+        return Motion(kind="unresolved", reason=REASONS[reason])
+    return Motion(
+        kind="periodic",
+        period=period,
+        impacts_right=impacts_right,
+        impacts_left=impacts_left,
+        symmetric=symmetric,
+    )

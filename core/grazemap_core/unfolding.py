@@ -1,0 +1,84 @@
+"""The unfolding map: which motion every point of a rectangle of (omega, clearance) settles to, from rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.cell_problem import cell_problem, free_state
+from grazemap_core.errors import ParameterError
+from grazemap_core.kernels import closing
+from grazemap_core.kernels.contact import workspace
+from grazemap_core.kernels.simulate import settle_column
+from grazemap_core.modal import modal_model
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.steady import steady_response
+
+Floats = NDArray[np.float64]
+
+
+def unfolding_map_tile(
+    oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int = 1000, max_period: int = 32
+) -> dict[str, NDArray[Any]]:
+    """Settle one trajectory from rest (forcing phase 0) per point of a grid.
+
+    Every point is computed on its own, so a grid cut into tiles gives the same bytes.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    omega : (m,), clearance : (n,)
+        The grid, in the oscillator's units; both > 0.
+    max_periods : int
+        Forcing periods after which a trajectory that has not settled is given up as unresolved.
+    max_period : int
+        Longest period n of a motion that is looked for.
+
+    Returns
+    -------
+    dict of arrays of shape (n, m), [clearance, omega]
+        kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`), period, impacts_right,
+        impacts_left (int32; -1: not touched; all 0 where unresolved), symmetric (bool), settled_after (int32
+        forcing periods; -1 where unresolved), least_impact_velocity (float64; NaN without impacts or unresolved).
+
+    Raises
+    ------
+    ParameterError
+        A grid value is not positive, or a limit is below 1.
+    """
+    for name, values in (("omega", omega), ("clearance", clearance)):
+        if not (np.all(np.isfinite(values)) and np.all(values > 0.0)):
+            raise ParameterError(name, "every number must be finite and greater than 0")
+    for name, limit in (("max_periods", max_periods), ("max_period", max_period)):
+        if limit < 1:
+            raise ParameterError(name, "must be 1 or greater")
+    model = modal_model(oscillator)
+    steady = steady_response(oscillator, omega)
+    at_rest = np.zeros(oscillator.size)
+    ring = closing.orbit(oscillator.size, max_period)
+    work = workspace(oscillator.size)
+    column = np.ascontiguousarray(clearance, dtype=np.float64)
+    shape = (len(clearance), len(omega))
+    integers = np.empty((len(clearance), 6), dtype=np.int64)
+    least = np.empty(len(clearance))
+    codes = np.empty((6, *shape), dtype=np.int64)
+    least_velocity = np.empty(shape)
+    for i, w in enumerate(omega):
+        problem = cell_problem(model, steady[i], float(w), oscillator.restitution)
+        initial = free_state(model, steady[i], float(w), at_rest, at_rest, 0.0)
+        settle_column(problem, initial, column, max_periods, max_period, ring, work, integers, least)
+        codes[:, :, i] = integers.T
+        least_velocity[:, i] = least
+    reason, period, right, left, symmetric, after = codes
+    return {
+        "kind": (reason == closing.NAMED).astype(np.int8),
+        "reason": reason.astype(np.int8),
+        "period": period.astype(np.int32),
+        "impacts_right": right.astype(np.int32),
+        "impacts_left": left.astype(np.int32),
+        "symmetric": symmetric.astype(np.bool_),
+        "settled_after": after.astype(np.int32),
+        "least_impact_velocity": least_velocity,
+    }
