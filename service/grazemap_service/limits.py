@@ -6,6 +6,8 @@ estimate. A refusal is a "too-much-work" problem with the members `estimate` and
 
 from __future__ import annotations
 
+import numpy as np
+
 from grazemap.models import (
     GrazingCurvesRequest,
     ProblemError,
@@ -13,10 +15,11 @@ from grazemap.models import (
     TrajectoriesRequest,
     UnfoldingMapsRequest,
     grid_points,
+    grid_values,
 )
 from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
-from grazemap_worker.store.plan import Plan, plan
+from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, period_costs, plan
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
@@ -46,6 +49,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     for pointer, quantity, count, limit in _counts(request, settings):
         if count > limit:
             raise _too_much(pointer, quantity, count, limit)
+    _check_stiffness(request, settings)
     planned = plan(process, request)
     # written so that a nan, from an estimate that overflowed, is refused too
     if not planned.estimate.periods <= settings.max_work:
@@ -72,14 +76,28 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
     return []
 
 
+def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
+    """Refuse a system one period of which is over the limit, before its plan is made: estimates would overflow."""
+    if not isinstance(request, TrajectoriesRequest | UnfoldingMapsRequest):
+        return
+    least = grid_values(request.omega)[0] if isinstance(request, UnfoldingMapsRequest) else request.omega
+    with np.errstate(all="ignore"):
+        cost = period_costs(request.oscillator, np.array([least]))[0]
+    seconds = float(cost) / PERIODS_PER_SECOND
+    if not seconds <= settings.max_seconds:
+        raise _too_much("/oscillator", "seconds", seconds, settings.max_seconds)
+
+
 def _too_much(pointer: str, quantity: str, estimate: float, limit: float) -> ProblemException:
+    # a nan is an estimate that overflowed on its way
     reported = float(f"{estimate:.3g}") if estimate < _MOST_REPORTED else _MOST_REPORTED
     word = "about" if estimate < _MOST_REPORTED else "at least"
-    detail = f"The job would take {word} {reported:g} {quantity}; the limit is {limit:g}."
+    allowed = f"at most {limit:.10g} {quantity}"
+    detail = f"The job would take {word} {reported:.10g} {quantity}; allowed are {allowed}."
     name = quantity.replace(" ", "_")
     return ProblemException(
         "too-much-work",
         detail,
-        errors=[ProblemError(pointer=pointer, detail=detail, allowed=f"at most {limit:g} {quantity}")],
+        errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)],
         extensions={"estimate": {name: reported}, "limit": {name: limit}},
     )

@@ -43,7 +43,8 @@ def _as_list(value: Any) -> Any:
     return value
 
 
+# Last in an Annotated: bounds written after it would not get into the JSON schema.
 Listable = BeforeValidator(_as_list)
-Float = Annotated[float, Listable, Field()]
-Positive = Annotated[float, Listable, Field(gt=0)]
-NonNegative = Annotated[float, Listable, Field(ge=0)]
+Float = Annotated[float, Listable]
+Positive = Annotated[float, Field(gt=0), Listable]
+NonNegative = Annotated[float, Field(ge=0), Listable]

@@ -15,7 +15,7 @@ def _damping_tag(value: Any) -> str:
 
 Damping = Annotated[
     Annotated[NonNegative, Tag("[proportional]")]
-    | Annotated[list[NonNegative], Listable, Field(min_length=1), Tag("[per link]")],
+    | Annotated[list[NonNegative], Field(min_length=1), Listable, Tag("[per link]")],
     Discriminator(_damping_tag),
 ]
 
@@ -43,11 +43,11 @@ class Oscillator(Request):
     """
 
     units: Literal["nondimensional", "SI"] = "nondimensional"
-    masses: Annotated[list[Positive], Listable, Field(min_length=1)] = [1.0, 10.0, 10.0]
-    stiffnesses: Annotated[list[Positive], Listable, Field(min_length=1)] = [1.0, 5.0, 5.0]
+    masses: Annotated[list[Positive], Field(min_length=1), Listable] = [1.0, 10.0, 10.0]
+    stiffnesses: Annotated[list[Positive], Field(min_length=1), Listable] = [1.0, 5.0, 5.0]
     damping: Damping = 0.05
-    forcing: Annotated[list[Float], Listable, Field(min_length=1)] = [1.0, 0.0, 0.0]
-    restitution: Annotated[float, Listable, Field(ge=0, le=1)] = 0.8
+    forcing: Annotated[list[Float], Field(min_length=1), Listable] = [1.0, 0.0, 0.0]
+    restitution: Annotated[float, Field(ge=0, le=1), Listable] = 0.8
 
     @model_validator(mode="after")
     def _lengths_agree(self) -> Oscillator:

@@ -28,7 +28,7 @@ class Interval(Request):
 class Range(Interval):
     """Equally spaced values of a positive parameter, both ends included."""
 
-    points: Annotated[int, Listable, Field(ge=2)]
+    points: Annotated[int, Field(ge=2), Listable]
 
 
 def _increasing(values: list[float]) -> list[float]:
@@ -45,7 +45,7 @@ def _grid_tag(value: Any) -> str | None:
 
 Grid = Annotated[
     Annotated[Range, Tag("[range]")]
-    | Annotated[list[Positive], Listable, Field(min_length=2), AfterValidator(_increasing), Tag("[list]")],
+    | Annotated[list[Positive], Field(min_length=2), Listable, AfterValidator(_increasing), Tag("[list]")],
     Discriminator(
         _grid_tag,
         custom_error_type="not_allowed",

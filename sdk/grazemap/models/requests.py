@@ -14,9 +14,9 @@ from grazemap.models.base import Float, Listable, Positive, Request, invalid
 from grazemap.models.oscillator import Oscillator
 from grazemap.models.ranges import Grid, Interval
 
-Order = Annotated[int, Listable, Field(ge=1, le=200)]
-Multiple = Annotated[int, Listable, Field(ge=1, le=100)]
-Count = Annotated[int, Listable, Field(ge=1)]
+Order = Annotated[int, Field(ge=1, le=200), Listable]
+Multiple = Annotated[int, Field(ge=1, le=100), Listable]
+Count = Annotated[int, Field(ge=1), Listable]
 
 
 class ProcessRequest(Request):
@@ -55,8 +55,8 @@ class TrajectoriesRequest(ProcessRequest):
     clearance: Positive
     initial: InitialState = InitialState()
     periods: Count
-    transient_periods: Annotated[int, Listable, Field(ge=0)] = 0
-    samples_per_period: Annotated[int, Listable, Field(ge=1, le=100_000)] = 200
+    transient_periods: Annotated[int, Field(ge=0), Listable] = 0
+    samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
 
     @model_validator(mode="after")
     def _initial_state_fits(self) -> TrajectoriesRequest:
@@ -79,11 +79,11 @@ class UnfoldingMapsRequest(ProcessRequest):
     omega: Grid
     clearance: Grid
     policy: Literal["rest"] = "rest"
-    max_periods: Annotated[int, Listable, Field(ge=1, le=1_000_000)] = 1000
-    max_period: Annotated[int, Listable, Field(ge=1, le=256)] = 32
+    max_periods: Annotated[int, Field(ge=1, le=1_000_000), Listable] = 1000
+    max_period: Annotated[int, Field(ge=1, le=256), Listable] = 32
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
     initial_conditions: Annotated[Count, Field(exclude=True)] = 16
-    seed: Annotated[int, Listable, Field(ge=0, exclude=True)] = 0
+    seed: Annotated[int, Field(ge=0, exclude=True), Listable] = 0
 
 
 PROCESSES: dict[str, type[ProcessRequest]] = {
