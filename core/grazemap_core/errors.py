@@ -4,9 +4,9 @@ Kernels return a status; the layer above them raises from here. The text of ever
 says what is wrong and what would help, and holds no values beyond those that the user gave.
 
     CoreError
-    +- ParameterError       a number or a combination of numbers outside what the theory covers
-    +- SteadyMotionError    the non-impacting steady motion does not exist or is not unique
-    +- ConditioningError    the answer exists, but double precision would not return its digits
+    +- ParameterError          a number or a combination of numbers outside what the theory covers
+    |  +- SteadyMotionError    the non-impacting steady motion does not exist or is not unique
+    +- ConditioningError       the answer exists, but double precision would not return its digits
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class ParameterError(CoreError, ValueError):
         return type(self), (self.name, self.message)
 
 
-class SteadyMotionError(CoreError, ValueError):
-    """An undamped mode or an exact resonance leaves no unique steady motion without impacts."""
+class SteadyMotionError(ParameterError):
+    """An undamped mode or an exact resonance leaves no unique steady motion without impacts; names the parameter."""
 
 
 class ConditioningError(CoreError, ArithmeticError):

@@ -80,7 +80,7 @@ CLEARED: Final = 1.0 - 1e-12
 # --- steady motion ------------------------------------------------------------------------------------------------
 
 STEADY_REFINEMENT_STEPS: Final = 10
-"""Refinement steps allowed to one linear solve; one is the rule, more come up at a resonance with decay/frequency < 1e-8."""
+"""Refinement steps allowed to one linear solve; one is the rule, a resonance with decay/frequency < 1e-8 takes more."""
 
 STEADY_ACCURACY: Final = EPSILON / 16.0
 """Error left in x_1, relative to x_1, at which refinement stops: invisible once x_1 is rounded to a double."""

@@ -1,0 +1,264 @@
+"""Codimension-two points of the grazing curve: all of them in an interval of forcing frequencies.
+
+An oscillator and an interval flow in, a sorted list of points flows out. All points come from the zeros of three
+functions of one variable (theory, sections 6 and 7), which `kernels.root_isolation` finds without missing one:
+
+- recurrence points, ``g(m T/2) = 0``: the paper's four families, equations (42), (45), (57), (58);
+- resonant points, ``h = 0`` or ``h_s = 0`` at ``n T`` or ``n T/2``: where saddle-node, period-doubling and
+  symmetry-breaking curves of single-impact orbits leave the grazing curve.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing import checked_order, require_forced
+from grazemap_core.impulse_response import ImpulseResponse, evaluate, impulse_response
+from grazemap_core.kernels.recurrence import first_recurrence
+from grazemap_core.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
+from grazemap_core.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
+from grazemap_core.modal import modal_model
+from grazemap_core.oscillator import Floats, Oscillator
+from grazemap_core.steady import require_damped, steady_response
+from grazemap_core.tolerances import END_WIDTH
+
+Bifurcation = Literal["SN", "PD", "SB"]
+Status = Literal["simple", "near-double"]
+
+
+@dataclass(frozen=True)
+class CodimensionTwoPoint:
+    """A point (omega, clearance) of the grazing curve at which its unfolding changes.
+
+    Attributes
+    ----------
+    kind : {"recurrence", "resonant"}
+    omega, clearance : float
+        On the grazing curve.
+    residual : float
+        Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless.
+    status : {"simple", "near-double"}
+        A near-double zero stands for two zeros too close to tell apart, or for a near touch that may be none.
+    omega_error : float
+        How far round-off of the model may have moved omega.
+    order : int
+        Recurrence: m, the number of half periods; 0 for resonant points.
+    active : bool
+        Recurrence: no smaller order recurs here; False for resonant points.
+    families : tuple of (case, n)
+        Recurrence: the paper's cases 1-4 with their number of periods n; empty for resonant points.
+    multiple : int
+        Resonant: n, the orbit's period in forcing periods; 0 for recurrence points.
+    symmetric : bool
+        Resonant: of orbits with one impact on either stop (True) or on one stop only.
+    bifurcation : {"SN", "PD", "SB"} or None
+        Resonant: which curve leaves the grazing curve here.
+    """
+
+    kind: Literal["recurrence", "resonant"]
+    omega: float
+    clearance: float
+    residual: float
+    status: Status
+    omega_error: float
+    order: int = 0
+    active: bool = False
+    families: tuple[tuple[int, int], ...] = ()
+    multiple: int = 0
+    symmetric: bool = False
+    bifurcation: Bifurcation | None = None
+
+
+@dataclass(frozen=True)
+class _Zero:
+    """A zero of g, h or h_s: its place, its uncertainty, whether it is near-double, and its residual."""
+
+    place: float
+    uncertainty: float
+    status: Status
+    residual: float
+
+
+def families_of_order(order: int) -> tuple[tuple[int, int], ...]:
+    """Return the paper's (case, n) for the return after `order` half periods, equations (42).
+
+    Case 1 is from A onto A, case 4 from C onto C (even orders); case 2 from C onto A, case 3 from A onto C (odd ones).
+    """
+    if order % 2 == 0:
+        return (1, order // 2), (4, order // 2 - 1)
+    return (2, (order - 1) // 2), (3, (order - 1) // 2)
+
+
+def codimension_two_points(
+    oscillator: Oscillator, omega_start: float, omega_stop: float, max_order: int = 8, max_multiple: int = 4
+) -> list[CodimensionTwoPoint]:
+    """Return every codimension-two point with omega in ``[omega_start, omega_stop]``, by increasing omega.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Forced, every mode damped. (Without damping in a mode the periodic sums do not converge, and the grazing motion
+        is not unique: refused, recurrence points included.)
+    omega_start, omega_stop : float
+        0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is in.
+    max_order : int
+        Largest return m of the recurrence points, >= 1.
+    max_multiple : int
+        Largest multiple n of the resonant points, >= 0; 0 leaves them out.
+
+    Returns
+    -------
+    list of CodimensionTwoPoint
+
+    Raises
+    ------
+    ParameterError
+        Nothing is forced, a number is out of range, or the interval holds too many oscillations of g to search.
+    SteadyMotionError
+        A mode is undamped.
+    ConditioningError
+        The modal model would lose digits.
+    """
+    require_forced(oscillator)
+    require_damped(oscillator)
+    checked_order("max_order", max_order, 1)
+    checked_order("max_multiple", max_multiple, 0)
+    if not (math.isfinite(omega_start) and math.isfinite(omega_stop) and 0.0 < omega_start < omega_stop):
+        raise ParameterError("omega", "start must be greater than 0 and less than stop, both finite")
+    response = impulse_response(modal_model(oscillator))
+    points = _recurrences(response, omega_start, omega_stop, max_order)
+    points += _resonances(response, omega_start, omega_stop, max_multiple)
+    if not points:
+        return []
+    points.sort(key=lambda point: (point.omega, point.kind, point.order, point.multiple))
+    clearances = np.abs(steady_response(oscillator, [point.omega for point in points])[:, 0])
+    return [_at(point, float(clearance)) for point, clearance in zip(points, clearances, strict=True)]
+
+
+def _at(point: CodimensionTwoPoint, clearance: float) -> CodimensionTwoPoint:
+    fields = {**point.__dict__, "clearance": clearance}
+    return CodimensionTwoPoint(**fields)
+
+
+def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order: int) -> list[CodimensionTwoPoint]:
+    """Return the recurrence points without their clearance."""
+    factors = [order * math.pi for order in range(1, max_order + 1)]
+    zeros = _zeros(response, IMPULSE, factors, start, stop)
+    points = []
+    for order, factor in enumerate(factors, start=1):
+        for zero in zeros:
+            omega = _inside(factor / zero.place, start, stop)
+            if omega is None:
+                continue
+            smaller = first_recurrence(
+                response.decay,
+                response.discriminant,
+                response.frequency_squared,
+                response.value,
+                response.slope,
+                response.conditioning,
+                np.array([zero.place / order]),
+                order - 1,
+            )
+            points.append(
+                CodimensionTwoPoint(
+                    kind="recurrence",
+                    omega=omega,
+                    clearance=math.nan,
+                    residual=zero.residual,
+                    status=zero.status,
+                    omega_error=omega * zero.uncertainty / zero.place,
+                    order=order,
+                    active=bool(smaller[0] == 0),
+                    families=families_of_order(order),
+                )
+            )
+    return points
+
+
+def _resonances(response: ImpulseResponse, start: float, stop: float, max_multiple: int) -> list[CodimensionTwoPoint]:
+    """Return the resonant points without their clearance."""
+    one_sided = [(2.0 * math.pi * multiple, multiple, False) for multiple in range(1, max_multiple + 1)]
+    symmetric = [(math.pi * multiple, multiple, True) for multiple in range(1, max_multiple + 1, 2)]
+    names: dict[tuple[int, bool], Bifurcation] = {
+        (SAME_SIGN, False): "SN",
+        (ALTERNATING, False): "PD",
+        (SAME_SIGN, True): "SB",
+        (ALTERNATING, True): "SN",
+    }
+    points = []
+    for kind in (SAME_SIGN, ALTERNATING):
+        zeros = _zeros(response, kind, [factor for factor, _, _ in one_sided + symmetric], start, stop)
+        for factor, multiple, is_symmetric in one_sided + symmetric:
+            for zero in zeros:
+                omega = _inside(factor / zero.place, start, stop)
+                if omega is not None:
+                    points.append(
+                        CodimensionTwoPoint(
+                            kind="resonant",
+                            omega=omega,
+                            clearance=math.nan,
+                            residual=zero.residual,
+                            status=zero.status,
+                            omega_error=omega * zero.uncertainty / zero.place,
+                            multiple=multiple,
+                            symmetric=is_symmetric,
+                            bifurcation=names[kind, is_symmetric],
+                        )
+                    )
+    return points
+
+
+def _inside(omega: float, start: float, stop: float) -> float | None:
+    """Return omega, moved onto an end that it misses by rounding only, or None when it lies outside."""
+    if start * (1.0 - END_WIDTH) <= omega <= stop * (1.0 + END_WIDTH):
+        return min(max(omega, start), stop)
+    return None
+
+
+def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: float, stop: float) -> list[_Zero]:
+    """Return the zeros tau of one function with ``factor/tau`` in ``[start, stop]`` for any of the factors, once."""
+    zeros: list[_Zero] = []
+    for left, right in _merged([(factor / stop, factor / start) for factor in factors]):
+        places, kinds, status = isolate(
+            kind,
+            response.decay,
+            response.discriminant,
+            response.frequency_squared,
+            response.value,
+            response.slope,
+            response.conditioning,
+            response.slowest,
+            left * (1.0 - END_WIDTH),
+            right * (1.0 + END_WIDTH),
+        )
+        if status == TOO_MANY_CELLS:
+            raise ParameterError("omega", "the interval holds too many zeros to search; raise start or the damping")
+        residuals = _residuals(response, kind, places[:, 0])
+        zeros += [
+            _Zero(float(place), float(width), "near-double" if what == NEAR_DOUBLE else "simple", float(residual))
+            for (place, width), what, residual in zip(places, kinds, residuals, strict=True)
+        ]
+    return zeros
+
+
+def _residuals(response: ImpulseResponse, kind: int, places: Floats) -> Floats:
+    """Return the modulus of the function over the sum of its blocks' amplitudes."""
+    value, _, _, terms = evaluate(response, places, kind)
+    return np.abs(value) / terms
+
+
+def _merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the union of intervals as disjoint ones, increasing."""
+    merged: list[tuple[float, float]] = []
+    for left, right in sorted(intervals):
+        if merged and left <= merged[-1][1] * (1.0 + 4.0 * END_WIDTH):
+            merged[-1] = (merged[-1][0], max(right, merged[-1][1]))
+        else:
+            merged.append((left, right))
+    return merged

@@ -1,0 +1,83 @@
+"""The steady motion without impacts: the chain's response to its harmonic forcing.
+
+An oscillator and forcing frequencies flow in, complex amplitudes flow out. No modes are needed, so both kinds of
+damping take one way; what has no steady motion is refused with a reason.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grazemap_core.errors import ParameterError, SteadyMotionError
+from grazemap_core.kernels.tridiagonal import RESONANT, steady_amplitudes
+from grazemap_core.modal import modal_model
+from grazemap_core.oscillator import Floats, Oscillator
+
+
+def checked_omega(omega: ArrayLike) -> Floats:
+    """Return forcing frequencies as a contiguous array of shape (n,).
+
+    Raises
+    ------
+    ParameterError
+        They are not a list of finite numbers greater than 0.
+    """
+    values = np.ascontiguousarray(omega, dtype=np.float64)
+    if values.ndim != 1:
+        raise ParameterError("omega", "must be a list of numbers")
+    if not (np.all(np.isfinite(values)) and np.all(values > 0.0)):
+        raise ParameterError("omega", "every number must be finite and greater than 0")
+    return values
+
+
+def require_damped(oscillator: Oscillator) -> None:
+    """Refuse a chain with an undamped mode.
+
+    A mode is undamped when no damped link stretches in it. Without damping there is nothing to look for; with damping
+    in every link neither; in between the modal model decides.
+
+    Raises
+    ------
+    SteadyMotionError
+        A mode is undamped: motions without impacts do not settle to one steady motion.
+    """
+    damped = oscillator.link_damping > 0.0
+    if np.all(damped):
+        return
+    if not np.any(damped) or np.any(modal_model(oscillator).undamped):
+        raise SteadyMotionError(
+            "damping", "leaves a mode undamped, so motions without impacts have no one steady motion"
+        )
+
+
+def steady_response(oscillator: Oscillator, omega: ArrayLike) -> NDArray[np.complex128]:
+    """Return ``(K - omega^2 M + i omega C)^{-1} f``, the amplitudes in ``x(t) = Im(amplitude e^{i (omega t + tau)})``.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Every mode damped.
+    omega : array_like of shape (n,)
+        Forcing frequencies > 0 (rad/s in SI).
+
+    Returns
+    -------
+    ndarray of complex, shape (n, N)
+        Amplitude and phase of every mass; that of mass 1 is right to a unit in the last place of its modulus.
+
+    Raises
+    ------
+    ParameterError
+        A frequency is not a finite number greater than 0.
+    SteadyMotionError
+        A mode is undamped, or so little that its resonance cannot be resolved at one of these frequencies.
+    """
+    values = checked_omega(omega)
+    require_damped(oscillator)
+    amplitudes, status = steady_amplitudes(
+        oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing, values
+    )
+    if np.any(status == RESONANT):
+        raise SteadyMotionError("omega", "meets a resonance that is practically undamped: there is no steady motion")
+    return amplitudes
