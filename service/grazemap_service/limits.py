@@ -90,7 +90,7 @@ def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
 
 def _too_much(pointer: str, quantity: str, estimate: float, limit: float) -> ProblemException:
     # a nan is an estimate that overflowed on its way
-    reported = float(f"{estimate:.3g}") if estimate < _MOST_REPORTED else _MOST_REPORTED
+    reported = float(f"{estimate:.10g}") if estimate < _MOST_REPORTED else _MOST_REPORTED
     word = "about" if estimate < _MOST_REPORTED else "at least"
     allowed = f"at most {limit:.10g} {quantity}"
     detail = f"The job would take {word} {reported:.10g} {quantity}; allowed are {allowed}."

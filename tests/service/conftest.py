@@ -1,0 +1,123 @@
+"""Clients of the service: in-process, and one that goes through a real socket; and a worker that is played."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator, MutableMapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+import structlog
+import uvicorn
+from starlette.testclient import TestClient
+
+from grazemap.codec import encode_npz
+from grazemap_service.app import create_app
+from grazemap_service.redis_server import RedisServer
+from grazemap_service.settings import Settings
+from grazemap_worker.store import Store, core_version
+
+CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+MAP = {
+    "omega": {"start": 0.26, "stop": 0.30, "points": 64},
+    "clearance": {"start": 1.3, "stop": 2.0, "points": 64},
+}
+FINGERPRINT = "f00d"
+WORKER = "played"
+
+Serve = Callable[..., TestClient]
+
+
+@pytest.fixture(autouse=True)
+def logs() -> Iterator[list[MutableMapping[str, Any]]]:
+    """What the service logs, instead of printing it."""
+    with structlog.testing.capture_logs(processors=[structlog.contextvars.merge_contextvars]) as entries:
+        yield entries
+
+
+@pytest.fixture
+def serve(redis_server: RedisServer, store: Store) -> Iterator[Serve]:
+    """Make clients of services with settings of the test's choice, all on one empty store."""
+    clients = []
+
+    def start(**settings: Any) -> TestClient:
+        app = create_app(Settings(**{"redis_url": redis_server.url, "poll_seconds": 0.01, **settings}))
+        client = TestClient(
+            app, base_url="http://127.0.0.1", client=("127.0.0.1", 50000), raise_server_exceptions=False
+        )
+        clients.append(client)
+        return client.__enter__()
+
+    yield start
+    for client in clients:
+        client.__exit__(None, None, None)
+
+
+@pytest.fixture
+def client(serve: Serve) -> TestClient:
+    """A client of a service with default settings."""
+    return serve()
+
+
+@contextmanager
+def running(settings: Settings) -> Iterator[str]:
+    """A service behind a real socket; gives its base URL."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(uvicorn.Config(create_app(settings), log_config=None, timeout_graceful_shutdown=1))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        try:
+            deadline = time.monotonic() + 10
+            while not server.started and time.monotonic() < deadline:
+                time.sleep(0.005)
+            yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            thread.join(10)
+        assert not thread.is_alive()
+
+
+@pytest.fixture
+def live_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
+    with running(Settings(redis_url=redis_server.url, poll_seconds=0.01)) as url:
+        yield url
+
+
+@dataclass
+class PlayedWorker:
+    """Does to the store what a worker does, without computing anything."""
+
+    store: Store
+
+    def register(self) -> None:
+        self.store.register_worker(WORKER, FINGERPRINT, 60, core_version())
+
+    def begin(self, job_id: str, tile: int = 0) -> None:
+        assert self.store.claim(job_id, tile, WORKER, FINGERPRINT, 60) is not None
+
+    def finish(self, job_id: str, document: dict[str, Any] | None = None) -> bytes:
+        data = encode_npz(document or example_document(), {"process": "grazing-curves"})
+        self.begin(job_id)
+        assert self.store.commit_result(job_id, data, FINGERPRINT)
+        return data
+
+
+def example_document() -> dict[str, Any]:
+    return {
+        "omega": np.array([0.1, 0.2, 0.3]),
+        "clearance": np.array([1.0, np.nan, 3.0]),
+        "points": [{"kind": "resonant", "order": 2, "families": [{"case": 1, "n": 3}]}],
+    }
+
+
+@pytest.fixture
+def worker(store: Store) -> PlayedWorker:
+    """A live worker."""
+    played = PlayedWorker(store)
+    played.register()
+    return played

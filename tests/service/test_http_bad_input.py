@@ -1,0 +1,220 @@
+"""Bad input through HTTP: a problem that names the field and what is allowed, no job, no echo, no harm."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from grazemap_worker.store import Store
+
+JSON = {"Content-Type": "application/json"}
+RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
+MAP = {"omega": RANGE, "clearance": RANGE}
+TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+# Planted into what is sent, looked for in what comes back.
+MARKER = "zyxwvMARKER"
+
+
+def oscillator(**fields: Any) -> dict[str, Any]:
+    return {"omega": RANGE, "oscillator": fields}
+
+
+VALUES: list[tuple[str, Any, str, str, str]] = [
+    # process, body (python values; json.dumps writes NaN and Infinity), pointer, allowed contains, what it is
+    ("grazing-curves", {"omega": {**RANGE, "stop": float("nan")}}, "/omega/stop", "> 0", "NaN"),
+    ("grazing-curves", {"omega": {**RANGE, "stop": float("inf")}}, "/omega/stop", "> 0", "infinity"),
+    ("grazing-curves", {"omega": [0.1, float("-inf")]}, "/omega/1", "> 0", "infinity in a list"),
+    ("trajectories", {**TRAJECTORY, "clearance": float("nan")}, "/clearance", "> 0", "NaN clearance"),
+    ("grazing-curves", oscillator(restitution=True), "/oscillator/restitution", "<= 1", "boolean for a number"),
+    ("trajectories", {**TRAJECTORY, "periods": True}, "/periods", "integer >= 1", "boolean for an integer"),
+    ("trajectories", {**TRAJECTORY, "omega": MARKER}, "/omega", "> 0", "string for a number"),
+    ("grazing-curves", oscillator(masses=[1.0, "2", 3.0]), "/oscillator/masses/1", "> 0", "string in a list"),
+    ("trajectories", {**TRAJECTORY, "periods": 2.5}, "/periods", "integer", "fraction for an integer"),
+    ("grazing-curves", oscillator(masses=[]), "/oscillator/masses", "at least 1", "empty list"),
+    ("grazing-curves", {"omega": []}, "/omega", "at least 2", "empty range list"),
+    ("grazing-curves", oscillator(masses=[1.0, 2.0]), "/oscillator", "one length", "unequal lists"),
+    ("grazing-curves", oscillator(damping=[0.1]), "/oscillator", "one length", "unequal damping list"),
+    ("grazing-curves", oscillator(masses=[0, 1, 1]), "/oscillator/masses/0", "> 0", "zero mass"),
+    ("grazing-curves", oscillator(stiffnesses=[1, -5, 5]), "/oscillator/stiffnesses/1", "> 0", "negative stiffness"),
+    ("grazing-curves", oscillator(damping=-0.1), "/oscillator/damping", ">= 0", "negative damping"),
+    ("grazing-curves", oscillator(damping=[0, -1, 0]), "/oscillator/damping/1", ">= 0", "negative damping in a list"),
+    ("grazing-curves", oscillator(restitution=1.5), "/oscillator/restitution", ">= 0 and <= 1", "restitution over 1"),
+    ("grazing-curves", oscillator(restitution=-0.1), "/oscillator/restitution", ">= 0 and <= 1", "restitution under 0"),
+    ("trajectories", {**TRAJECTORY, "omega": 0}, "/omega", "> 0", "zero omega"),
+    ("unfolding-maps", {**MAP, "clearance": {**RANGE, "start": -1}}, "/clearance/start", "> 0", "negative clearance"),
+    ("grazing-curves", {"omega": {**RANGE, "stop": 0.05}}, "/omega", "stop > start", "stop < start"),
+    ("codimension-two-points", {"omega": {"start": 1, "stop": 1}}, "/omega", "stop > start", "stop = start"),
+    ("grazing-curves", {"omega": [0.2, 0.1]}, "/omega", "increasing", "list that does not increase"),
+    ("unfolding-maps", {**MAP, "omega": {**RANGE, "points": 1}}, "/omega/points", ">= 2", "fewer than 2 points"),
+    ("grazing-curves", {"omega": [0.1]}, "/omega", "at least 2", "list of one"),
+    ("grazing-curves", {"omega": RANGE, "omgea": 1}, "/omgea", "max_order", "unknown field"),
+    ("grazing-curves", oscillator(mass=[1]), "/oscillator/mass", "masses", "unknown field of the oscillator"),
+    ("grazing-curves", {"omega": {**RANGE, "step": 1}}, "/omega/step", "points", "unknown field of a range"),
+    ("grazing-curves", {"omega": RANGE, f"<{MARKER}>": 1}, "", "max_order", "unknown field that is no name"),
+    ("grazing-curves", {}, "/omega", "start", "missing field"),
+    ("grazing-curves", [MARKER], "", "omega", "list for an object"),
+    ("grazing-curves", oscillator(units=MARKER), "/oscillator/units", '"SI"', "unknown word"),
+    ("grazing-curves", {"omega": RANGE, "max_order": 0}, "/max_order", ">= 1 and <= 200", "order out of range"),
+    ("grazing-curves", {"omega": {**RANGE, "stop": 10**400}}, "/omega/stop", "> 0", "integer beyond all floats"),
+    ("grazing-curves", oscillator(**{n: [1.0] * 65 for n in ("masses", "stiffnesses", "forcing")}),
+     "/oscillator/masses", "64", "too many masses"),
+    ("trajectories", {**TRAJECTORY, "initial": {"displacement": [2, 0, 0]}}, "", "clearance", "start outside the stops"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("process", "body", "pointer", "allowed"), [v[:4] for v in VALUES], ids=[v[4] for v in VALUES])
+def test_bad_values_are_named(
+    client: TestClient, store: Store, process: str, body: Any, pointer: str, allowed: str
+) -> None:
+    answer = client.post(f"/v1/{process}", content=json.dumps(body), headers=JSON)
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert problem["type"] == "urn:grazemap:problem:invalid-request"
+    assert [error["pointer"] for error in problem["errors"]] == [pointer]
+    assert allowed in problem["errors"][0]["allowed"]
+    assert problem["errors"][0]["detail"]
+    assert MARKER not in answer.text
+    assert store.jobs() == ([], None)
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e999", "NaN", "-Infinity"])
+def test_numbers_that_are_none_are_named(client: TestClient, store: Store, number: str) -> None:
+    answer = client.post("/v1/grazing-curves", content=f'{{"omega": [0.1, {number}]}}', headers=JSON)
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["pointer"] == "/omega/1"
+    assert store.jobs() == ([], None)
+
+
+WORK: list[tuple[str, Any, str]] = [
+    ("grazing-curves", {"omega": {**RANGE, "points": 1_000_001}}, "points"),
+    ("grazing-curves", {"omega": {**RANGE, "points": 10**4000}}, "points"),
+    ("unfolding-maps", {**MAP, "omega": {**RANGE, "points": 10**12}}, "points"),
+    ("trajectories", {**TRAJECTORY, "periods": 10**9}, "periods"),
+    ("trajectories", {**TRAJECTORY, "periods": 10**6, "samples_per_period": 1000}, "samples"),
+    ("codimension-two-points", {"omega": {"start": 1, "stop": 1e308}}, "seconds"),
+    ("unfolding-maps", {**MAP, "oscillator": {"masses": [1e-300, 1, 1]}}, "seconds"),
+    ("trajectories", {**TRAJECTORY, "oscillator": {"damping": 1e308}}, "seconds"),
+    ("trajectories", {**TRAJECTORY, "omega": 1e-320}, "seconds"),
+]
+
+
+@pytest.mark.parametrize(("process", "body", "quantity"), WORK)
+def test_too_much_work_says_estimate_and_limit(
+    client: TestClient, store: Store, process: str, body: Any, quantity: str
+) -> None:
+    answer = client.post(f"/v1/{process}", json=body)
+    assert answer.status_code == 422
+    problem = answer.json()
+    assert problem["type"] == "urn:grazemap:problem:too-much-work"
+    assert problem["estimate"][quantity] > problem["limit"][quantity] > 0
+    assert f"{problem['limit'][quantity]:.10g} {quantity}" in problem["errors"][0]["allowed"]
+    assert len(answer.content) < 1000
+    assert store.jobs() == ([], None)
+
+
+def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> None:
+    answer = serve(max_work=1000.0).post("/v1/unfolding-maps", json=MAP)
+    assert answer.status_code == 422
+    assert answer.json()["estimate"]["forcing_periods"] == 25 * 250
+    assert answer.json()["limit"]["forcing_periods"] == 1000
+    assert store.jobs() == ([], None)
+
+
+MALFORMED: list[tuple[bytes, str]] = [
+    (b"", "empty"),
+    (b"{", "cut off"),
+    (b"{'omega': 1}", "other quotes"),
+    (b'{"omega": 1}}', "one brace more"),
+    (b"\xff\xfe{}", "not UTF-8"),
+    (b'\xef\xbb\xbf{"omega": 1}', "byte order mark"),
+    (b'{"omega": 1, "omega": 2}', "a name twice"),
+    (b'{"omega": ' + b"9" * 5000 + b"}", "thousands of digits"),
+    (b'{"omega": "\\ud800"}', "lone surrogate as a value"),
+    (b'{"\\udc00": 1}', "lone surrogate as a name"),
+    (b"[" * 100 + b"]" * 100, "deep"),
+    (b"[" * 500_000 + b"]" * 500_000, "absurdly deep"),
+    (b'{"omega":' * 50_000 + b"1" + b"}" * 50_000, "absurdly deep objects"),
+    (b"[" * 1_000_000, "absurdly deep and cut off"),
+]
+
+
+@pytest.mark.parametrize("body", [m[0] for m in MALFORMED], ids=[m[1] for m in MALFORMED])
+def test_malformed_json_is_400(client: TestClient, store: Store, body: bytes) -> None:
+    answer = client.post("/v1/grazing-curves", content=body, headers=JSON)
+    assert answer.status_code == 400
+    assert answer.json()["type"] == "urn:grazemap:problem:malformed-json"
+    assert len(answer.content) < 1000
+    assert store.jobs() == ([], None)
+    assert client.get("/healthz").status_code == 200
+
+
+@pytest.mark.parametrize("media_type", ["text/plain", "application/x-www-form-urlencoded", "", "application/xml"])
+def test_other_media_types_are_415(client: TestClient, store: Store, media_type: str) -> None:
+    answer = client.post("/v1/grazing-curves", content=b'{"omega": [0.1, 0.2]}', headers={"Content-Type": media_type})
+    assert answer.status_code == 415
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert store.jobs() == ([], None)
+
+
+def test_json_dialects_are_taken(client: TestClient) -> None:
+    headers = {"Content-Type": "application/vnd.example+json; charset=utf-8"}
+    assert client.post("/v1/grazing-curves", content=b'{"omega": [0.1, 0.2]}', headers=headers).status_code == 201
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status", "kind"),
+    [
+        ("POST", "/v1/no-such-process", 404, "unknown-process"),
+        ("GET", "/v1/jobs/" + "0" * 64, 404, "unknown-job"),
+        ("GET", f"/v1/jobs/{MARKER}", 404, "unknown-job"),
+        ("GET", "/v1/jobs/" + "0" * 64 + "/events", 404, "unknown-job"),
+        ("GET", "/v1/jobs/" + "0" * 64 + "/result", 404, "unknown-job"),
+        ("GET", "/v1/jobs/" + "0" * 64 + "/result/tiles", 404, "unknown-job"),
+        ("GET", "/v1/jobs/" + "0" * 64 + "/result/tiles/0", 404, "unknown-job"),
+        ("DELETE", "/v1/jobs/" + "0" * 64, 404, "unknown-job"),
+        ("GET", f"/{MARKER}", 404, "not-found"),
+        ("GET", f"/static/{MARKER}", 404, "not-found"),
+        ("GET", "/static/..%2f..%2fsettings.py", 404, "not-found"),
+        ("GET", "/v1/grazing-curves", 405, "method-not-allowed"),
+        ("PUT", "/v1/jobs", 405, "method-not-allowed"),
+        ("GET", f"/v1/jobs?status={MARKER}", 422, "invalid-request"),
+        ("GET", f"/v1/jobs?process={MARKER}", 422, "invalid-request"),
+        ("GET", f"/v1/jobs?cursor={MARKER}", 422, "invalid-request"),
+        ("GET", f"/v1/jobs?limit={MARKER}", 422, "invalid-request"),
+    ],
+)
+def test_addresses_that_are_none_are_problems(
+    client: TestClient, method: str, path: str, status: int, kind: str
+) -> None:
+    answer = client.request(method, path)
+    assert answer.status_code == status
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["type"] == f"urn:grazemap:problem:{kind}"
+    assert answer.json()["status"] == status
+    assert MARKER not in answer.text
+    assert (status == 405) == ("allow" in answer.headers)
+
+
+def test_every_error_of_a_request_is_listed_up_to_a_number(client: TestClient) -> None:
+    answer = client.post("/v1/grazing-curves", json={"omega": [-1.0] * 1000, "max_order": 0})
+    assert answer.status_code == 422
+    assert len(answer.json()["errors"]) == 20
+
+
+def test_an_exception_is_a_problem_without_internals(
+    client: TestClient, logs: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(job_id: str) -> None:
+        raise ValueError(MARKER)
+
+    monkeypatch.setattr(client.app.state.context.store, "job", broken)  # type: ignore[attr-defined]
+    answer = client.get("/v1/jobs/" + "0" * 64)
+    assert answer.status_code == 500
+    assert answer.json()["type"] == "urn:grazemap:problem:internal-error"
+    assert MARKER not in answer.text
+    failures = [entry for entry in logs if entry["event"] == "request failed"]
+    assert [entry["request_id"] for entry in failures] == [answer.headers["x-request-id"]]

@@ -1,0 +1,148 @@
+"""The job list, dismissal, and the events of a job."""
+
+from __future__ import annotations
+
+import json
+import time
+from threading import Thread
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+from rq import Queue
+from starlette.testclient import TestClient
+
+from grazemap.codec import encode_npz
+from grazemap_worker.store import Store, queue_name
+
+CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
+
+
+def post(client: TestClient, points: int) -> str:
+    body = {"omega": {"start": 0.1, "stop": 1.0, "points": points}}
+    job_id: str = client.post("/v1/grazing-curves", json=body).json()["id"]
+    return job_id
+
+
+def test_jobs_are_listed_newest_first_in_pages(client: TestClient) -> None:
+    ids = [post(client, points) for points in range(2, 9)]
+    seen, path, pages = [], "/v1/jobs?limit=3", 0
+    while path:
+        page = client.get(path).json()
+        pages += 1
+        seen += [job["id"] for job in page["jobs"]]
+        path = next((link["href"] for link in page["links"] if link["rel"] == "next"), "")
+    assert (seen, pages) == (ids[::-1], 3)
+
+
+def test_the_list_can_be_narrowed(client: TestClient, worker: Any) -> None:
+    curve, other = post(client, 2), post(client, 3)
+    whole = client.post("/v1/unfolding-maps", json=MAP).json()["id"]
+    worker.finish(curve)
+
+    def listed(query: str) -> list[str]:
+        return [job["id"] for job in client.get(f"/v1/jobs?{query}").json()["jobs"]]
+
+    assert listed("status=successful") == [curve]
+    assert listed("status=accepted") == [whole, other]
+    assert listed("process=unfolding-maps") == [whole]
+    assert listed("process=trajectories") == []
+
+
+def test_dismissing_frees_the_queue_and_is_idempotent(client: TestClient, store: Store, worker: Any) -> None:
+    job = client.post("/v1/unfolding-maps", json=MAP).json()
+    queue = Queue(queue_name("f00d"), connection=store.redis)
+    assert queue.count == job["estimate"]["tiles"]
+    for _ in range(2):
+        answer = client.delete(f"/v1/jobs/{job['id']}")
+        assert (answer.status_code, answer.json()["status"]) == (200, "dismissed")
+    assert queue.count == 0
+    assert store.counts().pending_tiles == 0
+
+
+def test_a_finished_job_is_left_as_it_is(client: TestClient, worker: Any) -> None:
+    job_id = post(client, 2)
+    worker.finish(job_id)
+    answer = client.delete(f"/v1/jobs/{job_id}")
+    assert (answer.status_code, answer.json()["status"]) == (200, "successful")
+    assert client.get(f"/v1/jobs/{job_id}/result").status_code == 200
+
+
+Events = list[tuple[str, str, dict[str, Any]]]
+
+
+def parse(text: str) -> Events:
+    """Return (id, name, data) of each event."""
+    events = []
+    for block in text.strip().split("\n\n"):
+        fields = dict(line.split(": ", 1) for line in block.splitlines() if not line.startswith(":"))
+        if fields:
+            events.append((fields.get("id", ""), fields["event"], json.loads(fields["data"])))
+    return events
+
+
+def test_events_tell_a_map_to_its_end(client: TestClient, store: Store, worker: Any) -> None:
+    job = client.post("/v1/unfolding-maps", json=MAP).json()
+    path, total = f"/v1/jobs/{job['id']}/events", job["estimate"]["tiles"]
+    data = encode_npz({"kind": np.zeros((2, 2), np.int8)}, {})
+
+    def work() -> None:
+        for tile in range(total):
+            time.sleep(0.002)
+            worker.begin(job["id"], tile)
+            store.commit_tile(job["id"], tile, data, "f00d")
+        store.commit_result(job["id"], data, "f00d")
+
+    thread = Thread(target=work)
+    thread.start()
+    answer = client.get(path)
+    thread.join()
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    events = parse(answer.text)
+    assert [event[2]["index"] for event in events if event[1] == "tile"] == list(range(total))
+    done = [event[2]["done"] for event in events if event[1] == "progress"]
+    assert done == sorted(done)
+    assert done[-1] == total
+    assert events[-1][1:] == ("done", {"status": "successful"})
+    assert [event[1] for event in events].count("done") == 1
+
+    # resumed anywhere, the rest comes
+    for place in (0, len(events) // 2, len(events) - 2):
+        resumed = client.get(path, headers={"Last-Event-ID": events[place][0]})
+        assert parse(resumed.text) == events[place + 1 :]
+    # after the last one there is only the end to tell
+    again = parse(client.get(path, headers={"Last-Event-ID": events[-1][0]}).text)
+    assert [event[1:] for event in again] == [("done", {"status": "successful"})]
+
+
+def test_events_end_when_the_job_is_dismissed(live_url: str) -> None:
+    job = httpx2.post(f"{live_url}/v1/grazing-curves", json=CURVE).json()
+    with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
+        lines = stream.iter_lines()
+        first = next(line for line in lines if line.startswith("event:"))
+        assert first == "event: progress"  # it is there before the job has begun
+        began = time.monotonic()
+        httpx2.delete(f"{live_url}/v1/jobs/{job['id']}")
+        rest = list(lines)
+        assert time.monotonic() - began < 2
+    assert "event: done" in rest
+    assert 'data: {"status": "dismissed"}' in rest
+
+
+def test_a_broken_stream_does_no_harm(live_url: str) -> None:
+    job = httpx2.post(f"{live_url}/v1/grazing-curves", json=CURVE).json()
+    for _ in range(5):
+        with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
+            next(stream.iter_lines())
+    assert httpx2.get(f"{live_url}/healthz").status_code == 200
+
+
+@pytest.mark.parametrize("sent", ["x", "1-2-3", "-1", "9" * 25, "1-" + "9" * 25, "18446744073709551616-0"])
+def test_a_strange_last_event_id_is_422(client: TestClient, sent: str) -> None:
+    job_id = post(client, 2)
+    answer = client.get(f"/v1/jobs/{job_id}/events", headers={"Last-Event-ID": sent})
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert sent not in answer.text.replace("problem", "")

@@ -1,0 +1,195 @@
+"""Results: forms by Accept, caching, conditions, tiles, and what there is instead of a result."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+from grazemap.codec import decode_npz, encode_npz
+from grazemap.models import Problem
+from grazemap_worker.store import Store
+
+CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
+JSON, NPZ = "application/json", "application/x-npz"
+
+
+@pytest.fixture
+def finished(client: TestClient, worker: Any) -> tuple[str, bytes]:
+    """The path of a result, and its npz bytes."""
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    return f"/v1/jobs/{job['id']}/result", worker.finish(job["id"])
+
+
+def test_npz_is_what_the_worker_stored(client: TestClient, finished: tuple[str, bytes]) -> None:
+    path, data = finished
+    answer = client.get(path, headers={"Accept": NPZ})
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == NPZ
+    assert answer.content == data
+    with np.load(io.BytesIO(answer.content), allow_pickle=False) as arrays:
+        np.testing.assert_array_equal(arrays["omega"], [0.1, 0.2, 0.3])
+    assert answer.headers["content-disposition"].endswith('.npz"')
+
+
+def test_json_is_the_same_result(client: TestClient, finished: tuple[str, bytes]) -> None:
+    answer = client.get(finished[0])
+    assert answer.headers["content-type"] == JSON
+    assert answer.json()["omega"] == [0.1, 0.2, 0.3]
+    assert answer.json()["clearance"] == [1.0, None, 3.0]  # NaN is null
+    assert answer.json()["points"] == [{"kind": "resonant", "order": 2, "families": [{"case": 1, "n": 3}]}]
+    assert answer.json()["meta"]["process"] == "grazing-curves"
+    assert client.get(finished[0]).content == answer.content  # now from memory
+
+
+@pytest.mark.parametrize(
+    ("accept", "form", "expected"),
+    [
+        (None, None, JSON),
+        ("*/*", None, JSON),
+        ("application/*", None, JSON),
+        (NPZ, None, NPZ),
+        ("application/zip", None, NPZ),
+        (f"{JSON};q=0.5, {NPZ}", None, NPZ),
+        (f"{JSON};q=0.5, {NPZ};q=0.4", None, JSON),
+        (f"*/*;q=0.9, {JSON};q=0.1", None, NPZ),
+        (f"{JSON};q=0, */*", None, NPZ),
+        (f"{NPZ}, */*", None, NPZ),
+        ("APPLICATION/JSON", None, JSON),
+        (JSON, "npz", NPZ),
+        ("image/png", "json", JSON),
+        ("image/png", None, None),
+        (f"{JSON};q=0", None, None),
+        ("text/html", None, None),
+        (None, "png", None),
+        (None, "pickle", None),
+    ],
+)
+def test_the_form_follows_accept_and_f(
+    client: TestClient, finished: tuple[str, bytes], accept: str | None, form: str | None, expected: str | None
+) -> None:
+    query = f"?f={form}" if form else ""
+    answer = client.get(finished[0] + query, headers={"Accept": accept} if accept else {})
+    if expected is None:
+        assert answer.status_code == 406
+        assert answer.json()["type"] == "urn:grazemap:problem:not-acceptable"
+        assert "json" in answer.json()["detail"]
+    else:
+        assert answer.status_code == 200
+        assert answer.headers["content-type"] == expected
+
+
+@pytest.mark.parametrize("form", ["json", "npz"])
+def test_results_are_immutable_to_caches(
+    client: TestClient, finished: tuple[str, bytes], form: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = f"{finished[0]}?f={form}"
+    whole = client.get(path)
+    etag = whole.headers["etag"]
+    assert etag.startswith('"')
+    assert whole.headers["vary"] == "Accept"
+    assert whole.headers["cache-control"] == "private, max-age=31536000, immutable"
+
+    def unexpected(job_id: str) -> bytes:
+        raise AssertionError("a condition that holds must not load the result")
+
+    monkeypatch.setattr(client.app.state.context.store, "result", unexpected)  # type: ignore[attr-defined]
+    for condition in (etag, f'"other", {etag}', f"W/{etag}", "*"):
+        answer = client.get(path, headers={"If-None-Match": condition})
+        assert (answer.status_code, answer.content) == (304, b"")
+        assert answer.headers["etag"] == etag
+        assert answer.headers["vary"] == "Accept"
+    head = client.head(path)
+    assert (head.status_code, head.content) == (200, b"")
+    for name in ("etag", "content-type", "cache-control", "vary", "content-disposition"):
+        assert head.headers[name] == whole.headers[name]
+    assert head.headers.get("content-length", whole.headers["content-length"]) == whole.headers["content-length"]
+
+
+def test_each_form_has_its_own_etag(client: TestClient, finished: tuple[str, bytes]) -> None:
+    etags = {client.get(f"{finished[0]}?f={form}").headers["etag"] for form in ("json", "npz")}
+    assert len(etags) == 2
+    answer = client.get(f"{finished[0]}?f=json", headers={"If-None-Match": etags.pop()})
+    other = client.get(f"{finished[0]}?f=json", headers={"If-None-Match": etags.pop()})
+    assert {answer.status_code, other.status_code} == {200, 304}
+
+
+def test_an_unfinished_job_has_no_result(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    path = f"/v1/jobs/{job['id']}/result"
+    for _ in range(2):
+        answer = client.get(path)
+        assert answer.status_code == 409
+        assert answer.json()["type"] == "urn:grazemap:problem:unfinished-job"
+        worker.begin(job["id"])  # accepted, then running
+    client.delete(f"/v1/jobs/{job['id']}")
+    answer = client.get(path)
+    assert answer.status_code == 409
+    assert answer.json()["type"] == "urn:grazemap:problem:dismissed-job"
+
+
+def test_the_result_of_a_failed_job_is_its_problem(client: TestClient, store: Store) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    problem = Problem(type="urn:grazemap:problem:computation-refused", title="Computation refused", status=422)
+    assert store.fail(job["id"], problem)
+    answer = client.get(f"/v1/jobs/{job['id']}/result")
+    assert answer.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json() == problem.model_dump()
+    assert client.get(f"/v1/jobs/{job['id']}").json()["problem"] == problem.model_dump()
+
+
+def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
+    client = serve(hot_bytes=0)
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    path = f"/v1/jobs/{job['id']}/result"
+    data = worker.finish(job["id"])
+    for key in worker.store.redis.keys("grazemap:result:*"):
+        worker.store.redis.delete(key)
+    answer = client.get(path)
+    assert answer.status_code == 202
+    assert (answer.json()["id"], answer.json()["status"]) == (job["id"], "accepted")
+    assert answer.headers["location"] == f"/v1/jobs/{job['id']}"
+    assert client.get(path).status_code == 409  # on its way
+    assert worker.finish(job["id"]) == data
+    assert client.get(path, headers={"Accept": NPZ}).content == data
+
+
+def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store: Store, worker: Any) -> None:
+    job = client.post("/v1/unfolding-maps", json=MAP).json()
+    path = f"/v1/jobs/{job['id']}/result/tiles"
+    total = job["estimate"]["tiles"]
+    empty = client.get(path).json()
+    assert (empty["total"], empty["tiles"]) == (total, [])
+    worker.begin(job["id"], 1)
+    data = encode_npz({"kind": np.zeros((2, 2), np.int8)}, {})
+    assert store.commit_tile(job["id"], 1, data, "f00d") == total - 1
+    (tile,) = client.get(path).json()["tiles"]
+    row_start, row_stop, column_start, column_stop = store.plan_of(job["id"]).tile(1)  # type: ignore[union-attr]
+    assert (tile["index"], tile["rows"], tile["columns"]) == (1, [row_start, row_stop], [column_start, column_stop])
+    assert client.get(tile["href"], headers={"Accept": NPZ}).content == data
+    assert client.get(tile["href"]).json()["kind"] == [[0, 0], [0, 0]]
+    assert decode_npz(data)[0]["kind"].shape == (2, 2)
+    for other in ("0", "-1", "x", "9" * 30, str(total)):
+        answer = client.get(f"{path}/{other}")
+        assert answer.status_code == 404
+        assert answer.json()["type"] == "urn:grazemap:problem:unfinished-tile"
+
+
+def test_hot_results_stay_under_their_budget() -> None:
+    from grazemap_service.representations import HotResults
+
+    hot = HotResults(100)
+    for name in "abcdef":
+        hot.put(name, bytes(25))
+    assert [hot.get(name) is not None for name in "abcdef"] == [False, False, True, True, True, True]
+    hot.get("c")
+    hot.put("g", bytes(25))
+    assert hot.get("c") is not None
+    assert hot.get("d") is None
+    hot.put("large", bytes(26))
+    assert hot.get("large") is None

@@ -1,0 +1,167 @@
+"""The same question is one job, however it is written and however often it is asked."""
+
+from __future__ import annotations
+
+import json
+import time
+from concurrent.futures import ThreadPoolExecutor
+from threading import Thread
+from typing import Any
+
+import httpx2
+import pytest
+from rq import Queue
+from starlette.testclient import TestClient
+
+from grazemap_worker.store import Store, queue_name
+
+CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
+EVERY_PROCESS = {
+    "grazing-curves": CURVE,
+    "codimension-two-points": {"omega": {"start": 0.25, "stop": 0.35}},
+    "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
+    "unfolding-maps": MAP,
+}
+
+
+@pytest.mark.parametrize("process", EVERY_PROCESS)
+def test_a_new_question_is_201_with_its_job(client: TestClient, process: str) -> None:
+    answer = client.post(f"/v1/{process}", json=EVERY_PROCESS[process])
+    assert answer.status_code == 201
+    job = answer.json()
+    assert answer.headers["location"] == f"/v1/jobs/{job['id']}"
+    assert (job["process"], job["status"]) == (process, "accepted")
+    assert job["progress"]["done"] == 0
+    assert job["progress"]["total"] == job["estimate"]["tiles"]
+    assert {"self", "monitor", "cancel"} <= {link["rel"] for link in job["links"]}
+    assert client.get(answer.headers["location"]).json() == job
+
+
+def test_the_same_question_in_other_words_is_the_same_job(client: TestClient) -> None:
+    full = {
+        "oscillator": {
+            "units": "nondimensional",
+            "masses": [1.0, 10.0, 10.0],
+            "stiffnesses": [1.0, 5.0, 5.0],
+            "damping": 0.05,
+            "forcing": [1.0, 0.0, 0.0],
+            "restitution": 0.8,
+        },
+        "omega": {"start": 1.0, "stop": 2.0, "points": 5},
+        "max_order": 8,
+    }
+    permuted = '{"max_order": 8, "omega": {"points": 5, "stop": 2, "start": 1}, "oscillator": {"restitution": 0.8, "masses": [1, 10, 10]}}'
+    terse = '{"omega":{"start":1,"stop":2e0,"points":5}}'
+    signed = '{"omega":{"start":1,"stop":2,"points":5},"oscillator":{"forcing":[1,-0.0,0]}}'
+    answers = [
+        client.post("/v1/grazing-curves", content=body, headers={"Content-Type": "application/json"})
+        for body in (json.dumps(full), permuted, terse, signed)
+    ]
+    assert [answer.status_code for answer in answers] == [201, 200, 200, 200]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    other = client.post("/v1/grazing-curves", json={**full, "max_order": 9})
+    assert other.status_code == 201
+    assert other.json()["id"] != answers[0].json()["id"]
+
+
+def test_fifty_at_once_are_one_computation(live_url: str, store: Store, worker: Any) -> None:
+    def post(_: int) -> httpx2.Response:
+        return httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP, timeout=30)
+
+    with ThreadPoolExecutor(50) as pool:
+        answers = list(pool.map(post, range(50)))
+    assert sorted(answer.status_code for answer in answers) == [200] * 49 + [201]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    tiles = answers[0].json()["estimate"]["tiles"]
+    queue = Queue(queue_name("f00d"), connection=store.redis)
+    assert tiles > 1
+    assert queue.count == tiles
+    assert len(store.jobs()[0]) == 1
+
+
+def test_without_a_worker_a_job_waits_unbound(client: TestClient, store: Store) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert store.fingerprint_of(job["id"]) is None
+    assert not store.redis.keys("rq:queue:*")
+
+
+def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert store.fingerprint_of(job["id"]) == "f00d"
+    entries = Queue(queue_name("f00d"), connection=store.redis).get_job_ids()
+    assert [entry.rpartition("-")[0] for entry in entries] == [f"{job['id']}-0"]
+
+
+def test_prefer_wait_answers_at_the_end(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    finisher = Thread(target=lambda: (time.sleep(0.2), worker.finish(job["id"])))
+    finisher.start()
+    began = time.monotonic()
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "respond-async, wait=20"})
+    finisher.join()
+    assert 0.1 < time.monotonic() - began < 5
+    assert answer.json()["status"] == "successful"
+    assert answer.headers["preference-applied"] == "wait=20"
+
+
+def test_prefer_wait_gives_up_after_its_time(client: TestClient) -> None:
+    began = time.monotonic()
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
+    assert 0.9 < time.monotonic() - began < 3
+    assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
+    assert answer.headers["preference-applied"] == "wait=1"
+
+
+@pytest.mark.parametrize(("prefer", "applied"), [("wait=3600", "wait=0"), ("wait=x", None), ("waiting=5", None)])
+def test_prefer_is_bounded_and_ignored_when_strange(serve: Any, prefer: str, applied: str | None) -> None:
+    client = serve(max_wait_seconds=0)
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": prefer})
+    assert answer.status_code == 201
+    assert answer.headers.get("preference-applied") == applied
+
+
+def test_a_full_queue_is_429_and_leaves_nothing(serve: Any, store: Store) -> None:
+    client = serve(max_pending_tiles=4)
+    assert client.post("/v1/grazing-curves", json=CURVE).status_code == 201
+    answer = client.post("/v1/unfolding-maps", json=MAP)
+    assert answer.status_code == 429
+    assert answer.json()["type"] == "urn:grazemap:problem:queue-full"
+    assert int(answer.headers["retry-after"]) >= 1
+    assert len(store.jobs()[0]) == 1
+    # what is there already is still answered
+    assert client.post("/v1/grazing-curves", json=CURVE).status_code == 200
+
+
+def test_a_finished_question_is_200_with_its_result(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    worker.finish(job["id"])
+    answer = client.post("/v1/grazing-curves", json=CURVE)
+    assert (answer.status_code, answer.json()["status"]) == (200, "successful")
+    results = [link for link in answer.json()["links"] if link["rel"].endswith("/results")]
+    assert {client.get(link["href"]).headers["content-type"] for link in results} == {link["type"] for link in results}
+
+
+def test_a_dismissed_question_is_started_again(client: TestClient) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert client.delete(f"/v1/jobs/{job['id']}").json()["status"] == "dismissed"
+    answer = client.post("/v1/grazing-curves", json=CURVE)
+    assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
+    assert answer.json()["id"] == job["id"]
+
+
+def test_logs_carry_request_and_job(client: TestClient, logs: list[Any]) -> None:
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"X-Request-Id": "mine-42"})
+    assert answer.headers["x-request-id"] == "mine-42"
+    for event in ("job accepted", "request"):
+        (entry,) = [entry for entry in logs if entry["event"] == event]
+        assert entry["request_id"] == "mine-42"
+    (entry,) = [entry for entry in logs if entry["event"] == "job accepted"]
+    assert entry["job_id"] == answer.json()["id"]
+
+
+@pytest.mark.parametrize("sent", ["a b", "x" * 65, "<script>", ""])
+def test_a_strange_request_id_is_replaced(client: TestClient, sent: str) -> None:
+    given = client.get("/healthz", headers={"X-Request-Id": sent}).headers["x-request-id"]
+    assert given != sent
+    assert len(given) == 16
