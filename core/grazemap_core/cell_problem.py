@@ -89,6 +89,7 @@ def cell_problem(
         step=step,
         restitution=float(restitution),
         cells=cells,
+        damped=not bool(np.any(model.undamped)),
     )
 
 

@@ -52,12 +52,29 @@ def require_damped(oscillator: Oscillator) -> None:
 
 
 def steady_response(oscillator: Oscillator, omega: ArrayLike) -> NDArray[np.complex128]:
+    """Return the amplitudes of the steady motion, which every motion without impacts settles to.
+
+    As `forced_response`, of which it is the case with every mode damped.
+
+    Raises
+    ------
+    ParameterError
+        A frequency is not a finite number greater than 0.
+    SteadyMotionError
+        A mode is undamped, or so little that its resonance cannot be resolved at one of these frequencies.
+    """
+    values = checked_omega(omega)
+    require_damped(oscillator)
+    return forced_response(oscillator, values)
+
+
+def forced_response(oscillator: Oscillator, omega: ArrayLike) -> NDArray[np.complex128]:
     """Return ``(K - omega^2 M + i omega C)^{-1} f``, the amplitudes in ``x(t) = Im(amplitude e^{i (omega t + tau)})``.
 
     Parameters
     ----------
     oscillator : Oscillator
-        Every mode damped.
+        Damped or not.
     omega : array_like of shape (n,)
         Forcing frequencies > 0 (rad/s in SI).
 
@@ -71,10 +88,11 @@ def steady_response(oscillator: Oscillator, omega: ArrayLike) -> NDArray[np.comp
     ParameterError
         A frequency is not a finite number greater than 0.
     SteadyMotionError
-        A mode is undamped, or so little that its resonance cannot be resolved at one of these frequencies.
+        One of these frequencies meets a resonance that is undamped, or practically so.
     """
     values = checked_omega(omega)
-    require_damped(oscillator)
+    if not np.any(oscillator.forcing):
+        return np.zeros((len(values), oscillator.size), dtype=np.complex128)
     amplitudes, status = steady_amplitudes(
         oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing, values
     )

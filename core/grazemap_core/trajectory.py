@@ -19,7 +19,7 @@ from grazemap_core.kernels.simulate import RECORD_FULL, run_recorded
 from grazemap_core.modal import modal_model
 from grazemap_core.motion import Motion, motion_from_codes
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import steady_response
+from grazemap_core.steady import forced_response
 from grazemap_core.tolerances import CLEARED
 
 Floats = NDArray[np.float64]
@@ -123,7 +123,7 @@ def trajectory(
         raise ParameterError("displacement", "mass 1 starts outside the stops")
 
     model = modal_model(oscillator)
-    steady = steady_response(oscillator, np.array([omega]))[0]
+    steady = forced_response(oscillator, np.array([omega]))[0]
     problem = cell_problem(model, steady, omega, oscillator.restitution, phase)
     u = free_state(model, steady, omega, x, v, phase)
     ring = closing.orbit(oscillator.size, max_period)
@@ -220,7 +220,7 @@ def _motion(
     if status != contact.OK:
         return motion_from_codes(_ENDINGS[status], 0, 0, 0, False)
     reach, _ = bounds(problem, u)
-    if stop_left == 0 and reach < CLEARED * clearance:
+    if stop_left == 0 and problem.damped and reach < CLEARED * clearance:
         return motion_from_codes(closing.NAMED, 1, -1, -1, True)
     reason, period, right, left, symmetric, _ = closing.name_motion(problem, ring, halves, max_period, clearance)
     return motion_from_codes(reason, period, right, left, symmetric)

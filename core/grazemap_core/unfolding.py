@@ -14,7 +14,7 @@ from grazemap_core.kernels.contact import workspace
 from grazemap_core.kernels.simulate import settle_column
 from grazemap_core.modal import modal_model
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import steady_response
+from grazemap_core.steady import forced_response
 
 Floats = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def unfolding_map_tile(
         if limit < 1:
             raise ParameterError(name, "must be 1 or greater")
     model = modal_model(oscillator)
-    steady = steady_response(oscillator, omega)
+    steady = forced_response(oscillator, omega)
     at_rest = np.zeros(oscillator.size)
     ring = closing.orbit(oscillator.size, max_period)
     work = workspace(oscillator.size)

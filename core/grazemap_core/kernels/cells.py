@@ -47,6 +47,8 @@ class CellProblem(NamedTuple):
         Forcing frequency, length of a cell, R.
     cells : int
         Per forcing period, even.
+    damped : bool
+        Whether every block is: then a motion without contacts settles to the steady one.
     """
 
     decay: FloatArray
@@ -65,6 +67,7 @@ class CellProblem(NamedTuple):
     step: float
     restitution: float
     cells: int
+    damped: bool
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

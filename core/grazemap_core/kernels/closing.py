@@ -121,7 +121,7 @@ def name_motion(
         Least impact speed over one period; infinite without impacts.
     """
     m = _least_return(problem, ring, k, min(2 * max_period, k // 3), clearance)
-    if m == 0:
+    if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf
     size = ring.least.shape[0]
     now, before = 0.0, 0.0

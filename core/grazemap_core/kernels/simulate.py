@@ -113,8 +113,8 @@ def settle(
             return _reason(status), 0, 0, 0, False, np.inf, -1
         enter(ring, k, u, work)
         reach, _ = bounds(problem, u)
-        if work.cursor[0] == 0 and reach < CLEARED * clearance:
-            # the envelope of everything to come stays between the stops: never again a contact
+        if problem.damped and work.cursor[0] == 0 and reach < CLEARED * clearance:
+            # the envelope of everything to come stays between the stops: never again a contact, and all else decays
             return NAMED, 1, -1, -1, True, np.inf, (k + 1) // 2
         reason, period, right, left, symmetric, least = name_motion(problem, ring, k, max_period, clearance)
         if reason == NAMED:

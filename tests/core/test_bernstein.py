@@ -1,0 +1,64 @@
+"""The root isolation against polynomials whose roots were planted."""
+
+import numpy as np
+import pytest
+from scipy.special import comb
+
+from grazemap_core.kernels.bernstein import CLEAR, CONTACT, MAX_DEPTH, STACK_SHAPE, first_negative, to_bernstein
+
+
+def isolate(taylor: np.ndarray, error: float = 1e-13) -> tuple[int, float]:
+    return first_negative(
+        taylor, len(taylor) - 1, error, np.zeros(STACK_SHAPE), np.zeros(MAX_DEPTH + 2), np.zeros(MAX_DEPTH + 2)
+    )
+
+
+def planted(roots: list[complex], sign: float = 1.0) -> np.ndarray:
+    taylor = np.real(np.polynomial.polynomial.polyfromroots(roots))
+    return np.ascontiguousarray(taylor * (sign / np.abs(taylor).sum() * np.sign(taylor[0])))
+
+
+def test_change_of_basis() -> None:
+    rng = np.random.default_rng(0)
+    taylor = rng.normal(size=STACK_SHAPE[1])
+    n = len(taylor) - 1
+    out = np.zeros(n + 1)
+    to_bernstein(taylor, n, out)
+    for t in (0.0, 0.3, 1.0):
+        basis = [comb(n, i) * t**i * (1 - t) ** (n - i) for i in range(n + 1)]
+        assert np.dot(basis, out) == pytest.approx(np.polynomial.polynomial.polyval(t, taylor), abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_first_of_several_planted_roots_is_found(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    inside = np.sort(rng.uniform(0.01, 0.99, rng.integers(1, 4)))
+    outside = [*rng.uniform(1.5, 4.0, 2).tolist(), 0.5 + 1.0j, 0.5 - 1.0j]
+    if np.min(np.diff(inside), initial=1.0) < 1e-3:
+        pytest.skip("roots too close for the planted coefficients themselves")
+    taylor = planted([*inside.tolist(), *outside])
+    status, t = isolate(taylor)
+    assert status == CONTACT
+    assert t == pytest.approx(inside[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_two_roots_close_together_are_not_jumped_over(depth: float) -> None:
+    rng = np.random.default_rng(3)
+    for middle in rng.uniform(0.05, 0.95, 100):
+        dips = np.array([middle**2 - depth, -2 * middle, 1.0])  # (t - middle)^2 - depth
+        status, t = isolate(dips, error=1e-15)
+        assert status == CONTACT
+        assert t == pytest.approx(middle - np.sqrt(depth), abs=1e-8)
+        stays = np.array([middle**2 + depth, -2 * middle, 1.0])
+        assert isolate(stays, error=1e-15)[0] == CLEAR
+
+
+def test_a_root_at_the_start_that_is_left_is_no_contact() -> None:
+    assert isolate(np.array([1e-17, 0.5, 0.1]))[0] == CLEAR
+
+
+def test_a_start_on_the_stop_going_out_is_a_contact_at_once() -> None:
+    status, t = isolate(np.array([1e-17, -0.5, 0.1]))
+    assert status == CONTACT
+    assert t < 1e-12

@@ -1,0 +1,182 @@
+"""Trajectories against an independent 40-digit simulation, and the corners that must have a defined answer."""
+
+import math
+
+import numpy as np
+import pytest
+from event_oracle import EventOracle
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grazemap_core.errors import ParameterError
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.steady import steady_response
+from grazemap_core.trajectory import trajectory
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+def oracle(oscillator: Oscillator, omega: float, clearance: float, **start: object) -> EventOracle:
+    return EventOracle(
+        oscillator.masses.tolist(),
+        oscillator.stiffnesses.tolist(),
+        oscillator.link_damping.tolist(),
+        oscillator.forcing.tolist(),
+        oscillator.restitution,
+        omega,
+        clearance,
+        **start,
+    )
+
+
+def random_case(rng: np.random.Generator) -> tuple[Oscillator, float, float]:
+    """A chain of 1..4 masses with either kind of damping, forced so that mass 1 reaches the stops."""
+    count = int(rng.integers(1, 5))
+    damping = float(rng.uniform(0.01, 0.3)) if rng.random() < 0.5 else rng.uniform(0.01, 0.4, count)
+    oscillator = Oscillator.create(
+        rng.uniform(0.5, 3.0, count), rng.uniform(0.5, 3.0, count), damping, rng.uniform(-1, 1, count),
+        float(rng.uniform(0.3, 0.95)),
+    )  # fmt: skip
+    omega = float(rng.uniform(0.2, 1.5))
+    return oscillator, omega, float(rng.uniform(0.3, 0.9) * abs(steady_response(oscillator, np.array([omega]))[0, 0]))
+
+
+def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> None:
+    result = trajectory(DEFAULT, 0.29, 1.6, periods=200)
+    assert len(result.impacts.time) == 798
+    exact = oracle(DEFAULT, 0.29, 1.6)
+    exact.run(100)
+    errors = np.abs(result.impacts.time[:100] - np.array([float(t) for t in exact.times]))
+    assert errors.max() < 1e-11
+    assert errors[:20].max() < 1e-13
+    np.testing.assert_array_equal(result.impacts.stop[:100], exact.stops)
+    np.testing.assert_allclose(result.impacts.velocity[:100], [float(v) for v in exact.speeds], rtol=0, atol=1e-12)
+    motion = result.motion
+    assert (motion.kind, motion.period, motion.impacts_right, motion.impacts_left) == ("periodic", 1, 2, 2)
+    assert motion.symmetric
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_random_chains_agree_with_the_40_digit_simulation(seed: int) -> None:
+    oscillator, omega, clearance = random_case(np.random.default_rng(seed))
+    result = trajectory(oscillator, omega, clearance, periods=30, samples_per_period=4)
+    count = min(12, len(result.impacts.time))
+    assert count >= 4
+    exact = oracle(oscillator, omega, clearance)
+    exact.run(count)
+    # a slow impact amplifies the rounding of the inputs by the scale of the velocities over its own
+    speed = omega * clearance
+    growth = np.maximum.accumulate(1.0 + speed / np.abs([float(v) for v in exact.speeds]))
+    errors = np.abs(result.impacts.time[:count] - [float(t) for t in exact.times])
+    np.testing.assert_array_equal(result.impacts.stop[:count], exact.stops)
+    assert np.all(errors < 2e-13 * growth**2 / omega), errors
+
+
+def test_samples_are_exact_between_and_behind_impacts() -> None:
+    result = trajectory(DEFAULT, 0.29, 1.6, periods=3, samples_per_period=16)
+    exact = oracle(DEFAULT, 0.29, 1.6)
+    for index in (0, 5, 11, 14, 23, 40):
+        time = float(result.time[index])
+        exact.run(int(np.sum(result.impacts.time <= time)))
+        x, v = exact.state_at(time)
+        np.testing.assert_allclose(result.displacement[:, index], [float(a) for a in x], rtol=0, atol=2e-13)
+        np.testing.assert_allclose(result.velocity[:, index], [float(a) for a in v], rtol=0, atol=2e-13)
+
+
+@pytest.mark.parametrize("overshoot", [1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-13])
+def test_no_near_grazing_contact_is_missed_and_none_is_invented(overshoot: float) -> None:
+    rng = np.random.default_rng(7)
+    omegas = rng.uniform(0.2, 1.5, 300)
+    found = invented = 0
+    for omega, response in zip(omegas, steady_response(DEFAULT, omegas), strict=True):
+        amplitude = abs(response[0])
+        phase = -math.atan2(response[0].imag, response[0].real)  # the steady motion of mass 1 is A sin(omega t)
+        turned = response * np.exp(1j * phase)
+        start = {"displacement": turned.imag, "velocity": omega * turned.real, "phase": phase}
+        # one coordinate is exactly zero in the limit; keep it so that the start lies between the stops
+        below = trajectory(DEFAULT, omega, amplitude * (1 - overshoot), periods=1, samples_per_period=1, **start)
+        if len(below.impacts.time):
+            expected = math.asin(1 - overshoot) / omega
+            found += abs(below.impacts.time[0] - expected) < 1e-7 / omega
+        above = trajectory(DEFAULT, omega, amplitude * (1 + overshoot), periods=1, samples_per_period=1, **start)
+        invented += len(above.impacts.time)
+    assert found == len(omegas)
+    assert invented == 0
+
+
+def test_mirror_image_of_the_start_gives_the_mirror_image_of_the_trajectory() -> None:
+    x, v = np.array([0.3, -0.2, 0.1]), np.array([0.5, 0.1, -0.4])
+    one = trajectory(DEFAULT, 0.27, 1.5, x, v, 0.4, periods=20)
+    other = trajectory(DEFAULT, 0.27, 1.5, -x, -v, 0.4 - math.pi, periods=20)
+    np.testing.assert_array_equal(one.impacts.stop, -other.impacts.stop)
+    np.testing.assert_allclose(one.impacts.time, other.impacts.time, rtol=1e-11)
+
+
+def test_si_and_nondimensional_descriptions_agree() -> None:
+    m1, k1, force = 3.7, 5.2e4, 120.0
+    scale = math.sqrt(k1 / m1)
+    si = Oscillator.create(
+        DEFAULT.masses * m1, DEFAULT.stiffnesses * k1, 0.05 / scale, DEFAULT.forcing * force, 0.8, "SI"
+    )
+    a = trajectory(DEFAULT, 0.29, 1.6, periods=20)
+    b = trajectory(si, 0.29 * scale, 1.6 * force / k1, periods=20)
+    assert len(a.impacts.time) == len(b.impacts.time)
+    np.testing.assert_allclose(b.impacts.time * scale, a.impacts.time, rtol=1e-12)
+    np.testing.assert_allclose(b.displacement * k1 / force, a.displacement, atol=1e-11)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    x=st.floats(-0.99, 0.99), v=st.floats(-2, 2), damping=st.floats(0, 0.4), restitution=st.floats(0.05, 1.0),
+)  # fmt: skip
+def test_energy_never_rises_without_forcing(x: float, v: float, damping: float, restitution: float) -> None:
+    oscillator = Oscillator.create([1.0, 2.0], [1.0, 3.0], damping, [0.0, 0.0], restitution)
+    result = trajectory(oscillator, 1.0, 1.0, np.array([x, 0.3]), np.array([v, 0.0]), periods=5, samples_per_period=64)
+    energy = 0.5 * np.einsum("in,ij,jn->n", result.velocity, oscillator.mass_matrix, result.velocity)
+    energy += 0.5 * np.einsum("in,ij,jn->n", result.displacement, oscillator.stiffness_matrix, result.displacement)
+    assert np.all(np.diff(energy) <= 1e-12 * (energy[0] + 1e-300))
+
+
+def test_starting_on_a_stop_and_moving_into_it_is_an_impact_at_time_zero() -> None:
+    result = trajectory(DEFAULT, 0.29, 1.6, np.array([1.6, 0, 0]), np.array([0.5, 0, 0]), periods=1)
+    assert result.impacts.time[0] == 0.0
+    assert result.impacts.velocity[0] == 0.5
+    assert result.velocity[0, 0] == pytest.approx(-0.4, abs=1e-14)
+
+
+def test_starting_on_a_stop_and_leaving_it_is_no_impact() -> None:
+    result = trajectory(DEFAULT, 0.29, 1.6, np.array([-1.6, 0, 0]), np.array([0.5, 0, 0]), periods=1)
+    assert not np.any(result.impacts.time < 0.1)
+
+
+def test_starting_outside_the_stops_is_refused() -> None:
+    with pytest.raises(ParameterError, match="displacement"):
+        trajectory(DEFAULT, 0.29, 1.6, np.array([1.7, 0, 0]), periods=1)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3])
+def test_complete_chatter_ends_the_trajectory_and_says_so(restitution: float) -> None:
+    slow = Oscillator.create([1.0], [1.0], 0.05, [1.0], restitution)
+    result = trajectory(slow, 0.2, 0.3, periods=10)
+    assert result.motion.kind == "unresolved"
+    assert "complete chatter" in (result.motion.reason or "")
+    assert len(result.time) < 10 * 200
+    assert result.time[-1] <= result.impacts.time[-1]
+
+
+def test_elastic_impacts_of_a_free_undamped_mass_repeat_for_ever() -> None:
+    free = Oscillator.create([1.0], [1.0], 0.0, [0.0], 1.0)
+    # x = sin t between stops at sin(1): impacts of speed cos(1), 2 time units apart
+    result = trajectory(free, 1.0, math.sin(1.0), velocity=np.array([1.0]), periods=50, samples_per_period=1)
+    expected = 1.0 + 2.0 * np.arange(len(result.impacts.time))
+    np.testing.assert_allclose(result.impacts.time, expected, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(np.abs(result.impacts.velocity), math.cos(1.0), rtol=0, atol=1e-10)
+
+
+def test_the_record_after_a_transient_continues_the_one_before() -> None:
+    whole = trajectory(DEFAULT, 0.27, 1.5, periods=60)
+    tail = trajectory(DEFAULT, 0.27, 1.5, periods=20, transient_periods=40)
+    period = 2 * math.pi / 0.27
+    late = whole.impacts.time[whole.impacts.time >= 40 * period] - 40 * period
+    np.testing.assert_allclose(tail.impacts.time, late, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(tail.displacement, whole.displacement[:, 40 * 200 :], rtol=0, atol=1e-10)
