@@ -61,7 +61,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("grazing-curves", {"omega": {**RANGE, "stop": 10**400}}, "/omega/stop", "> 0", "integer beyond all floats"),
     ("grazing-curves", oscillator(**{n: [1.0] * 65 for n in ("masses", "stiffnesses", "forcing")}),
      "/oscillator/masses", "64", "too many masses"),
-    ("trajectories", {**TRAJECTORY, "initial": {"displacement": [2, 0, 0]}}, "", "clearance", "start outside the stops"),
+    ("trajectories", {**TRAJECTORY, "initial": {"displacement": [2, 0, 0]}}, "", "clearance", "start beyond a stop"),
 ]  # fmt: skip
 
 

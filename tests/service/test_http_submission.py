@@ -51,7 +51,10 @@ def test_the_same_question_in_other_words_is_the_same_job(client: TestClient) ->
         "omega": {"start": 1.0, "stop": 2.0, "points": 5},
         "max_order": 8,
     }
-    permuted = '{"max_order": 8, "omega": {"points": 5, "stop": 2, "start": 1}, "oscillator": {"restitution": 0.8, "masses": [1, 10, 10]}}'
+    permuted = (
+        '{"max_order": 8, "omega": {"points": 5, "stop": 2, "start": 1}, '
+        '"oscillator": {"restitution": 0.8, "masses": [1, 10, 10]}}'
+    )
     terse = '{"omega":{"start":1,"stop":2e0,"points":5}}'
     signed = '{"omega":{"start":1,"stop":2,"points":5},"oscillator":{"forcing":[1,-0.0,0]}}'
     answers = [

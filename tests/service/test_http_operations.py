@@ -1,0 +1,188 @@
+"""Operating the service: health, readiness, metrics, Redis that goes and comes back, start and refusal to start."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import httpx2
+import pytest
+from starlette.testclient import TestClient
+
+from grazemap_service.redis_server import RedisServer
+
+CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+
+
+def test_healthy_is_not_ready_without_a_worker(client: TestClient) -> None:
+    assert client.get("/healthz").json() == {"status": "ok"}
+    assert client.head("/healthz").status_code == 200
+    answer = client.get("/readyz")
+    assert answer.status_code == 503
+    assert answer.json()["type"] == "urn:grazemap:problem:not-ready"
+    assert int(answer.headers["retry-after"]) >= 1
+
+
+def test_ready_with_a_worker(client: TestClient, worker: Any) -> None:
+    assert client.get("/readyz").json() == {"status": "ready", "workers": 1}
+
+
+def test_the_root_describes_the_service(client: TestClient) -> None:
+    described = client.get("/v1").json()
+    assert described["name"] == "grazemap"
+    assert [process["href"] for process in described["processes"]] == [
+        "/v1/grazing-curves",
+        "/v1/codimension-two-points",
+        "/v1/trajectories",
+        "/v1/unfolding-maps",
+    ]
+    assert described["limits"]["masses"] == 64
+    for link in described["links"]:
+        assert client.get(link["href"]).status_code == 200
+
+
+def test_metrics_count_by_route(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    for _ in range(3):
+        client.get(f"/v1/jobs/{job['id']}")
+    client.get("/nothing/here")
+    text = client.get("/metrics").text
+    assert 'grazemap_http_requests_total{method="GET",route="/v1/jobs/{job_id}",status="200"} 3.0' in text
+    assert 'grazemap_http_requests_total{method="GET",route="unmatched",status="404"} 1.0' in text
+    assert 'grazemap_jobs{status="accepted"} 1.0' in text
+    assert "grazemap_pending_tiles 1.0" in text
+    assert "grazemap_workers 1.0" in text
+    assert "grazemap_store_up 1.0" in text
+    assert re.search(r'grazemap_http_request_seconds_count\{method="POST",route="/v1/grazing-curves"\} 1.0', text)
+    assert job["id"] not in text
+
+
+def test_redis_may_go_and_come_back(serve: Any, own_redis_server: RedisServer) -> None:
+    client = serve(redis_url=own_redis_server.url)
+    before = client.post("/v1/grazing-curves", json=CURVE)
+    assert before.status_code == 201
+    path = before.headers["location"]
+
+    own_redis_server.stop()
+    other = {"omega": [0.1, 0.2]}
+    began = time.monotonic()
+    answers = [
+        client.post("/v1/grazing-curves", json=other),
+        client.get(path),
+        client.get(f"{path}/events"),
+        client.get(f"{path}/result"),
+        client.delete(path),
+        client.get("/v1/jobs"),
+        client.get("/readyz"),
+    ]
+    assert time.monotonic() - began < 2
+    for answer in answers:
+        assert answer.status_code == 503
+        assert answer.headers["content-type"] == "application/problem+json"
+        assert answer.json()["type"] == "urn:grazemap:problem:store-unavailable"
+        assert int(answer.headers["retry-after"]) >= 1
+    assert client.get("/healthz").status_code == 200
+    assert "grazemap_store_up 0.0" in client.get("/metrics").text
+    # bad input is still told from an unavailable store
+    assert client.post("/v1/grazing-curves", json={}).status_code == 422
+
+    own_redis_server.start()
+    own_redis_server.wait()
+    assert client.get(path).status_code == 200  # kept by its append-only file
+    assert [job["id"] for job in client.get("/v1/jobs").json()["jobs"]] == [before.json()["id"]]
+    assert client.post("/v1/grazing-curves", json=other).status_code == 201
+
+
+def test_the_service_loads_no_numerics() -> None:
+    code = (
+        "import sys; from grazemap_service.app import create_app; create_app().openapi(); "
+        "print([name for name in ('numba', 'llvmlite', 'scipy', 'grazemap_core', 'grazemap_worker.tasks') "
+        "if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.strip() == "[]"
+
+
+@contextmanager
+def process(environment: dict[str, str], **options: Any) -> Iterator[subprocess.Popen[str]]:
+    """``python -m grazemap_service`` with an environment of its own."""
+    clean = {name: value for name, value in os.environ.items() if not name.startswith("GRAZEMAP_")}
+    with subprocess.Popen(
+        [sys.executable, "-m", "grazemap_service"],
+        env={**clean, **environment},
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    ) as started:
+        try:
+            yield started
+        finally:
+            started.kill()
+
+
+def wait_for(url: str, started: subprocess.Popen[str]) -> None:
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline and started.poll() is None:
+        try:
+            if httpx2.get(url, timeout=1).status_code == 200:
+                return
+        except httpx2.TransportError:
+            time.sleep(0.01)
+    raise AssertionError("the service did not answer")
+
+
+def test_it_starts_soon_on_an_inherited_socket_and_stops_in_order(redis_server: RedisServer) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        url = f"http://127.0.0.1:{listener.getsockname()[1]}/healthz"
+        environment = {"GRAZEMAP_FD": str(listener.fileno()), "GRAZEMAP_REDIS_URL": redis_server.url}
+        for _ in range(2):  # a second process takes the same socket over
+            with process(environment, pass_fds=[listener.fileno()]) as started:
+                wait_for(url, started)
+                started.terminate()
+                assert started.wait(5) in {0, -15}
+                assert started.stderr is not None
+                lines = [json.loads(line) for line in started.stderr.read().splitlines()]
+                assert {"listening", "Application startup complete."} <= {line["event"] for line in lines}
+
+
+@pytest.mark.parametrize(
+    ("environment", "message"),
+    [
+        ({"GRAZEMAP_HOST": "0.0.0.0"}, "GRAZEMAP_API_KEYS"),
+        ({"GRAZEMAP_PORT": "high"}, "GRAZEMAP_PORT"),
+        ({"GRAZEMAP_LOG_LEVEL": "loud"}, "GRAZEMAP_LOG_LEVEL"),
+    ],
+)
+def test_it_refuses_to_start_with_bad_settings(environment: dict[str, str], message: str) -> None:
+    with process(environment) as started:
+        assert started.wait(30) == 2
+        assert started.stderr is not None
+        said = started.stderr.read()
+    assert message in said
+    assert "Traceback" not in said
+
+
+def test_it_refuses_an_exposed_inherited_socket_without_keys() -> None:
+    with (
+        socket.create_server(("0.0.0.0", 0)) as listener,
+        process({"GRAZEMAP_FD": str(listener.fileno())}, pass_fds=[listener.fileno()]) as started,
+    ):
+        assert started.wait(30) == 2
+
+
+def test_a_taken_port_is_said() -> None:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as listener,
+        process({"GRAZEMAP_PORT": str(listener.getsockname()[1])}) as started,
+    ):
+        assert started.wait(30) == 1
+        assert started.stderr is not None
+        assert "cannot listen" in started.stderr.read()
