@@ -13,7 +13,7 @@ from urllib.parse import parse_qs, urlsplit
 from grazemap.cache import ResultCache
 from grazemap.constants import API_PREFIX
 from grazemap.effects import Flow, Reply, Send
-from grazemap.errors import JobDismissed, JobFailed, ProtocolError, problem_text
+from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
 from grazemap.exchange import exchange, read_model, read_object
 from grazemap.following import follow
 from grazemap.models import Job, JobList, ProcessRequest, canonical
@@ -89,12 +89,22 @@ def describe(settings: Settings) -> Flow[dict[str, object]]:
 
 
 def fetch(settings: Settings, job_id: str) -> Flow[Result]:
-    """Return a job's result; one that the service has dropped is computed again and waited for."""
+    """Return a job's result; one that the service has dropped is computed again and waited for.
+
+    Raises
+    ------
+    ResultNotReady, JobFailed, JobDismissed
+    """
     path = job_path(job_id) + "/result"
     cached = settings.cache.read(job_id) if settings.cache else None
     headers = {"if-none-match": cached.etag} if cached else {}
     while True:
-        reply: Reply = yield from exchange(Send("GET", path, {"f": "npz"}, headers), settings.retries)
+        try:
+            reply: Reply = yield from exchange(Send("GET", path, {"f": "npz"}, headers), settings.retries)
+        except ServiceProblem:
+            # A job that ended otherwise has no result; the job itself says best why.
+            require_success((yield from look(settings, job_id)))
+            raise
         if reply.status == 304 and cached:
             return decode_result(cached.data)
         if reply.status == 202:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 R = TypeVar("R")
+_OF_RECURRENCE = frozenset({"order", "active", "families"})
+_OF_RESONANT = frozenset({"multiple", "symmetric", "bifurcation"})
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -51,9 +53,11 @@ class CodimensionTwoPoint:
     bifurcation : {"SN", "PD", "SB"} or None
         Of a resonance: which curve ends there: saddle-node, period doubling, symmetry breaking.
     residual : float or None
-        What is left of the equation at the point.
+        Modulus of the function at its zero over the sum of its amplitudes.
     status : str or None
-        How the point was found.
+        "simple", or "near-double": two zeros too close to tell apart, or a near touch that may be none.
+    omega_error : float or None
+        How far round-off of the model may have moved omega.
     """
 
     kind: Literal["recurrence", "resonant"]
@@ -67,12 +71,14 @@ class CodimensionTwoPoint:
     bifurcation: Literal["SN", "PD", "SB"] | None = None
     residual: float | None = None
     status: str | None = None
+    omega_error: float | None = None
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> CodimensionTwoPoint:
-        """Return the point that a record of the result's document describes."""
-        known = _known(cls, record)
-        families = known.pop("families", None) or []
+        """Return the point that a record of the result's document describes; what its kind has not is None."""
+        foreign = _OF_RESONANT if record["kind"] == "recurrence" else _OF_RECURRENCE
+        known = {name: value for name, value in _known(cls, record).items() if name not in foreign}
+        families = known.pop("families", None) or ()
         return cls(**known, families=tuple(Family(**_known(Family, family)) for family in families))
 
 

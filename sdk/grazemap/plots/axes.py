@@ -1,0 +1,53 @@
+"""Figures, axes and their labels: what all pictures share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from grazemap.errors import MissingExtra
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK = "#222222"
+
+_QUANTITIES = {
+    "omega": (r"forcing frequency $\omega$", "rad/s"),
+    "clearance": ("clearance $b$", "m"),
+    "time": ("time $t$", "s"),
+    "displacement": ("displacement $x_{mass}$", "m"),
+    "velocity": ("velocity $v_{mass}$", "m/s"),
+}
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of a size in inches that is readable as a PNG. Raises MissingExtra."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingExtra("a picture", "plot") from error
+    return Figure(figsize=(width, height), dpi=150, layout="constrained")
+
+
+def axes_or_new(ax: Axes | None, width: float = 9.0, height: float = 5.5) -> Axes:
+    """Return the axes that were given, or those of a new figure."""
+    return ax if ax is not None else new_figure(width, height).add_subplot()
+
+
+def axis_label(quantity: str, units: str, mass: int = 1) -> str:
+    """Return the text of an axis, with its unit in SI; nondimensional quantities have none."""
+    text, unit = _QUANTITIES[quantity]
+    text = text.replace("mass", str(mass))
+    return f"{text} ({unit})" if units == "SI" else text
+
+
+def label_plane(ax: Axes, units: str) -> None:
+    """Label the axes of a picture in the plane of omega and clearance."""
+    ax.set_xlabel(axis_label("omega", units))
+    ax.set_ylabel(axis_label("clearance", units))
+
+
+def legend_outside(ax: Axes, **options: object) -> None:
+    """Put the legend to the right of the axes, where it hides nothing."""
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8, **options)

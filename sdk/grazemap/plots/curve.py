@@ -1,0 +1,156 @@
+"""The grazing curve and its codimension-two points in the plane of omega and clearance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
+from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Recurrences by order, from early to late; the same order has the same colour in every picture.
+_ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF", "#8B4513")
+_PASSIVE, _QUIET = "#6E6E6E", "#9BD3F0"
+# So many symbols fit on the curve at their full size.
+_ROOMY = 150
+_BIFURCATIONS = {
+    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
+    "PD": ("s", "#1E1E78", "period doubling (PD)"),
+    "SB": ("D", "#117733", "symmetry breaking (SB)"),
+}
+
+
+def plot_grazing_curve(curve: GrazingCurve, ax: Axes | None = None, points: CodimensionTwoPoints | None = None) -> Axes:
+    """Draw clearance over omega with the codimension-two points: those of `points`, else the curve's own."""
+    ax = axes_or_new(ax)
+    draw_curve(ax, curve)
+    draw_points(ax, points.points if points is not None else curve.points, _span(curve))
+    label_plane(ax, curve.units)
+    ax.set_title("Grazing curve", fontsize=10)
+    ax.margins(x=0.01)
+    legend_outside(ax)
+    return ax
+
+
+def plot_codimension_two_points(
+    points: CodimensionTwoPoints, ax: Axes | None = None, curve: GrazingCurve | None = None
+) -> Axes:
+    """Draw codimension-two points, on a grazing curve if one is given."""
+    ax = axes_or_new(ax)
+    if curve is not None:
+        draw_curve(ax, curve)
+    draw_points(ax, points.points)
+    label_plane(ax, points.units)
+    ax.set_title("Codimension-two points of the grazing curve", fontsize=10)
+    legend_outside(ax)
+    return ax
+
+
+def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
+    """Add the grazing curve to axes, with a band under the stretches where the graze does not recur.
+
+    Parameters
+    ----------
+    ax : Axes
+    curve : GrazingCurve
+    halo : bool
+        Give the line a white rim and leave the band out, so that it reads on coloured ground.
+    """
+    from matplotlib.patheffects import Normal, withStroke
+
+    effects = [withStroke(linewidth=3.2, foreground="white"), Normal()] if halo else None
+    ax.plot(
+        curve.omega,
+        curve.clearance,
+        color=INK,
+        linewidth=1.5 if halo else 1.2,
+        label=r"grazing curve $b = A(\omega)$",
+        path_effects=effects,
+        zorder=3,
+    )
+    quiet = curve.first_recurrence == 0
+    if quiet.any() and not halo:
+        ax.plot(
+            curve.omega,
+            np.where(quiet, curve.clearance, np.nan),
+            color=_QUIET,
+            linewidth=6.0,
+            solid_capstyle="butt",
+            label=f"no recurrence up to order {curve.meta['request']['max_order']}",
+            zorder=2,
+        )
+
+
+def draw_points(
+    ax: Axes, points: Sequence[CodimensionTwoPoint], span: tuple[float, float] | None = None, rim: bool = False
+) -> None:
+    """Add codimension-two points to axes, with a legend entry per kind.
+
+    Recurrences are asterisks: coloured by order where they are active, small and grey where a smaller order recurs
+    already. Resonant points are told apart by bifurcation, filled for one-sided and hollow for symmetric motions.
+
+    Parameters
+    ----------
+    ax : Axes
+    points : sequence of CodimensionTwoPoint
+    span : (float, float), optional
+        Interval of omega outside which points are left out.
+    rim : bool
+        Give the symbols a white rim, so that they read on coloured ground.
+    """
+    inside = [point for point in points if span is None or span[0] <= point.omega <= span[1]]
+    # Many symbols are drawn smaller, so that the curve under them is still seen.
+    size = max(0.6, min(1.0, (_ROOMY / max(1, len(inside))) ** 0.5))
+    recurrences = [point for point in inside if point.kind == "recurrence"]
+    passive = [point for point in recurrences if not point.active]
+    _mark(ax, passive, "recurrence where a smaller order recurs", (6, 2, 0), 5 * size, _PASSIVE, rim=rim, layer=4)
+    for name, (marker, colour, text) in _BIFURCATIONS.items():
+        for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
+            chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
+            label = f"resonant, {text}, {side}"
+            _mark(ax, chosen, label, marker, 5.5 * size, colour, hollow=symmetric, rim=rim, layer=5)
+    for order in sorted({point.order or 0 for point in recurrences if point.active}):
+        chosen = [point for point in recurrences if point.active and point.order == order]
+        colour = _ORDER_COLOURS[(order - 1) % len(_ORDER_COLOURS)]
+        _mark(ax, chosen, f"recurrence of order {order}", (6, 2, 0), 9 * size, colour, rim=rim, layer=6)
+
+
+def _mark(
+    ax: Axes,
+    points: Sequence[CodimensionTwoPoint],
+    label: str,
+    marker: str | tuple[int, int, int],
+    size: float,
+    colour: str,
+    *,
+    hollow: bool = False,
+    rim: bool = False,
+    layer: int,
+) -> None:
+    from matplotlib.patheffects import Normal, withStroke
+
+    if not points:
+        return
+    thickness = 1.4 if layer == 6 else 0.9
+    ax.plot(
+        [point.omega for point in points],
+        [point.clearance for point in points],
+        linestyle="none",
+        marker=marker,
+        markersize=size,
+        color=colour,
+        markeredgewidth=thickness,
+        markerfacecolor="white" if hollow else colour,
+        label=label,
+        path_effects=[withStroke(linewidth=thickness + 1.6, foreground="white"), Normal()] if rim else None,
+        zorder=layer,
+    )
+
+
+def _span(curve: GrazingCurve) -> tuple[float, float]:
+    return float(curve.omega[0]), float(curve.omega[-1])

@@ -1,0 +1,98 @@
+"""The colours of motions: a function of the label alone, so that a motion looks the same in every picture.
+
+The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it in the least
+favourable of three views: normal, protan and deutan vision. Motions beside them get a colour computed from their
+label; those cover small regions, and the picture names them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from grazemap.results import MotionShare
+
+UNRESOLVED = "#909090"
+OTHER = "#DCDCDC"
+CHAOTIC = "#1A1A1A"
+QUASI_PERIODIC = "#5A5A5A"
+_BY_KIND = {"unresolved": UNRESOLVED, "chaotic": CHAOTIC, "quasi-periodic": QUASI_PERIODIC}
+
+# (period, impacts_right, impacts_left)
+NAMED: dict[tuple[int, int, int], str] = {
+    (1, -1, -1): "#F7F3E3",
+    (1, 1, -1): "#F0695A",
+    (1, -1, 1): "#A54B78",
+    (1, 1, 1): "#88CCEE",
+    (1, 2, 2): "#B496F0",
+    (1, 3, 3): "#E1F069",
+    (1, 4, 4): "#006900",
+    (1, 5, 5): "#692DB4",
+    (1, 6, 6): "#C3A500",
+    (1, 1, 2): "#0FD296",
+    (1, 2, 1): "#96D21E",
+    (1, 2, 3): "#1E87FF",
+    (1, 3, 2): "#6969B4",
+    (1, 3, 4): "#4BF0FF",
+    (1, 4, 3): "#0096C3",
+    (2, 1, 1): "#5A2D3C",
+    (2, 3, 3): "#F0A578",
+    (2, 5, 5): "#C31E2D",
+    (3, 1, 1): "#874BD2",
+    (3, 2, 2): "#3CC3C3",
+    (3, 4, 4): "#699600",
+    (3, 5, 5): "#967896",
+    (3, 7, 7): "#A5E196",
+    (3, 8, 8): "#1E1E78",
+    (3, 10, 10): "#004B78",
+    (3, 13, 13): "#5A004B",
+    (5, 8, 8): "#3C2D00",
+}
+
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_LIGHTNESS = (0.72, 0.48, 0.83, 0.60)
+
+
+def motion_colour(motion: MotionShare) -> str:
+    """Return the colour of a motion as #RRGGBB; it depends on the label or the kind only."""
+    if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
+        return _BY_KIND.get(motion.kind, OTHER)
+    key = (motion.period, motion.impacts_right, motion.impacts_left)
+    return NAMED.get(key) or _computed(*key)
+
+
+def motion_text(motion: MotionShare) -> str:
+    """Return a motion's label with subscripts, n-p_r-q_l, as mathtext; its kind when it is not periodic."""
+    if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
+        return motion.kind
+    right, left = (f"({n})" if n < 0 else str(n) for n in (motion.impacts_right, motion.impacts_left))
+    return f"{motion.period}-${right}_r$-${left}_l$"
+
+
+def _computed(period: int, right: int, left: int) -> str:
+    """Return a colour of medium chroma whose hue turns by the golden ratio with the label's place in a list of all."""
+    place = _pair(period - 1, _pair(right + 1, left + 1))
+    hue = 2 * math.pi * ((place * _GOLDEN) % 1.0)
+    lightness, chroma = _LIGHTNESS[place % len(_LIGHTNESS)], 0.09
+    return _srgb(lightness, chroma * math.cos(hue), chroma * math.sin(hue))
+
+
+def _pair(a: int, b: int) -> int:
+    """Return Cantor's number of a pair of whole numbers >= 0."""
+    return (a + b) * (a + b + 1) // 2 + b
+
+
+def _srgb(lightness: float, a: float, b: float) -> str:
+    """Return OKLab as #RRGGBB, clipped to what a screen shows (Ottosson, 2020)."""
+    long = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3
+    medium = (lightness - 0.1055613458 * a - 0.0638541728 * b) ** 3
+    short = (lightness - 0.0894841775 * a - 1.2914855480 * b) ** 3
+    linear = (
+        4.0767416621 * long - 3.3077115913 * medium + 0.2309699292 * short,
+        -1.2684380046 * long + 2.6097574011 * medium - 0.3413193965 * short,
+        -0.0041960863 * long - 0.7034186147 * medium + 1.7076147010 * short,
+    )
+    return "#" + "".join(f"{round(255 * _encoded(min(1.0, max(0.0, value)))):02X}" for value in linear)
+
+
+def _encoded(value: float) -> float:
+    return 12.92 * value if value <= 0.0031308 else 1.055 * value ** (1 / 2.4) - 0.055

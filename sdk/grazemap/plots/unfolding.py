@@ -1,0 +1,148 @@
+"""The unfolding map: regions of the plane of omega and clearance, coloured by the motion there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
+from grazemap.plots.curve import draw_curve, draw_points
+from grazemap.plots.palette import OTHER, motion_colour, motion_text
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# A region is named inside the picture when a square of this share of the map's shorter side fits into it.
+_NAMED_REGION = 0.05
+
+
+def plot_unfolding_map(
+    umap: UnfoldingMap,
+    ax: Axes | None = None,
+    curve: GrazingCurve | None = None,
+    points: CodimensionTwoPoints | None = None,
+    motions: int = 20,
+) -> Axes:
+    """Draw an unfolding map.
+
+    Parameters
+    ----------
+    umap : UnfoldingMap
+    ax : Axes, optional
+    curve : GrazingCurve, optional
+        Drawn over the regions, as far as it lies inside.
+    points : CodimensionTwoPoints, optional
+        Drawn on the curve; left out: the curve's own.
+    motions : int
+        How many motions get a colour and a line in the legend; the smaller ones are drawn alike as "other".
+
+    Returns
+    -------
+    Axes
+    """
+    ax = axes_or_new(ax, 10.5, 6.5)
+    shares = umap.motions()
+    periodic = [motion for motion in shares if motion.kind == "periodic"]
+    shown = sorted(periodic[:motions], key=_by_period_and_impacts)
+    irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
+    _draw_regions(ax, umap, shown, irregular, periodic[motions:])
+    for motion in shown:
+        _name_region(ax, umap, motion)
+    edges = (_edges(umap.omega), _edges(umap.clearance))
+    if curve is not None:
+        draw_curve(ax, curve, halo=True)
+    if curve is not None or points is not None:
+        chosen = points.points if points is not None else (curve.points if curve is not None else ())
+        low, high = float(edges[1][0]), float(edges[1][-1])
+        inside = [point for point in chosen if low <= point.clearance <= high]
+        draw_points(ax, inside, (float(edges[0][0]), float(edges[0][-1])), rim=True)
+    ax.set_xlim(edges[0][0], edges[0][-1])
+    ax.set_ylim(edges[1][0], edges[1][-1])
+    label_plane(ax, umap.units)
+    ax.set_title(
+        f"Unfolding map: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10
+    )
+    legend_outside(ax, handlelength=1.4, labelspacing=0.35)
+    return ax
+
+
+def _draw_regions(
+    ax: Axes,
+    umap: UnfoldingMap,
+    shown: list[MotionShare],
+    irregular: list[MotionShare],
+    rest: list[MotionShare],
+) -> None:
+    from matplotlib.colors import ListedColormap
+
+    entries = [(motion_colour(motion), _entry(motion)) for motion in [*shown, *irregular]]
+    codes = np.full(umap.kind.shape, len(entries))
+    for code, motion in enumerate([*shown, *irregular]):
+        codes[umap.mask(motion)] = code
+    if rest:
+        share = sum(motion.share for motion in rest)
+        entries.append((OTHER, f"{len(rest)} other motions ({share:.1%})"))
+    ax.pcolormesh(
+        _edges(umap.omega),
+        _edges(umap.clearance),
+        codes,
+        cmap=ListedColormap([colour for colour, _ in entries]),
+        vmin=-0.5,
+        vmax=len(entries) - 0.5,
+        rasterized=True,
+    )
+    for colour, text in entries:
+        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=0.4, label=text)
+
+
+def _entry(motion: MotionShare) -> str:
+    return f"{motion_text(motion)} ({motion.share:.1%})"
+
+
+def _by_period_and_impacts(motion: MotionShare) -> tuple[int, int, int]:
+    right, left = motion.impacts_right or 0, motion.impacts_left or 0
+    return motion.period or 0, right + left, -right
+
+
+def _edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the borders of the cells round increasing values, shape (values + 1,)."""
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare) -> None:
+    """Write a motion's label where the largest square fits into its region, if that is large enough to read."""
+    from matplotlib.patheffects import withStroke
+
+    row, column, side = largest_square(umap.mask(motion))
+    if side < _NAMED_REGION * min(umap.kind.shape) or side < 3:
+        return
+    ax.text(
+        float(umap.omega[column]),
+        float(umap.clearance[row]),
+        motion_text(motion),
+        ha="center",
+        va="center",
+        fontsize=8,
+        color=INK,
+        path_effects=[withStroke(linewidth=2.0, foreground="white", alpha=0.8)],
+        zorder=4,
+    )
+
+
+def largest_square(mask: NDArray[np.bool_]) -> tuple[int, int, int]:
+    """Return (row, column, side) of the middle of the largest square of true entries; the side is 0 for none."""
+    sides = np.zeros(mask.shape, dtype=np.int64)
+    remaining, side = mask, 0
+    while remaining.any():
+        side += 1
+        sides[remaining] = side
+        smaller = np.zeros_like(remaining)
+        smaller[1:, 1:] = remaining[1:, 1:] & remaining[:-1, 1:] & remaining[1:, :-1] & remaining[:-1, :-1]
+        remaining = smaller
+    row, column = np.unravel_index(int(sides.argmax()), sides.shape)
+    largest = int(sides[row, column])
+    return int(row) - largest // 2, int(column) - largest // 2, largest
