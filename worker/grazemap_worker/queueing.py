@@ -7,14 +7,19 @@ the tile, so a doubled or a lost entry does no harm.
 from __future__ import annotations
 
 import secrets
+import time
 from collections.abc import Iterable
+from itertools import islice
+from typing import Any
 
 from redis import Redis
-from rq import Queue
+from rq import Queue, Worker
 from rq.command import send_stop_job_command
 from rq.exceptions import InvalidJobOperation, NoSuchJobError
 from rq.job import Job
 from rq.serializers import JSONSerializer
+from rq.utils import as_text
+from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
 from grazemap_worker.store.keys import queue_name
 
@@ -22,7 +27,10 @@ RUN_TILE = "grazemap_worker.tasks.run_tile"
 # A tile takes seconds; a long trajectory or a huge curve is one tile. Over this something hangs.
 TILE_TIMEOUT = 3600
 FAILURE_TTL = 60
-_CHUNK = 500
+# Entries of one job that are queued at a time; the reconciler adds the next ones as workers take them.
+QUEUED_AHEAD = 1000
+# Between taking an entry and beginning it a worker only forks.
+TAKEN_SECONDS = 30.0
 
 
 def queue(redis: Redis, fingerprint: str) -> Queue:
@@ -31,25 +39,27 @@ def queue(redis: Redis, fingerprint: str) -> Queue:
 
 
 def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -> int:
-    """Queue tiles of a job; return how many. Jobs of one tile go to the front: they should not wait for a map."""
-    target = queue(redis, fingerprint)
-    numbers = list(tiles)
-    for start in range(0, len(numbers), _CHUNK):
-        entries = [
-            Queue.prepare_data(
-                RUN_TILE,
-                args=(job_id, tile),
-                job_id=f"{job_id}-{tile}-{secrets.token_hex(4)}",
-                description=f"{job_id[:12]} tile {tile}",
-                timeout=TILE_TIMEOUT,
-                result_ttl=0,
-                failure_ttl=FAILURE_TTL,
-                at_front=len(numbers) == 1,
-            )
-            for tile in numbers[start : start + _CHUNK]
-        ]
-        target.enqueue_many(entries)
-    return len(numbers)
+    """Queue tiles of a job, at most the first `QUEUED_AHEAD`; return how many.
+
+    A single tile goes to the front: a curve, or the last missing piece of a map, should not wait for another map.
+    """
+    numbers = list(islice(tiles, QUEUED_AHEAD))
+    entries = [
+        Queue.prepare_data(
+            RUN_TILE,
+            args=(job_id, tile),
+            job_id=f"{job_id}-{tile}-{secrets.token_hex(4)}",
+            description=f"{job_id[:12]} tile {tile}",
+            timeout=TILE_TIMEOUT,
+            result_ttl=0,
+            failure_ttl=FAILURE_TTL,
+            at_front=len(numbers) == 1,
+        )
+        for tile in numbers
+    ]
+    if entries:
+        queue(redis, fingerprint).enqueue_many(entries)
+    return len(entries)
 
 
 def queued(redis: Redis, fingerprint: str) -> set[tuple[str, int]]:
@@ -81,6 +91,57 @@ def cancel(redis: Redis, job_id: str, fingerprint: str) -> int:
         except (InvalidJobOperation, NoSuchJobError):
             continue  # it ended, or has not begun and will find the job dismissed
     return len(waiting) + stopped
+
+
+def drop(redis: Redis, entry: str, fingerprint: str) -> None:
+    """Forget an entry that a worker has taken and will not perform."""
+    target = queue(redis, fingerprint)
+    pipeline = redis.pipeline(transaction=False)
+    pipeline.lrem(target.intermediate_queue_key, 1, entry)
+    pipeline.delete(Job.key_for(entry))
+    pipeline.execute()
+
+
+def sweep(connection: Redis, fingerprint: str) -> None:
+    """Remove what killed workers leave in RQ's registries, without performing any of it.
+
+    An entry that a worker took and did not begin within `TAKEN_SECONDS` is forgotten, and so is one whose worker
+    stopped renewing it; the ledger knows which tiles that concerns.
+    """
+    redis: Any = connection  # redis-py's types are those of bytes and of text at once
+    target = queue(connection, fingerprint)
+    now = time.time()
+    started = target.started_job_registry
+    for member in redis.zrangebyscore(started.key, 0, now):
+        composite = as_text(member)
+        entry, _, _execution = composite.partition(":")
+        pipeline = redis.pipeline(transaction=False)
+        pipeline.zrem(started.key, composite)
+        pipeline.delete(f"rq:execution:{composite}", f"rq:executions:{entry}", Job.key_for(entry))
+        pipeline.execute()
+    redis.zremrangebyscore(target.failed_job_registry.key, 0, now)
+
+    seen_key = target.intermediate_queue_key + ":seen"
+    taken = {as_text(member) for member in redis.lrange(target.intermediate_queue_key, 0, -1)}
+    seen = {as_text(member): float(score) for member, score in redis.zrange(seen_key, 0, -1, withscores=True)}
+    for entry, since in seen.items():
+        if entry not in taken:
+            redis.zrem(seen_key, entry)
+        elif now - since > TAKEN_SECONDS:
+            redis.zrem(seen_key, entry)
+            drop(redis, entry, fingerprint)
+    if fresh := dict.fromkeys(taken - seen.keys(), now):
+        redis.zadd(seen_key, fresh, nx=True)
+
+
+def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
+    """Remove a worker that is known to be gone from RQ's lists."""
+    pipeline = redis.pipeline(transaction=False)
+    key = Worker.redis_worker_namespace_prefix + name
+    pipeline.srem(Worker.redis_workers_keys, key)
+    pipeline.srem(WORKERS_BY_QUEUE_KEY % queue_name(fingerprint), key)
+    pipeline.delete(key)
+    pipeline.execute()
 
 
 def parse_entry(entry: str) -> tuple[str, int] | None:

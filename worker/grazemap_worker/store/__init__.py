@@ -12,6 +12,7 @@ from redis import Redis
 from grazemap_worker.store.connection import Scripts, connect
 from grazemap_worker.store.keys import ASSEMBLY, queue_name
 from grazemap_worker.store.plan import Plan, Tile, plan
+from grazemap_worker.store.problems import refused_problem
 from grazemap_worker.store.records import (
     Claim,
     Counts,
@@ -68,4 +69,5 @@ __all__ = [
     "core_version",
     "plan",
     "queue_name",
+    "refused_problem",
 ]

@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 from redis import Redis
-from redis.backoff import NoBackoff
+from redis.backoff import ExponentialBackoff
 from redis.retry import Retry
 
 from grazemap_worker.store.keys import PREFIX
@@ -16,16 +16,21 @@ from grazemap_worker.store.keys import PREFIX
 SOCKET_TIMEOUT = 5.0
 
 
-def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT) -> Redis:
+def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1) -> Redis:
     """Return a client for a redis://, rediss:// or unix:// URL; nothing is sent yet.
 
-    A command fails at once when Redis is away: whoever asks decides whether to try again.
+    Parameters
+    ----------
+    tries : int
+        1: a command fails at once when Redis is away, and whoever asks decides what then (the service). More: it is
+        sent again after 0.05, 0.1, ... 1 s (workers, which would rather wait than lose a finished tile; every step
+        of the store may be repeated).
     """
     return Redis.from_url(
         url,
         socket_timeout=socket_timeout,
         socket_connect_timeout=socket_timeout,
-        retry=Retry(NoBackoff(), 0),
+        retry=Retry(ExponentialBackoff(cap=1.0, base=0.05), tries - 1),
         decode_responses=False,
     )
 

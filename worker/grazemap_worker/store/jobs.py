@@ -134,6 +134,10 @@ class JobStore(WorkerStore):
         """Say how far a job of one tile is. Returns whether the job is still wanted."""
         return bool(self._scripts.run("progress", identity, done, total, unit))
 
+    def wanted(self, identity: str) -> bool:
+        """Return whether a job is accepted or running."""
+        return bool(self._redis.hexists(f"{PREFIX}unfinished", identity))
+
     def events(self, identity: str, after: str = "0", limit: int = 500) -> list[Event]:
         """Return the events after an id, oldest first; does not wait for any.
 

@@ -13,7 +13,7 @@ from grazemap.models import Estimate, parse_request
 from grazemap_worker.store.jobs import JobStore
 from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST, TILES_KEPT_AFTER_FAILURE, job_key
 from grazemap_worker.store.plan import Plan
-from grazemap_worker.store.problems import failure_problem
+from grazemap_worker.store.problems import failure_problem, outdated_problem
 from grazemap_worker.store.records import Claim, FailureKind, Verdict
 
 _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST}
@@ -91,23 +91,38 @@ class LedgerStore(JobStore):
 
     def lost_claims(self) -> list[tuple[str, int, str]]:
         """Return (id, tile, holder) of every claim whose holder's lease has run out."""
-        answer = self._scripts.run("lost")
+        return self._claims("")
+
+    def claims_of(self, holder: str) -> list[tuple[str, int, str]]:
+        """Return (id, tile, holder) of everything that a holder has claimed and not finished."""
+        return self._claims(holder)
+
+    def _claims(self, holder: str) -> list[tuple[str, int, str]]:
+        answer = self._scripts.run("claims", holder)
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
         return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
 
     def bind(self, fingerprint: str, core_version: str) -> list[str]:
-        """Bind to `fingerprint` the unfinished jobs of a core version that have no live numerics; return their ids."""
-        return [
-            identity for identity in self.unfinished() if self._scripts.run("bind", identity, fingerprint, core_version)
-        ]
+        """Bind to `fingerprint` the unfinished jobs of a core version that have no live numerics; return their ids.
 
-    def pending(self, fingerprint: str) -> Iterator[tuple[str, int]]:
+        A job of another core version whose numerics are gone cannot be computed any more and fails.
+        """
+        bound = []
+        for identity in self.unfinished():
+            answer = self._scripts.run("bind", identity, fingerprint, core_version)
+            if answer == 1:
+                bound.append(identity)
+            elif answer == 2:
+                self.fail(identity, outdated_problem())
+        return bound
+
+    def pending(self, fingerprint: str, limit: int = 1 << 30) -> Iterator[tuple[str, int]]:
         """Yield (id, tile) of what is neither done nor held by a live worker, of the jobs bound to `fingerprint`.
 
-        The tile is `ASSEMBLY` (-1) for a map whose tiles are all done.
+        At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done.
         """
         for identity in self.unfinished():
-            for tile in self._scripts.run("pending", identity, fingerprint, ASSEMBLY):
+            for tile in self._scripts.run("pending", identity, fingerprint, ASSEMBLY, limit):
                 yield identity, int(tile)
 
     def tile_index(self, identity: str) -> list[int]:

@@ -41,3 +41,13 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
         name, title = "worker-lost", "Worker lost"
         detail = f"{where} lost its worker {MOST_LOST} times, most likely for want of memory."
     return Problem(type=TYPE_PREFIX + name, title=title, status=500, detail=detail[0].upper() + detail[1:])
+
+
+def outdated_problem() -> Problem:
+    """Return the problem of a job that was asked of a core version that no worker has any more."""
+    return Problem(
+        type=TYPE_PREFIX + "core-outdated",
+        title="Core outdated",
+        status=409,
+        detail="The workers were updated before the job was done: post its request again.",
+    )

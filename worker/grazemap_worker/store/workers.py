@@ -43,3 +43,7 @@ class WorkerStore:
             (WorkerInfo(name=name.decode(), **json.loads(description)) for name, description in pairs),
             key=lambda worker: worker.name,
         )
+
+    def lead(self, role: str, holder: str, seconds: float) -> bool:
+        """Return whether `holder` has a role that one process has at a time; it keeps it by asking again in time."""
+        return bool(self._scripts.run("lead", role, holder, round(1000 * seconds)))

@@ -1,5 +1,5 @@
--- ARGV: prefix, id, fingerprint, assembly tile number. Returns the tiles that are neither done nor held by a live
--- worker; the assembly when all are done.
+-- ARGV: prefix, id, fingerprint, assembly tile number, most tiles. Returns the tiles that are neither done nor held by a live
+-- worker, lowest numbers first; the assembly when all are done.
 local id = ARGV[2]
 local status = get(id, 'status')
 if not (status and unfinished(status)) or get(id, 'fingerprint') ~= ARGV[3] then
@@ -22,6 +22,9 @@ for _, tile in ipairs(redis.call('HKEYS', key('job', id, 'tiles'))) do
 end
 local tiles = {}
 for tile = 0, total - 1 do
+  if #tiles >= tonumber(ARGV[5]) then
+    break
+  end
   if not taken[tile] then
     tiles[#tiles + 1] = tile
   end

@@ -1,0 +1,36 @@
+"""`python -m grazemap_worker`: the workers of this machine, on the Redis that GRAZEMAP_REDIS_URL names."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from grazemap_worker.environment import one_thread
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Compile the kernels and supervise the workers until SIGTERM or SIGINT."""
+    parser = argparse.ArgumentParser(prog="python -m grazemap_worker", description=__doc__)
+    parser.add_argument("--workers", type=int, help="worker processes (default: GRAZEMAP_WORKERS, or one per core)")
+    parser.add_argument("--redis-url", help="default: GRAZEMAP_REDIS_URL")
+    given = {name: value for name, value in vars(parser.parse_args(arguments)).items() if value is not None}
+
+    one_thread()
+    from grazemap_worker import kernel_cache, logs
+    from grazemap_worker.settings import WorkerSettings
+
+    settings = WorkerSettings(**given)
+    logs.configure(settings.log_level)
+    folder = kernel_cache.use_folder(settings.cache_dir)
+
+    from grazemap_core.warmup import warm_up
+    from grazemap_worker import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
+    from grazemap_worker.numerics import numerics
+    from grazemap_worker.supervisor import Supervisor
+
+    kernel_cache.warm_up(folder, warm_up)
+    Supervisor(settings, numerics()).run()
+
+
+if __name__ == "__main__":
+    main()

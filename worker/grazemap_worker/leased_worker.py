@@ -1,0 +1,128 @@
+"""The worker: RQ's, with a lease on its tiles and with work-horses that die when it dies.
+
+RQ itself notices a killed worker after minutes and leaves its work-horse running. Here the worker renews a lease in
+the store (every second while it works), the kernel kills the work-horse with it, and nothing that others may have
+put into Redis is performed unless it is a tile of ours.
+"""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime
+from typing import Any
+
+import structlog
+from rq import Queue, Worker
+from rq.exceptions import DeserializationError
+from rq.job import Job
+from rq.serializers import JSONSerializer
+
+from grazemap_worker import queueing, tasks
+from grazemap_worker.lifeline import die_with_parent
+from grazemap_worker.numerics import Numerics
+from grazemap_worker.settings import LEASE_SECONDS
+from grazemap_worker.store import Store, core_version
+
+# RQ waits for work this long less 15 s before it renews its heartbeat, and our lease with it.
+WORKER_TTL = 18
+
+
+class LeasedWorker(Worker):
+    """A worker on the queue of its numerics.
+
+    Parameters
+    ----------
+    store : Store
+        Its connection is RQ's too.
+    numerics : Numerics
+        What the tiles of this worker are computed with.
+    name : str
+        Unique; the holder of its tiles.
+    """
+
+    max_connection_wait_time = 2.0
+    log_result_lifespan = False
+
+    def __init__(self, store: Store, numerics: Numerics, name: str) -> None:
+        self._store = store
+        self._numerics = numerics
+        super().__init__(
+            [queueing.queue(store.redis, numerics.fingerprint)],
+            name=name,
+            connection=store.redis,
+            serializer=JSONSerializer,
+            worker_ttl=WORKER_TTL,
+            job_monitoring_interval=1,
+            default_result_ttl=0,
+            log_job_description=False,
+        )
+        tasks.enter(tasks.Context(store, name, numerics))
+
+    def heartbeat(self, timeout: int | None = None, pipeline: Any = None) -> None:
+        """Renew RQ's heartbeat and, in the worker itself, the lease."""
+        super().heartbeat(timeout, pipeline)
+        if not self.is_horse and not self._store.renew(self.name, LEASE_SECONDS):
+            self._store.register_worker(self.name, self._numerics.fingerprint, LEASE_SECONDS, core_version())
+
+    def maintain_heartbeats(self, job: Job) -> None:
+        """Stop the work-horse when its job is no longer wanted; RQ calls this every second while it runs.
+
+        The stop command that a dismissal sends is faster; this does not depend on its arrival.
+        """
+        super().maintain_heartbeats(job)
+        if not self._store.wanted(str(job.args[0])):
+            self._stopped_job_id = job.id
+            self.kill_horse()
+
+    def run_maintenance_tasks(self) -> None:
+        """Do nothing: the supervisor sweeps.
+
+        RQ's own cleaning performs the failure callbacks of whatever lies in its registries.
+        """
+        self.last_cleaned_at = datetime.now(UTC)  # type: ignore[assignment] # RQ's own type is that of its first value
+
+    def execute_job(self, job: Job, queue: Queue) -> None:
+        """Run a tile in a work-horse; drop, unperformed, what is not a tile of ours.
+
+        A claim that the work-horse leaves behind was lost with it.
+        """
+        reason = refusal(job)
+        if reason is not None:
+            structlog.get_logger("grazemap_worker").warning("job refused", rq_job=job.id, reason=reason)
+            queueing.drop(self.connection, job.id, self._numerics.fingerprint)
+            return
+        super().execute_job(job, queue)
+        for job_id, tile, holder in self._store.claims_of(self.name):
+            self._store.record_failure(job_id, tile, "lost", "work-horse ended", holder)
+
+    def main_work_horse(self, job: Job, queue: Queue) -> None:
+        """Enter the work-horse, tied to the worker's life."""
+        if self.pid is None:
+            os._exit(1)
+        die_with_parent(self.pid)
+        super().main_work_horse(job, queue)
+
+    def teardown(self) -> None:
+        """Leave in order."""
+        super().teardown()  # type: ignore[no-untyped-call]
+        if not self.is_horse:
+            self._store.remove_worker(self.name, return_claims=True)
+
+
+def refusal(job: Job) -> str | None:
+    """Return why a job must not be performed, or None.
+
+    A serializer does not protect: a payload may name any function, a method of an instance, callbacks, or
+    addresses to post to.
+    """
+    try:
+        name, arguments, keywords, instance = job.func_name, job.args, job.kwargs, job.instance
+    except DeserializationError:
+        return "unreadable"
+    if name != queueing.RUN_TILE or instance is not None:
+        return "not a function of ours"
+    if job._success_callback_name or job._failure_callback_name or job._stopped_callback_name or job.webhooks:
+        return "carries callbacks"
+    if keywords or len(arguments) != 2 or type(arguments[0]) is not str or type(arguments[1]) is not int:
+        return "not the arguments of a tile"
+    return None

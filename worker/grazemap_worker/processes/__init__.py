@@ -1,0 +1,45 @@
+"""The processes: what each of them computes, one module per process.
+
+In: a validated request. Out: a document (see `grazemap.codec`). The core is imported when a process is first used,
+so that this table can be read without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from grazemap.codec import Document
+from grazemap_worker.processes import codimension_two_points, grazing_curves, trajectories, unfolding_maps
+from grazemap_worker.store import Plan, Tile
+
+Report = Callable[[int, int], object]
+"""Called with (steps done, steps in all) by processes that count steps."""
+
+
+@dataclass(frozen=True)
+class Process:
+    """How the result of a process comes about.
+
+    Attributes
+    ----------
+    whole : callable (request, report) -> document, optional
+        Computes everything at once; for processes of one tile.
+    tile : callable (request, tile) -> document, optional
+        Computes a rectangle of the grid.
+    assembled : callable (request, plan, tiles) -> document, optional
+        Puts the tiles' documents, in the plan's order, together.
+    """
+
+    whole: Callable[[Any, Report], Document] | None = None
+    tile: Callable[[Any, Tile], Document] | None = None
+    assembled: Callable[[Any, Plan, list[Document]], Document] | None = None
+
+
+PROCESSES: Mapping[str, Process] = {
+    "grazing-curves": Process(whole=grazing_curves.compute),
+    "codimension-two-points": Process(whole=codimension_two_points.compute),
+    "trajectories": Process(whole=trajectories.compute),
+    "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
+}

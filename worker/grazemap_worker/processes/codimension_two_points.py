@@ -1,0 +1,23 @@
+"""The process codimension-two-points: every such point of the grazing curve over an interval of omega."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grazemap.codec import Document
+from grazemap.models import CodimensionTwoPointsRequest
+from grazemap_worker.processes.core_objects import core_oscillator, record
+
+
+def compute(request: CodimensionTwoPointsRequest, report: Callable[[int, int], object]) -> Document:
+    """Return points, a list of records in the order of omega. Raises CoreError."""
+    from grazemap_core.codim2 import codimension_two_points
+
+    points = codimension_two_points(
+        core_oscillator(request.oscillator),
+        request.omega.start,
+        request.omega.stop,
+        request.max_order,
+        request.max_multiple,
+    )
+    return {"points": [record(point) for point in points]}

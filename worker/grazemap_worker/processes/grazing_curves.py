@@ -1,0 +1,36 @@
+"""The process grazing-curves: clearance = A(omega), its first recurrences, and the special points on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grazemap.codec import Document
+from grazemap.models import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
+from grazemap_worker.processes.core_objects import core_oscillator, record
+
+_MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
+
+
+def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object]) -> Document:
+    """Return omega, clearance, phase, first_recurrence and recurrence_stop, shape (n,), and points, records.
+
+    The points are the codimension-two points between the first and the last omega, both kinds, with the default
+    largest multiple. Raises CoreError.
+    """
+    from grazemap_core.codim2 import codimension_two_points
+    from grazemap_core.grazing import grazing_curve
+
+    oscillator = core_oscillator(request.oscillator)
+    omega = grid_values(request.omega)
+    report(0, 2)
+    curve = grazing_curve(oscillator, omega, request.max_order)
+    report(1, 2)
+    points = codimension_two_points(oscillator, float(omega[0]), float(omega[-1]), request.max_order, _MOST_MULTIPLE)
+    return {
+        "omega": curve.omega,
+        "clearance": curve.clearance,
+        "phase": curve.phase,
+        "first_recurrence": curve.first_recurrence,
+        "recurrence_stop": curve.recurrence_stop,
+        "points": [record(point) for point in points],
+    }

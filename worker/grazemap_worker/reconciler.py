@@ -1,0 +1,52 @@
+"""What brings queues and ledger together again: jobs are hints, the ledger is the truth.
+
+One supervisor per fingerprint does this every second. It counts the tiles of workers that are gone as lost, binds
+jobs that were submitted while no worker was there, and queues every tile that is neither done nor held nor queued.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+
+import structlog
+
+from grazemap_worker import queueing
+from grazemap_worker.numerics import Numerics
+from grazemap_worker.store import Store, core_version
+
+INTERVAL_SECONDS = 1.0
+_LEAD_SECONDS = 4.0
+
+
+class Reconciler:
+    """The reconciler of one supervisor; `name` tells it from the others'."""
+
+    def __init__(self, store: Store, numerics: Numerics, name: str) -> None:
+        self._store = store
+        self._fingerprint = numerics.fingerprint
+        self._name = name
+
+    def reconcile(self) -> int:
+        """Do one round; return how many tiles were queued. Raises redis.exceptions.RedisError."""
+        store, log = self._store, structlog.get_logger("grazemap_worker")
+        if not store.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
+            return 0
+        for job_id, tile, holder in store.lost_claims():
+            verdict = store.record_failure(job_id, tile, "lost", "lease ran out", holder)
+            log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
+        store.bind(self._fingerprint, core_version())
+        queueing.sweep(store.redis, self._fingerprint)
+
+        waiting = queueing.queued(store.redis, self._fingerprint)
+        missing: dict[str, list[int]] = defaultdict(list)
+        for job_id, tile in store.pending(self._fingerprint, limit=2 * queueing.QUEUED_AHEAD):
+            if (job_id, tile) not in waiting:
+                missing[job_id].append(tile)
+        per_job = Counter(job_id for job_id, _ in waiting)
+        queued = 0
+        for job_id, tiles in missing.items():
+            room = max(0, queueing.QUEUED_AHEAD - per_job[job_id])
+            queued += queueing.enqueue(store.redis, job_id, tiles[:room], self._fingerprint)
+        if queued:
+            log.info("tiles queued again", tiles=queued, jobs=len(missing))
+        return queued

@@ -1,0 +1,40 @@
+"""Settings of workers and their supervisor, from the environment under the prefix GRAZEMAP_."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+# A worker renews its lease every second while it works and every three while it waits; one that is killed loses its
+# tile when the lease runs out.
+LEASE_SECONDS = 5.0
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def default_cache_dir() -> Path:
+    """Return the folder for compiled kernels: GRAZEMAP_CACHE_DIR wins, then XDG_CACHE_HOME, then ~/.cache."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
+
+
+class WorkerSettings(BaseSettings):
+    """What an operator may decide about the workers of one machine."""
+
+    model_config = SettingsConfigDict(env_prefix="GRAZEMAP_", frozen=True, extra="ignore")
+
+    redis_url: str = "redis://127.0.0.1:6379/0"
+    workers: Annotated[int, Field(ge=1, le=1024, description="Worker processes.")] = Field(
+        default_factory=available_cores
+    )
+    cache_dir: Annotated[Path, Field(description="Folder for compiled kernels; made private.")] = Field(
+        default_factory=default_cache_dir
+    )
+    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
+    log_level: str = "INFO"
