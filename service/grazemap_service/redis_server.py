@@ -131,7 +131,7 @@ class RedisServer:
                     return
                 except redis.exceptions.RedisError:
                     if not self.running or time.monotonic() > deadline:
-                        raise NoRedisError(f"Redis does not start:\n{self._log_tail()}") from None
+                        raise NoRedisError(f"Redis does not start:\n{self.log_tail()}") from None
                 time.sleep(0.01)
         finally:
             client.close()
@@ -172,7 +172,8 @@ class RedisServer:
     ) -> None:
         self.close()
 
-    def _log_tail(self) -> str:
+    def log_tail(self) -> str:
+        """Return the end of its log."""
         log = self._data_folder / "redis.log"
         if not log.is_file():
             return "(it wrote no log)"

@@ -1,0 +1,231 @@
+"""`python -m grazemap_service.stack`: the whole product on one machine.
+
+It starts, watches and restarts an embedded Redis, the HTTP service and the workers, and takes all of them with it
+when it ends. Once an answer can be had it prints one line of JSON on stdout, {"url": ..., "pid": ...}. Everything
+that must last lies in the data folder; without one, a temporary folder is used and removed at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import fcntl
+import http.client
+import json
+import os
+import shutil
+import signal
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+
+import structlog
+
+from grazemap_service.redis_server import NoRedisError, RedisServer
+from grazemap_service.stack_children import PythonChild, RedisChild, Watched
+from grazemap_worker import logs
+
+_POLL_SECONDS = 0.1
+_STOP_SECONDS = 3.0
+# A child that dies this often before the stack was ever ready will not come up.
+_MOST_EARLY_DEATHS = 3
+_USAGE_ERROR = 2
+
+
+class StackError(RuntimeError):
+    """The stack cannot start; the message is for a person."""
+
+
+class Stack:
+    """Redis, service and workers under one parent.
+
+    Parameters
+    ----------
+    host, port : str, int
+        Where the service listens; port 0: any free one. The socket is opened here and stays open, so that a
+        restarted service keeps the address and clients that come meanwhile wait.
+    data : Path
+        Folder of this stack alone.
+    workers : int, optional
+        Worker processes; default one per core.
+
+    Raises
+    ------
+    StackError
+        The data folder is in use, or the address cannot be listened on.
+    NoRedisError
+        There is no Redis to start and GRAZEMAP_REDIS_URL is not set.
+    """
+
+    def __init__(self, host: str, port: int, data: Path, workers: int | None = None) -> None:
+        data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self._lock = (data / "lock").open("w")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise StackError(f"another stack runs on the data folder {data}") from None
+        try:
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            self._listener = socket.create_server((host.strip("[]"), port), family=family)
+        except OSError as error:
+            raise StackError(f"cannot listen on {host} port {port}: {error.strerror}") from None
+        self._log = structlog.get_logger("grazemap_service.stack")
+        self._ready = False
+
+        environment = dict(os.environ)
+        children: list[RedisChild | PythonChild] = []
+        if not environment.get("GRAZEMAP_REDIS_URL"):
+            server = RedisServer(data / "redis")
+            environment["GRAZEMAP_REDIS_URL"] = server.url
+            children.append(RedisChild(server))
+        environment["GRAZEMAP_FD"] = str(self._listener.fileno())
+        if workers is not None:
+            environment["GRAZEMAP_WORKERS"] = str(workers)
+        python = [sys.executable, "-m"]
+        self._service = PythonChild(
+            "service",
+            [*python, "grazemap_service"],
+            environment,
+            data / "service.log",
+            inherited=(self._listener.fileno(),),
+        )
+        self._workers = PythonChild("workers", [*python, "grazemap_worker"], environment, data / "workers.log")
+        children += [self._service, self._workers]
+        self._watched = [Watched(child) for child in children]
+
+    @property
+    def url(self) -> str:
+        """Where clients on this machine find the service."""
+        host, port = self._listener.getsockname()[:2]
+        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+        return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+
+    def start(self) -> None:
+        """Start everything; does not wait."""
+        for watched in self._watched:
+            watched.start()
+
+    def look_after(self) -> None:
+        """Start again what ended.
+
+        Raises
+        ------
+        StackError
+            Something does not come up at all.
+        """
+        for watched in self._watched:
+            if not watched.look():
+                continue
+            child = watched.child
+            if not self._ready:
+                refused = isinstance(child, PythonChild) and child.status == _USAGE_ERROR
+                if refused or watched.deaths >= _MOST_EARLY_DEATHS:
+                    raise StackError(f"the {child.name} process does not start:\n{child.last_words()}")
+            self._log.warning("child ended, starting it again", child=child.name, deaths=watched.deaths)
+
+    def ready(self) -> bool:
+        """Return whether an answer can be had: the service is healthy, Redis answers and a worker lives."""
+        if not self._ready:
+            self._ready = all(self._answers(path) for path in ("/healthz", "/readyz"))
+        return self._ready
+
+    def stop(self) -> None:
+        """Stop everything in order, Redis last; kill what does not end in time."""
+        for watched in self._watched:
+            watched.child.ask_to_stop()
+        deadline = time.monotonic() + _STOP_SECONDS
+        for watched in reversed(self._watched):
+            watched.child.end(deadline)
+        self._listener.close()
+        self._lock.close()
+
+    def _answers(self, path: str) -> bool:
+        host, port = self._listener.getsockname()[:2]
+        connection = http.client.HTTPConnection({"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port, timeout=2)
+        allowed = os.environ.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
+        try:
+            connection.request("GET", path, headers={"Host": allowed} if allowed not in ("", "*") else {})
+            return connection.getresponse().status == http.HTTPStatus.OK
+        except (OSError, http.client.HTTPException):
+            return False
+        finally:
+            connection.close()
+
+
+class _Until:
+    """Why the stack should stop: a signal, or the end of the process that asked for it."""
+
+    def __init__(self, parent: int | None) -> None:
+        self._parent = parent
+        self._signalled = False
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            signal.signal(number, self._note)
+
+    def _note(self, _number: int, _frame: FrameType | None) -> None:
+        self._signalled = True
+
+    def __bool__(self) -> bool:
+        # Asked of the system rather than by PR_SET_PDEATHSIG, which would fire when the asking thread ends.
+        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+
+
+def run(stack: Stack, until: _Until, ready_file: Path | None) -> None:
+    """Start the stack, say when it is ready, look after it until told to stop, stop it. Raises StackError."""
+    try:
+        stack.start()
+        announced = False
+        while not until:
+            stack.look_after()
+            if not announced and stack.ready():
+                announced = True
+                line = json.dumps({"url": stack.url, "pid": os.getpid()})
+                print(line, flush=True)  # noqa: T201 - the one line that who started the stack reads
+                if ready_file is not None:
+                    ready_file.write_text(line + "\n", "utf-8")
+            time.sleep(_POLL_SECONDS)
+    finally:
+        stack.stop()
+        if ready_file is not None:
+            ready_file.unlink(missing_ok=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the stack until SIGTERM or SIGINT; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m grazemap_service.stack", description=__doc__)
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: 127.0.0.1)")
+    parser.add_argument("--port", type=int, default=0, help="port to listen on (default: any free one)")
+    parser.add_argument("--data", type=Path, help="data folder (default: temporary, removed at the end)")
+    parser.add_argument("--workers", type=int, help="worker processes (default: one per core)")
+    parser.add_argument("--ready-file", type=Path, help="file that holds the line of JSON while the stack is ready")
+    parser.add_argument(
+        "--die-with-parent",
+        type=int,
+        nargs="?",
+        const=os.getppid(),
+        metavar="PID",
+        help="stop when the parent process (this one, of id PID) ends",
+    )
+    parser.add_argument("--verbose", action="store_true", help="say more than warnings on stderr")
+    given = parser.parse_args(arguments)
+    logs.configure("INFO" if given.verbose else "WARNING")
+
+    until = _Until(given.die_with_parent)
+    data = given.data.resolve() if given.data else Path(tempfile.mkdtemp(prefix="grazemap-data-"))
+    try:
+        run(Stack(given.host, given.port, data, given.workers), until, given.ready_file)
+    except (StackError, NoRedisError) as error:
+        sys.stderr.write(f"grazemap: {error}\n")
+        return 1
+    finally:
+        if given.data is None:
+            with contextlib.suppress(OSError):
+                shutil.rmtree(data)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
