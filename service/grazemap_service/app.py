@@ -7,7 +7,6 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
-from grazemap import __version__
 from grazemap_service import middleware, openapi, problems
 from grazemap_service.dependencies import Context
 from grazemap_service.metrics import Metrics
@@ -25,7 +24,7 @@ from grazemap_service.routers import (
     trajectories,
     unfolding_maps,
 )
-from grazemap_service.settings import Settings
+from grazemap_service.settings import VERSION, Settings
 from grazemap_worker.store import Store, connect, core_version
 
 _ROUTERS = (
@@ -63,7 +62,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         yield
         connection.close()
 
-    app = FastAPI(title="grazemap", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app = FastAPI(title="grazemap", version=VERSION, docs_url=None, redoc_url=None, lifespan=lifespan)
     app.state.context = context
     problems.install(app)
     middleware.install(app, settings)

@@ -7,11 +7,13 @@ an address other than loopback needs keys lives here too, because it is a proper
 from __future__ import annotations
 
 import ipaddress
+from importlib.metadata import version
 from typing import Annotated, Any
 
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+VERSION = version("grazemap")
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
 
 

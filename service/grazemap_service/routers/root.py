@@ -5,10 +5,10 @@ from __future__ import annotations
 from fastapi import APIRouter
 from pydantic import BaseModel
 
-from grazemap import __version__
 from grazemap.models import PROCESSES, Link
 from grazemap_service.dependencies import CurrentContext
 from grazemap_service.links import PREFIX
+from grazemap_service.settings import VERSION
 
 router = APIRouter(tags=["operations"])
 
@@ -52,7 +52,7 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
     settings = context.settings
     return ServiceDescription(
         name="grazemap",
-        version=__version__,
+        version=VERSION,
         core_version=context.core_version,
         processes=[
             ProcessDescription(

@@ -1,0 +1,78 @@
+"""The import contracts hold, and each of them has been seen to fail on a planted import."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("sdk/grazemap", "core/grazemap_core", "worker/grazemap_worker", "service/grazemap_service")
+
+SDK = "The SDK is a light client"
+CORE = "The core is numerics only"
+KERNELS = "Kernels know only status codes and tolerances"
+WORKER = "The worker speaks no HTTP"
+STORE = "The store is shared by both sides, so it knows neither"
+STORE_ALONE = "The store works without RQ"
+SERVICE = "The service never loads the core: it enqueues by name"
+PACKAGE_MODULES = "Nothing is smuggled in by a package's __init__"
+
+PLANTS = [
+    ("service/grazemap_service/routers/jobs.py", "import numba", SERVICE),
+    ("service/grazemap_service/submission.py", "def late():\n    import grazemap_core.oscillator", SERVICE),
+    ("service/grazemap_service/app.py", "from grazemap_worker.tasks import run_tile", SERVICE),
+    ("sdk/grazemap/codec.py", "import redis", SDK),
+    ("sdk/grazemap/models/base.py", "from grazemap_core import tolerances", SDK),
+    ("core/grazemap_core/oscillator.py", "from grazemap.models import Oscillator", CORE),
+    ("core/grazemap_core/kernels/__init__.py", "from grazemap_core import oscillator", KERNELS),
+    ("worker/grazemap_worker/tasks.py", "import fastapi", WORKER),
+    ("worker/grazemap_worker/queueing.py", "import numba", STORE),
+    ("worker/grazemap_worker/store/results.py", "from rq import Queue", STORE_ALONE),
+    ("worker/grazemap_worker/__init__.py", "import grazemap_worker.tasks", PACKAGE_MODULES),
+    ("worker/grazemap_worker/store/__init__.py", "import numba", PACKAGE_MODULES),
+]
+
+
+def lint(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Check the packages under a folder against its contracts."""
+    paths = os.pathsep.join(str(folder / package.split("/")[0]) for package in PACKAGES)
+    return subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_the_contracts_hold() -> None:
+    done = lint(ROOT)
+    assert done.returncode == 0, done.stdout
+    assert "0 broken" in done.stdout
+    for name in (SDK, CORE, KERNELS, WORKER, STORE, STORE_ALONE, SERVICE, PACKAGE_MODULES):
+        assert f"{name} KEPT" in done.stdout
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A copy of the packages and the contracts."""
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "static"))
+    shutil.copy(ROOT / ".importlinter", tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("path", "line", "contract"), PLANTS)
+def test_a_planted_import_is_found(copy: Path, path: str, line: str, contract: str) -> None:
+    target = copy / path
+    target.write_text(target.read_text() + f"\n{line}\n")
+    done = lint(copy)
+    assert done.returncode == 1
+    assert f"{contract} BROKEN" in done.stdout
