@@ -1,0 +1,91 @@
+"""Whatever JSON is posted: an answer below 500 that repeats nothing, and a job only when the models take it."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from starlette.testclient import TestClient
+
+from grazemap.models import PROCESSES, parse_request
+from grazemap_worker.store import Store
+
+NUMBERS = st.one_of(
+    st.floats(),
+    st.integers(),
+    st.sampled_from([0, -0.0, 1, 5e-324, 1e308, 10**400, -(10**30), 2**63]),
+)
+FIELDS = sorted(
+    {name for model in PROCESSES.values() for name in model.model_fields}
+    | {"masses", "stiffnesses", "damping", "forcing", "restitution", "units", "start", "stop", "points", "phase"}
+)
+NAMES = st.one_of(st.sampled_from(FIELDS), st.text(max_size=8))
+JSON = st.recursive(
+    st.one_of(st.none(), st.booleans(), NUMBERS, st.text(max_size=8), st.just("SI")),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(NAMES, inner, max_size=5)),
+    max_leaves=12,
+)
+RANGE = st.one_of(
+    st.fixed_dictionaries({"start": NUMBERS, "stop": NUMBERS, "points": st.one_of(st.integers(-1, 5), NUMBERS)}),
+    st.lists(NUMBERS, max_size=4),
+    JSON,
+)
+# Close to a right request, so that what lies behind the models is reached too.
+REQUESTS = st.fixed_dictionaries(
+    {"omega": RANGE},
+    optional={
+        "clearance": RANGE,
+        "periods": NUMBERS,
+        "max_order": NUMBERS,
+        "oscillator": st.fixed_dictionaries(
+            {},
+            optional={
+                "masses": st.lists(NUMBERS, max_size=3),
+                "stiffnesses": st.lists(NUMBERS, max_size=3),
+                "forcing": st.lists(NUMBERS, max_size=3),
+                "damping": st.one_of(NUMBERS, st.lists(NUMBERS, max_size=3)),
+                "restitution": NUMBERS,
+            },
+        ),
+    },
+)
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_any_json_is_answered(client: TestClient, store: Store, process: str) -> None:
+    @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(body=st.one_of(REQUESTS, JSON))
+    def answered(body: Any) -> None:
+        # surrogates as escapes, NaN and Infinity as Python writes them
+        answer = client.post(f"/v1/{process}", content=json.dumps(body), headers={"Content-Type": "application/json"})
+        assert answer.status_code in {200, 201, 400, 422}
+        json.loads(answer.content)
+        if answer.status_code >= 400:
+            assert answer.headers["content-type"] == "application/problem+json"
+            assert store.jobs() == ([], None)
+        else:
+            parse_request(process, body)
+            store.redis.flushall()
+
+    answered()
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_what_the_models_refuse_is_never_taken(client: TestClient, process: str) -> None:
+    @settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(body=REQUESTS)
+    def refused(body: Any) -> None:
+        try:
+            parse_request(process, body)
+        except ValidationError:
+            answer = client.post(
+                f"/v1/{process}", content=json.dumps(body), headers={"Content-Type": "application/json"}
+            )
+            assert answer.status_code == 422
+            assert answer.json()["errors"]
+
+    refused()

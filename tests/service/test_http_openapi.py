@@ -1,0 +1,96 @@
+"""The OpenAPI document says what the service does, and its examples work."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from grazemap.models import PROCESSES, parse_request
+from grazemap_service.problems import KINDS
+
+GUIDE = Path(__file__).parents[2] / "docs" / "api.md"
+
+
+@pytest.fixture
+def document(client: TestClient) -> dict[str, Any]:
+    parsed: dict[str, Any] = client.get("/openapi.json").json()
+    return parsed
+
+
+def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
+    return [
+        (method, path, operation)
+        for path, methods in document["paths"].items()
+        for method, operation in methods.items()
+    ]
+
+
+def test_every_operation_has_its_own_id_a_summary_and_a_description(document: dict[str, Any]) -> None:
+    found = operations(document)
+    ids = [operation["operationId"] for _, _, operation in found]
+    assert len(ids) == len(set(ids)) == 15
+    assert {f"/v1/{process}" for process in PROCESSES} <= set(document["paths"])
+    for _, _, operation in found:
+        assert operation["summary"]
+        assert operation["description"]
+
+
+def test_errors_are_documented_as_problems(document: dict[str, Any]) -> None:
+    for _, path, operation in operations(document):
+        errors = {status: reply for status, reply in operation["responses"].items() if status >= "400"}
+        for reply in errors.values():
+            (media_type,) = reply["content"]
+            assert media_type == "application/problem+json"
+            assert reply["content"][media_type]["schema"] == {"$ref": "#/components/schemas/Problem"}
+        if path.startswith("/v1"):
+            assert {"401", "500", "503"} <= set(errors)
+        if "{job_id}" in path:
+            assert "404" in errors
+    for process in PROCESSES:
+        responses = document["paths"][f"/v1/{process}"]["post"]["responses"]
+        assert {"200", "201", "400", "413", "415", "422", "429", "503"} <= set(responses)
+    assert "HTTPValidationError" not in str(document)
+
+
+def test_references_lead_somewhere(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    references = set(re.findall(r"#/components/schemas/(\w+)", str(document)))
+    assert references <= set(schemas)
+    assert set(schemas) <= references
+
+
+def test_bounds_are_documented(document: dict[str, Any]) -> None:
+    fields = document["components"]["schemas"]["Oscillator"]["properties"]
+    assert (fields["restitution"]["minimum"], fields["restitution"]["maximum"]) == (0, 1)
+    assert fields["masses"]["items"]["exclusiveMinimum"] == 0
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_examples_can_be_posted(client: TestClient, document: dict[str, Any], process: str) -> None:
+    content = document["paths"][f"/v1/{process}"]["post"]["requestBody"]["content"]["application/json"]
+    assert content["examples"]
+    for example in content["examples"].values():
+        parse_request(process, example["value"])
+        answer = client.post(f"/v1/{process}", json=example["value"])
+        assert answer.status_code == 201
+        assert answer.json()["estimate"]["seconds"] < 5
+
+
+def test_keys_are_documented_where_they_are_asked_for(client: TestClient, serve: Any) -> None:
+    assert "securitySchemes" not in client.get("/openapi.json").json()["components"]
+    document = serve(api_keys="key").get("/openapi.json").json()
+    assert document["components"]["securitySchemes"]["key"]["scheme"] == "bearer"
+    secured = {path for _, path, operation in operations(document) if "security" in operation}
+    assert secured == set(document["paths"]) - {"/healthz", "/readyz"}
+
+
+def test_the_guide_lists_every_problem() -> None:
+    rows = re.findall(r"^\| `urn:grazemap:problem:([a-z-]+)` \| (\d+) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
+    from_workers = {"computation-refused", "computation-failed", "worker-lost"}
+    listed = {name: int(status) for name, status in rows if name not in from_workers}
+    assert listed == {name: kind.status for name, kind in KINDS.items()}
+    assert from_workers <= {name for name, _ in rows}
