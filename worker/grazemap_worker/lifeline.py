@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable
 
 _PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
 # Looked up before any fork: between fork and exec nothing may be imported.
 _PRCTL = ctypes.CDLL(None, use_errno=True).prctl if sys.platform == "linux" else None
 
@@ -43,3 +44,17 @@ def tied(signal_number: int = signal.SIGKILL) -> Callable[[], None]:
     """Return a `preexec_fn` for subprocess.Popen that ties the child to this process."""
     parent = os.getpid()
     return lambda: die_with_parent(parent, signal_number)
+
+
+def adopt_orphans() -> None:
+    """Become the parent of what its dead children leave behind, so that it can be waited for and leaves no zombie.
+
+    Nothing happens elsewhere than on Linux, where init does it.
+
+    Raises
+    ------
+    OSError
+        The kernel refused.
+    """
+    if _PRCTL is not None and _PRCTL(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0) != 0:
+        raise OSError(ctypes.get_errno(), "prctl(PR_SET_CHILD_SUBREAPER)")

@@ -20,7 +20,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from grazemap_worker import queueing
-from grazemap_worker.lifeline import die_with_parent
+from grazemap_worker.lifeline import adopt_orphans, die_with_parent
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.settings import WorkerSettings
@@ -63,6 +63,7 @@ class Supervisor:
         """Run until SIGTERM or SIGINT; call it from the main thread, with the kernels compiled."""
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._stop)
+        adopt_orphans()
         self._log.info("supervisor started", workers=len(self._slots), fingerprint=self._numerics.fingerprint)
         next_round = 0.0
         redis_away = False
@@ -105,11 +106,12 @@ class Supervisor:
                 os._exit(status)  # never into the supervisor's own code
 
     def _reap(self) -> None:
-        for slot in self._slots:
-            if not slot.pid:
-                continue
-            pid, status = os.waitpid(slot.pid, os.WNOHANG)
-            if pid == 0:
+        """Notice every child that ended: workers, and the work-horses that dead workers left."""
+        by_pid = {slot.pid: slot for slot in self._slots if slot.pid}
+        while (ended := _ended_child()) is not None:
+            pid, status = ended
+            slot = by_pid.get(pid)
+            if slot is None:
                 continue
             now = time.monotonic()
             slot.pid = 0
@@ -134,15 +136,25 @@ class Supervisor:
         deadline = time.monotonic() + _STOP_SECONDS
         killed = False
         while alive:
-            for pid in list(alive):
-                if os.waitpid(pid, os.WNOHANG)[0]:
-                    self._forget(alive.pop(pid).name, return_claims=True)
+            while (ended := _ended_child()) is not None:
+                slot = alive.pop(ended[0], None)
+                if slot is not None:
+                    self._forget(slot.name, return_claims=True)
             if alive and not killed and time.monotonic() > deadline:
                 killed = True
                 for pid in alive:
                     os.kill(pid, signal.SIGKILL)
             time.sleep(0.02)
         self._log.info("supervisor stopped")
+
+
+def _ended_child() -> tuple[int, int] | None:
+    """Return (process id, wait status) of a child that ended, or None."""
+    try:
+        pid, status = os.waitpid(-1, os.WNOHANG)
+    except ChildProcessError:
+        return None
+    return (pid, status) if pid else None
 
 
 def _be_a_worker(settings: WorkerSettings, numerics: Numerics, name: str, parent: int) -> None:

@@ -1,0 +1,65 @@
+"""A supervisor whose maps are products of their axes: real workers, queues and store, no core.
+
+Run as `python planted.py REDIS_URL WORKERS MODE`. What a tile does besides depends on MODE: "fast"; "slow" (sleeps
+0.6 s); "endless" (sleeps a minute); "raises"; "dies" (kills its own process).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+
+from grazemap.codec import Document
+from grazemap.models import UnfoldingMapsRequest, grid_values
+from grazemap_worker import leased_worker, logs, tasks  # noqa: F401
+from grazemap_worker.numerics import Numerics
+from grazemap_worker.processes import Process
+from grazemap_worker.processes.unfolding_maps import assemble
+from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.store import Plan, Tile
+from grazemap_worker.supervisor import Supervisor
+
+NUMERICS = Numerics("0", "0", "0", "0", "planted", "planted")
+
+
+def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
+    """The rectangle of clearance times omega."""
+    row_start, row_stop, column_start, column_stop = tile
+    omega = grid_values(request.omega)[column_start:column_stop]
+    clearance = grid_values(request.clearance)[row_start:row_stop]
+    names = {"kinds": omega[:0], "reasons": omega[:0]}
+    return {"omega": omega, "clearance": clearance, "product": clearance[:, None] * omega, **names}
+
+
+def planted(mode: str) -> Process:
+    """The process that `mode` asks for."""
+
+    def tile(request: UnfoldingMapsRequest, rectangle: Tile) -> Document:
+        if mode == "slow":
+            time.sleep(0.6)
+        elif mode == "endless":
+            time.sleep(60)
+        elif mode == "raises":
+            raise ZeroDivisionError("a secret of the worker")
+        elif mode == "dies":
+            os.kill(os.getpid(), signal.SIGKILL)
+        return product_tile(request, rectangle)
+
+    def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document]) -> Document:
+        return assemble(request, plan, tiles)
+
+    return Process(tile=tile, assembled=assembled)
+
+
+def main() -> None:
+    redis_url, workers, mode = sys.argv[1:]
+    logs.configure("INFO")
+    tasks.PROCESSES = {"unfolding-maps": planted(mode)}
+    settings = WorkerSettings(redis_url=redis_url, workers=int(workers), result_bytes=1 << 20)
+    Supervisor(settings, NUMERICS).run()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,253 @@
+"""Real workers under a real supervisor on a real Redis: what is killed is made good, what is told to stop stops.
+
+The tiles are planted (`planted.py`), so that nothing is compiled here.
+"""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+from grazemap.codec import decode_npz
+from grazemap.models import Job, UnfoldingMapsRequest, grid_values
+from grazemap_service.redis_server import RedisServer
+from grazemap_worker import queueing
+from grazemap_worker.store import Plan, Store, connect, core_version
+
+PLANTED = Path(__file__).with_name("planted.py")
+REQUEST = UnfoldingMapsRequest.model_validate(
+    {"omega": {"start": 1, "stop": 2, "points": 6}, "clearance": {"start": 1, "stop": 3, "points": 4}}
+)
+SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2)
+
+Start = Callable[..., psutil.Process]
+
+
+def until(condition: Callable[[], object], seconds: float) -> float:
+    """Wait for a condition; return the seconds it took, or fail."""
+    started = time.monotonic()
+    while not condition():
+        assert time.monotonic() - started < seconds, "it did not happen in time"
+        time.sleep(0.02)
+    return time.monotonic() - started
+
+
+def horses(supervisor: psutil.Process) -> list[psutil.Process]:
+    """The work-horses that run: grandchildren of the supervisor."""
+    found = []
+    for worker in supervisor.children():
+        try:
+            found += worker.children()
+        except psutil.NoSuchProcess:
+            continue
+    return living(found)
+
+
+def living(processes: list[psutil.Process]) -> list[psutil.Process]:
+    """Those that run; one that ended and that nobody has waited for yet is dead all the same."""
+    found = []
+    for process in processes:
+        try:
+            if process.status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
+                found.append(process)
+        except psutil.NoSuchProcess:
+            continue
+    return found
+
+
+@pytest.fixture
+def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
+    """Start supervisors; at the end nothing of them may be left."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def begin(mode: str, workers: int = 2, url: str = redis_server.url) -> psutil.Process:
+        process = subprocess.Popen([sys.executable, str(PLANTED), url, str(workers), mode])
+        started.append(process)
+        until(lambda: len(psutil.Process(process.pid).children()) == workers, 15)
+        return psutil.Process(process.pid)
+
+    yield begin
+    everything = [child for process in started if process.poll() is None for child in descendants(process.pid)]
+    for process in started:
+        process.send_signal(signal.SIGTERM)
+    for process in started:
+        process.wait(6)
+    assert living(everything) == []
+
+
+def descendants(pid: int) -> list[psutil.Process]:
+    return psutil.Process(pid).children(recursive=True)
+
+
+def submit(store: Store, request: UnfoldingMapsRequest = REQUEST) -> Job:
+    job, created = store.submit("unfolding-maps", request, core_version(), SIX, 1000)
+    assert created
+    fingerprint = store.fingerprint_of(job.id)
+    if fingerprint:
+        queueing.enqueue(store.redis, job.id, range(SIX.count), fingerprint)
+    return job
+
+
+def status(store: Store, identity: str) -> str:
+    job = store.job(identity)
+    assert job is not None
+    return job.status
+
+
+def assert_whole(store: Store, identity: str) -> None:
+    until(lambda: status(store, identity) not in ("accepted", "running"), 25)
+    job = store.job(identity)
+    assert job is not None
+    assert job.status == "successful", job.problem
+    data = store.result(identity)
+    assert data is not None
+    document, meta = decode_npz(data)
+    expected = grid_values(REQUEST.clearance)[:, None] * grid_values(REQUEST.omega)
+    np.testing.assert_array_equal(document["product"], expected)
+    assert meta["numerics"]["fingerprint"] == "planted"
+    assert [event.name for event in store.events(identity)].count("tile") == SIX.count
+
+
+def test_a_job_submitted_before_any_worker_is_found(start: Start, store: Store) -> None:
+    job = submit(store)
+    start("fast")
+    assert_whole(store, job.id)
+    assert queueing.queued(store.redis, "planted") == set()
+
+
+def test_a_killed_work_horse_loses_only_its_try(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    horses(supervisor)[0].kill()
+    assert_whole(store, job.id)
+
+
+def test_a_killed_worker_takes_its_work_horse_and_its_tile_runs_again(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    horse = horses(supervisor)[0]
+    worker = horse.parent()
+    assert worker is not None
+    worker.kill()
+    until(lambda: not living([horse]), 1)
+    until(lambda: len(supervisor.children()) == 2, 5)
+    assert_whole(store, job.id)
+
+
+def test_tiles_of_a_machine_that_vanishes_are_done_elsewhere(start: Start, store: Store) -> None:
+    first = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(first)) == 2, 5)
+    everything = descendants(first.pid)
+    first.kill()  # and with it, at once, all that it started
+    assert len(everything) == 4
+    until(lambda: not living(everything), 1)
+    killed = time.monotonic()
+    start("fast")
+    assert_whole(store, job.id)
+    assert time.monotonic() - killed < 8
+
+
+def test_dismissing_stops_the_work_within_two_seconds(start: Start, store: Store) -> None:
+    supervisor = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(supervisor)) == 2, 5)
+    store.dismiss(job.id)
+    queueing.cancel(store.redis, job.id, "planted")
+    assert until(lambda: not horses(supervisor), 2) < 2
+    assert queueing.queued(store.redis, "planted") == set()
+    assert len(supervisor.children()) == 2
+
+
+def test_a_dismissed_job_stops_without_the_stop_command_too(start: Start, store: Store) -> None:
+    supervisor = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(supervisor)) == 2, 5)
+    store.dismiss(job.id)
+    until(lambda: not horses(supervisor), 3)
+
+
+def test_a_tile_that_raises_fails_the_job_after_three_tries(start: Start, store: Store) -> None:
+    start("raises")
+    job = submit(store)
+    until(lambda: status(store, job.id) == "failed", 10)
+    failed = store.job(job.id)
+    assert failed is not None
+    assert failed.problem is not None
+    assert failed.problem.type == "urn:grazemap:problem:computation-failed"
+    assert "secret" not in failed.model_dump_json()
+
+
+def test_a_tile_that_kills_its_worker_is_tried_again_and_counted_as_lost(start: Start, store: Store) -> None:
+    start("dies")
+    job = submit(store)
+
+    def lost() -> int:
+        failures = store.redis.hgetall(f"grazemap:job:{job.id}:failures")
+        assert isinstance(failures, dict)
+        assert not any(b"exception" in name for name in failures)
+        return max((int(count) for count in failures.values()), default=0)
+
+    until(lambda: lost() >= 2, 10)
+    assert status(store, job.id) == "running"
+    store.dismiss(job.id)
+
+
+def test_redis_may_restart_under_a_running_map(start: Start, own_redis_server: RedisServer) -> None:
+    client = connect(own_redis_server.url)
+    own = Store(client)
+    supervisor = start("slow", url=own_redis_server.url)
+    job = submit(own)
+    until(lambda: own.tile_index(job.id), 10)
+    own_redis_server.stop()
+    time.sleep(0.5)
+    own_redis_server.start()
+    own_redis_server.wait()
+    assert_whole(own, job.id)
+    assert supervisor.is_running()
+    client.close()
+
+
+def test_a_supervisor_that_is_told_to_stop_gives_its_tiles_back(start: Start, store: Store) -> None:
+    supervisor = start("endless")
+    job = submit(store)
+    until(lambda: len(horses(supervisor)) == 2, 5)
+    everything = descendants(supervisor.pid)
+    supervisor.send_signal(signal.SIGTERM)
+    assert supervisor.wait(4) == 0
+    assert living(everything) == []
+    assert store.workers() == []
+    assert len(list(store.pending("planted"))) == SIX.count
+    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+
+
+@pytest.mark.parametrize("kind", ["function", "success", "failure", "stopped", "instance", "arguments"])
+def test_what_is_not_ours_is_not_performed(start: Start, store: Store, tmp_path: Path, kind: str) -> None:
+    start("fast", workers=1)
+    evidence = tmp_path / "performed"
+    queue = queueing.queue(store.redis, "planted")
+    hostile = "os.mkdir"
+    entry = queue.create_job(
+        hostile if kind == "function" else queueing.RUN_TILE,
+        args=(str(evidence),) if kind == "function" else ("x", 0) if kind != "arguments" else (["x"], 0),
+    )
+    if kind in ("success", "failure", "stopped"):
+        setattr(entry, f"_{kind}_callback_name", hostile)
+    if kind == "instance":
+        entry.data = b'["run", "grazemap_worker.tasks.Context", [], {}]'
+    queue.enqueue_job(entry)
+    job = submit(store)
+    assert_whole(store, job.id)  # the worker goes on
+    assert not evidence.exists()
+    assert store.redis.exists(f"rq:job:{entry.id}") == 0
+    assert store.redis.llen(queue.intermediate_queue_key) == 0
