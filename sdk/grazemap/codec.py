@@ -56,7 +56,7 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
             arrays = {name: archive[name] for name in archive.files}
         meta: dict[str, Any] = json.loads(str(arrays.pop("meta")))
         shape: dict[str, str] = meta.pop("structure")
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
         raise CodecError("not a grazemap result") from error
     document: Document = {}
     for name in sorted({*arrays, *shape}):

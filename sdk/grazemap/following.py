@@ -45,8 +45,8 @@ def follow(path: str, retries: int, timeout: float | None, job: Job | None = Non
         broken = 0 if follower.heard > before else broken + 1
         if job.status not in FINISHED:
             follower.done = False  # that was the end of an earlier computation of the same question
-            if broken and not (yield from follower.near_deadline()):
-                yield Sleep(pause(broken))
+            if 0 < broken < constants.STREAM_ATTEMPTS and not (yield from follower.near_deadline()):
+                yield Sleep(pause(broken - 1))
     if not follower.done:
         yield Event("", "progress", job.progress.model_dump())
         yield Event("", "done", {"status": job.status})

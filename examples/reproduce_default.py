@@ -1,0 +1,50 @@
+"""The paper's example, computed over HTTP by a stack of its own: curve, codimension-two points, unfolding map.
+
+Writes grazing_curve.png and .npz, codimension_two_points.json, unfolding_map.png and .npz into the folder named on
+the command line ("out" when none is), and says where. `make run` runs this.
+"""
+
+# ruff: noqa: T201 - it talks to a person
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import grazemap
+from grazemap.plots import save_axes
+
+
+def main(folder: Path) -> None:
+    """Compute everything and write it."""
+    started = time.monotonic()
+    folder.mkdir(parents=True, exist_ok=True)
+    print("Starting service, queue and workers (the first time, the kernels are compiled) ...", flush=True)
+    with grazemap.local() as client:
+        print(f"Listening on {client.base_url} after {time.monotonic() - started:.0f} s", flush=True)
+        oscillator = grazemap.Oscillator()
+        curve = client.grazing_curve(oscillator, omega=(0.05, 1.2), points=2000)
+        points = client.codimension_two_points(oscillator, omega=(0.05, 2.5), max_order=8)
+        umap = client.unfolding_map(oscillator, omega=(0.26, 0.30), clearance=(1.3, 2.0), shape=(128, 128))
+
+    written = [
+        curve.save(folder / "grazing_curve.npz"),
+        points.save(folder / "codimension_two_points.json"),
+        umap.save(folder / "unfolding_map.npz"),
+        folder / "grazing_curve.png",
+        folder / "unfolding_map.png",
+    ]
+    save_axes(curve.plot(points=points), folder / "grazing_curve.png")
+    save_axes(umap.plot(curve=curve, points=points), folder / "unfolding_map.png")
+
+    print(f"\n{curve}\n{points}\n{umap}")
+    for motion in umap.motions()[:8]:
+        print(f"  {motion.label:<20} {motion.share:6.1%}")
+    print(f"\nDone in {time.monotonic() - started:.0f} s. Written:")
+    for path in sorted(written):
+        print(f"  {path.resolve()}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "out"))

@@ -1,0 +1,183 @@
+"""The command line: keep a stack up, look at one, run a process, draw a result.
+
+Exit codes: 0 done; 1 it failed (the service, the job, a file); 2 the command or the request is not valid;
+130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from grazemap import constants
+from grazemap.client import Client
+from grazemap.embedded import local, stack_command
+from grazemap.errors import GrazemapError, ParameterError, ProtocolError
+from grazemap.models import PROCESSES
+from grazemap.results import load
+from grazemap.version import __version__
+
+DONE, FAILED, INVALID, INTERRUPTED = 0, 1, 2, 130
+_PICTURES = (".png", ".svg", ".pdf")
+_RESULTS = (".npz", ".json")
+
+
+class _Invalid(Exception):
+    """The command's arguments do not make sense together."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        code: int = options.command(options)
+    except (_Invalid, ParameterError) as error:
+        return _complain(error, INVALID)
+    except (GrazemapError, OSError) as error:
+        return _complain(error, FAILED)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return code
+
+
+def _complain(error: Exception, code: int) -> int:
+    print(f"grazemap: {error}", file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="grazemap", description="Grazing bifurcations of impact oscillators.")
+    parser.add_argument("--version", action="version", version=f"grazemap {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    address = f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
+
+    up = commands.add_parser("up", help="keep a service with its workers up on this machine")
+    up.add_argument("--host", default="127.0.0.1")
+    up.add_argument("--port", type=int, default=8000)
+    up.add_argument("--data", type=Path, help="folder that keeps jobs and results (default: the stack's own)")
+    up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
+    up.set_defaults(command=_up)
+
+    status = commands.add_parser("status", help="what a running service says about itself and its jobs")
+    status.add_argument("--url", help=address)
+    status.set_defaults(command=_status)
+
+    run = commands.add_parser("run", help="ask a question and write the answer to a file")
+    run.add_argument("process", choices=sorted(PROCESSES))
+    run.add_argument("--json", required=True, metavar="FILE", help="the request as JSON; - reads standard input")
+    run.add_argument("-o", "--output", required=True, type=Path, metavar="FILE", help=".npz, .json, .png or .svg")
+    run.add_argument("--url", help="address of a running service (default: GRAZEMAP_URL, else a stack for this run)")
+    run.add_argument("--quiet", action="store_true", help="no progress bar")
+    run.set_defaults(command=_run)
+
+    plot = commands.add_parser("plot", help="draw a saved result")
+    plot.add_argument("result", type=Path, help="a .npz or .json file")
+    plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
+    plot.set_defaults(command=_plot)
+    return parser
+
+
+def _positive(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError("must be a whole number of at least 1")
+    return int(text)
+
+
+def _client(url: str) -> Client:
+    try:
+        return Client(url, api_key=os.environ.get("GRAZEMAP_API_KEY"))
+    except ValueError as error:
+        raise _Invalid(str(error)) from error
+
+
+def _up(options: argparse.Namespace) -> int:
+    command = stack_command("--host", options.host, "--port", str(options.port), "--die-with-parent")
+    for name in ("data", "workers"):
+        if getattr(options, name) is not None:
+            command += [f"--{name}", str(getattr(options, name))]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as stack:
+        try:
+            assert stack.stdout is not None
+            line = stack.stdout.readline()
+            if line:
+                print(_addresses(line), flush=True)
+            code = stack.wait()
+        except KeyboardInterrupt:
+            # The terminal has sent the signal to the stack as well; it stops in order.
+            stack.wait()
+            return DONE
+    return DONE if code == 0 else FAILED
+
+
+def _addresses(line: bytes) -> str:
+    try:
+        url = json.loads(line)["url"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ProtocolError("the stack did not say where it is") from error
+    return f"explorer  {url}/\ndocs      {url}/docs\nmetrics   {url}/metrics\nCtrl-C stops it."
+
+
+def _status(options: argparse.Namespace) -> int:
+    url = options.url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
+    with _client(url) as client:
+        described = client.describe()
+        jobs = client.jobs(limit=10)
+    print(f"service   {url}")
+    for name, value in described.items():
+        if not isinstance(value, list | dict):
+            print(f"{name:<9} {value}")
+    for handle in jobs:
+        progress = handle.progress
+        print(f"job       {handle.id[:12]}  {handle.process:<22} {handle.status:<10} {progress.done}/{progress.total}")
+    return DONE
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.output.suffix not in (*_RESULTS, *_PICTURES):
+        raise _Invalid(f"the output must end in one of {', '.join((*_RESULTS, *_PICTURES))}")
+    request = _request(options.json)
+    url = options.url or os.environ.get("GRAZEMAP_URL")
+    with closing(_client(url) if url else local()) as client:
+        handle = client.submit(options.process, request).wait(progress=not options.quiet)
+        result = handle.result()
+    if options.output.suffix in _RESULTS:
+        result.save(options.output)
+    else:
+        from grazemap.plots import save_picture
+
+        save_picture(result, options.output)
+    print(options.output)
+    return DONE
+
+
+def _request(source: str) -> dict[str, Any]:
+    text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
+    try:
+        request = json.loads(text)
+    except ValueError as error:
+        raise _Invalid(f"the request is not JSON: {error}") from error
+    if not isinstance(request, dict):
+        raise _Invalid("the request is not a JSON object")
+    return request
+
+
+def _plot(options: argparse.Namespace) -> int:
+    from grazemap.plots import save_picture
+
+    output = options.output or options.result.with_suffix(".png")
+    if output.suffix not in _PICTURES:
+        raise _Invalid(f"the picture must end in one of {', '.join(_PICTURES)}")
+    save_picture(load(options.result), output)
+    print(output)
+    return DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,113 @@
+"""Small results with every shape of field, made by hand so that each test can say what must come out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from grazemap.codec import encode_npz
+from grazemap.models import canonical, parse_request
+
+REQUESTS: dict[str, dict[str, Any]] = {
+    "grazing-curves": {"omega": {"start": 0.2, "stop": 0.3, "points": 3}},
+    "codimension-two-points": {"omega": {"start": 0.2, "stop": 0.3}},
+    "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 2, "samples_per_period": 2},
+    "unfolding-maps": {
+        "omega": {"start": 0.2, "stop": 0.3, "points": 3},
+        "clearance": {"start": 1.5, "stop": 1.6, "points": 2},
+    },
+}
+
+POINTS: list[dict[str, Any]] = [
+    {
+        "kind": "recurrence",
+        "omega": 0.25,
+        "clearance": 1.7,
+        "order": 2,
+        "active": True,
+        "families": [{"case": 1, "n": 1}, {"case": 4, "n": 0}],
+        "residual": 1e-16,
+        "status": "simple",
+    },
+    {
+        "kind": "resonant",
+        "omega": 0.28,
+        "clearance": 1.9,
+        "multiple": 1,
+        "symmetric": False,
+        "bifurcation": "SN",
+        "residual": 2e-16,
+        "status": "simple",
+    },
+]
+
+
+def document(process: str) -> dict[str, Any]:
+    """Return a result's document as the workers make it."""
+    return {
+        "grazing-curves": _curve,
+        "codimension-two-points": lambda: {"points": POINTS},
+        "trajectories": _trajectory,
+        "unfolding-maps": _map,
+    }[process]()
+
+
+def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
+    """Return a result as the service sends it."""
+    request = canonical(parse_request(process, REQUESTS[process]))
+    meta = {"process": process, "request": request, "core_version": "1", "numerics": {}, "units": "nondimensional"}
+    return encode_npz({**document(process), **(extra or {})}, meta)
+
+
+def _curve() -> dict[str, Any]:
+    return {
+        "omega": np.array([0.2, 0.25, 0.3]),
+        "clearance": np.array([1.5, 1.7, 2.0]),
+        "phase": np.array([0.1, 0.2, 0.3]),
+        "first_recurrence": np.array([1, 2, 0]),
+        "recurrence_stop": np.array([-1, 1, 0]),
+        "points": POINTS,
+    }
+
+
+def _trajectory() -> dict[str, Any]:
+    return {
+        "time": np.array([0.0, 10.0, 20.0, 30.0, 40.0]),
+        "displacement": np.zeros((3, 5)),
+        "velocity": np.ones((3, 5)),
+        "impacts": {
+            "time": np.array([5.0, 20.0]),
+            "stop": np.array([1, -1], dtype=np.int8),
+            "velocity": np.array([0.5, -0.25]),
+            "kind": np.array(["impact", "impact"]),
+        },
+        "sticking": {"start": np.zeros(0), "stop_time": np.zeros(0), "stop": np.zeros(0, dtype=np.int8)},
+        "motion": {
+            "kind": "periodic",
+            "period": 1,
+            "impacts_right": 1,
+            "impacts_left": 1,
+            "symmetric": True,
+            "label": "1-1r-1l",
+            "certified": False,
+            "reason": None,
+        },
+    }
+
+
+def _map() -> dict[str, Any]:
+    return {
+        "omega": np.array([0.2, 0.25, 0.3]),
+        "clearance": np.array([1.5, 1.6]),
+        "kind": np.array([[1, 1, 1], [1, 0, 1]], dtype=np.int8),
+        "kinds": np.array(["unresolved", "periodic"]),
+        "period": np.array([[1, 1, 3], [1, 0, 1]], dtype=np.int32),
+        "impacts_right": np.array([[2, 2, 4], [2, 0, -1]], dtype=np.int32),
+        "impacts_left": np.array([[2, 2, 4], [2, 0, -1]], dtype=np.int32),
+        "symmetric": np.array([[True, True, True], [True, False, True]]),
+        "least_impact_velocity": np.array([[0.1, 0.2, 0.3], [0.4, np.nan, np.nan]]),
+        "settled_after": np.array([[50, 60, 70], [80, -1, 20]], dtype=np.int32),
+        "reason": np.array([[0, 0, 0], [0, 1, 0]], dtype=np.int8),
+        "reasons": np.array(["", "not closed"]),
+    }

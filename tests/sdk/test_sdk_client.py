@@ -1,0 +1,181 @@
+"""What a client does with a service, the blocking and the asynchronous one alike."""
+
+import httpx2
+import numpy as np
+import pytest
+from sdk_documents import REQUESTS, npz
+from sdk_fake_service import problem
+
+from grazemap import Client, Oscillator, errors
+from grazemap.models import PROCESSES
+
+CURVE = REQUESTS["grazing-curves"]
+
+
+def test_each_process_has_its_method(client, service):
+    curve = client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    points = client.codimension_two_points(Oscillator(), omega=(0.2, 0.3), progress=False)
+    path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
+    umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
+    assert [result.process for result in (curve, points, path, umap)] == list(PROCESSES)
+    np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
+    assert points.points[1].bifurcation == "SN"
+    assert path.motion.label == "1-1r-1l"
+    assert umap.kind.shape == (2, 3)
+    assert service.computed == 4
+
+
+def test_making_a_client_sends_nothing(client, service):
+    assert service.requests == []
+    assert client.base_url == "http://fake:1"
+
+
+def test_the_same_question_is_the_same_job(client, service):
+    first = client.submit("grazing-curves", CURVE)
+    second = client.submit("grazing-curves", {"max_order": 8, **CURVE, "oscillator": {}})
+    assert first.id == second.id
+    assert service.computed == 1
+
+
+def test_a_handle_knows_waits_and_brings_the_result(client, service):
+    handle = client.submit("grazing-curves", CURVE)
+    assert (handle.status, handle.process, handle.progress.total) == ("running", "grazing-curves", 2)
+    with pytest.raises(errors.ResultNotReady):
+        handle.result()
+    assert handle.wait(timeout=60).status == "successful"
+    assert handle.result().clearance[0] == 1.5
+    assert client.job(handle.id).status == "successful"
+
+
+def test_events_come_as_they_are_and_end_with_done(client):
+    handle = client.submit("unfolding-maps", REQUESTS["unfolding-maps"])
+    events = list(handle.events())
+    assert [event.name for event in events] == ["progress", "tile", "progress", "done"]
+    assert events[1].data == {"index": 0, "rows": [0, 1]}
+    assert handle.status == "successful"
+
+
+def test_a_cancelled_job_is_dismissed_and_waiting_for_it_says_so(client):
+    handle = client.submit("grazing-curves", CURVE).cancel()
+    assert handle.status == "dismissed"
+    for call in (handle.wait, handle.result):
+        with pytest.raises(errors.JobDismissed) as caught:
+            call()
+        assert caught.value.job.id == handle.id
+
+
+def test_a_failed_job_raises_with_its_problem(client, service):
+    service.ending = "failed"
+    with pytest.raises(errors.JobFailed, match="tile 3") as caught:
+        client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    assert caught.value.problem.title == "Tile failed"
+    with pytest.raises(errors.JobFailed):
+        client.job(caught.value.job.id).result()
+
+
+def test_jobs_are_listed_over_pages_from_the_address_given(client, service):
+    for points in range(2, 9):
+        client.submit("grazing-curves", {"omega": {"start": 0.1, "stop": 0.2, "points": points}})
+    assert len(client.jobs()) == 7
+    assert len(client.jobs(limit=3)) == 3
+    assert {request.url.host for request in service.requests} == {"fake"}
+
+
+def test_an_unknown_job_is_not_found(client):
+    with pytest.raises(errors.NotFound):
+        client.job("0" * 64)
+
+
+@pytest.mark.parametrize("name", ["../../../etc/passwd", "a/b", "", "a" * 200])
+def test_what_cannot_be_a_job_id_is_neither_sent_nor_written(client, service, name):
+    with pytest.raises(errors.ProtocolError):
+        client.job(name)
+    assert service.requests == []
+
+
+def test_trouble_on_the_way_is_survived_without_computing_twice(client, service):
+    service.upcoming = [httpx2.ConnectError("refused"), httpx2.ReadTimeout("slow"), problem(503), problem(429)]
+    client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    assert service.computed == 1
+
+
+def test_no_service_is_a_connection_error(make_client, service):
+    service.upcoming = [httpx2.ConnectError("refused")] * 3
+    with pytest.raises(errors.ConnectionFailed, match="refused"):
+        make_client(retries=2).jobs()
+    assert service.upcoming == []
+
+
+def test_invalid_questions_are_not_sent(client, service):
+    with pytest.raises(errors.ParameterError):
+        client.trajectory(omega=0.3, clearance=-1.0, periods=2)
+    assert service.requests == []
+
+
+def test_the_key_is_sent_and_a_wrong_one_is_told(make_client, service):
+    service.upcoming = [problem(401, "key-required")]
+    with pytest.raises(errors.AuthenticationError):
+        make_client(api_key="secret").describe()
+    assert service.requests[0].headers["authorization"] == "Bearer secret"
+
+
+def test_an_evicted_result_is_computed_again_and_waited_for(client, service):
+    handle = client.submit("grazing-curves", CURVE).wait()
+    service.results.clear()
+    assert handle.result().clearance[0] == 1.5
+    assert service.computed == 2
+
+
+def test_a_cached_result_is_used_when_its_tag_is_confirmed(make_client, service, tmp_path):
+    client = make_client(cache_dir=tmp_path / "cache")
+    handle = client.submit("grazing-curves", CURVE).wait()
+    first = handle.result()
+    again = make_client(cache_dir=tmp_path / "cache").job(handle.id).result()
+    np.testing.assert_array_equal(first.clearance, again.clearance)
+    assert service.requests[-1].headers["if-none-match"] == f'"{handle.id[:8]}-npz"'
+    # a damaged file counts as absent
+    (path,) = (tmp_path / "cache").iterdir()
+    path.write_bytes(path.read_bytes()[:-1] + b"\1")
+    assert client.job(handle.id).result().clearance[0] == 1.5
+    assert "if-none-match" not in service.requests[-1].headers
+
+
+def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, tmp_path):
+    client = make_client(cache_dir=tmp_path)
+    handle = client.submit("grazing-curves", CURVE).wait()
+    handle.result()
+    changed = npz("grazing-curves", {"clearance": np.array([7.0, 8.0, 9.0])})
+    for _ in range(2):
+        service.upcoming = [httpx2.Response(200, content=changed, headers={"etag": '"new"'})]
+        assert handle.result().clearance[0] == 7.0
+    assert service.requests[-1].headers["if-none-match"] == '"new"'
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"not a result", b"PK\x03\x04"])
+def test_a_broken_result_is_told(client, service, content):
+    handle = client.submit("grazing-curves", CURVE).wait()
+    service.results[handle.id] = content
+    with pytest.raises(errors.ResultFormatError):
+        handle.result()
+
+
+def test_something_else_at_the_address_is_told(client, service):
+    service.upcoming = [httpx2.Response(200, text="<html>hello</html>")]
+    with pytest.raises(errors.ProtocolError):
+        client.jobs()
+
+
+@pytest.mark.parametrize(
+    "keywords",
+    [
+        {"base_url": "localhost:8000"},
+        {"base_url": "ftp://x"},
+        {"base_url": "http://u:p@x"},
+        {"timeout": 0},
+        {"retries": -1},
+    ],
+)
+def test_impossible_settings_are_refused_at_once(keywords):
+    with pytest.raises(ValueError, match="must"):
+        Client(**keywords)

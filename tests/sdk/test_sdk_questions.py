@@ -1,0 +1,99 @@
+"""Keywords become the wire model of a question, or an exception that names the place."""
+
+import numpy as np
+import pytest
+
+from grazemap import Oscillator, questions
+from grazemap.errors import ParameterError
+from grazemap.models import Range, UnfoldingMapsRequest
+from grazemap.validation import validated
+
+
+def refused(call, *arguments) -> dict[str, tuple[str, str]]:
+    with pytest.raises(ParameterError) as caught:
+        call(*arguments)
+    assert caught.value.status == 422
+    assert caught.value.request_id is None
+    assert isinstance(caught.value, ValueError)
+    return {error.pointer: (error.detail, error.allowed) for error in caught.value.problem.errors}
+
+
+def umap(omega, clearance, shape) -> UnfoldingMapsRequest:
+    return questions.unfolding_map(None, omega, clearance, shape, "rest", 1000, 32)
+
+
+def test_a_pair_with_a_number_of_points_is_a_range():
+    request = questions.grazing_curve(None, (0.05, 1.2), 2000, 8)
+    assert request.omega == Range(start=0.05, stop=1.2, points=2000)
+    assert request.oscillator == Oscillator()
+
+
+@pytest.mark.parametrize("values", [[0.1, 0.2], (0.1, 0.2, 0.4), np.array([0.1, 0.2])])
+def test_lists_and_arrays_are_the_values_themselves(values):
+    assert questions.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
+
+
+def test_numpy_scalars_are_numbers():
+    request = questions.trajectory({"restitution": np.float64(0.5)}, np.float64(0.3), 1.5, None, np.int64(4), 0, 200)
+    assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
+
+
+def test_shape_is_clearances_by_omegas():
+    request = umap((0.26, 0.30), (1.3, 2.0), (64, 128))
+    assert (request.clearance.points, request.omega.points) == (64, 128)
+
+
+def test_shape_must_agree_with_explicit_values():
+    assert umap((0.26, 0.30), [1.3, 1.5], (2, 128)).clearance == [1.3, 1.5]
+    assert list(refused(umap, (0.26, 0.30), [1.3, 1.5], (3, 128))) == ["/clearance"]
+
+
+def test_a_pair_without_points_says_what_is_missing():
+    detail, allowed = refused(questions.grazing_curve, None, (0.1, 0.2), None, 8)["/omega"]
+    assert "points is missing" in detail
+    assert "(start, stop)" in allowed
+    assert "shape is missing" in refused(umap, (0.1, 0.2), (1, 2), None)["/omega"][0]
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer", "allowed"),
+    [
+        ({"omega": -1.0, "clearance": 1.0, "periods": 1}, "/omega", "> 0"),
+        ({"omega": float("nan"), "clearance": 1.0, "periods": 1}, "/omega", "finite"),
+        ({"omega": True, "clearance": 1.0, "periods": 1}, "/omega", "number"),
+        ({"omega": "0.3", "clearance": 1.0, "periods": 1}, "/omega", "number"),
+        ({"omega": 0.3, "clearance": 1.0}, "/periods", "integer"),
+        ({"omega": 0.3, "clearance": 1.0, "periods": 1, "wobble": 1}, "/wobble", "samples_per_period"),
+        (
+            {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"restitution": 2}},
+            "/oscillator/restitution",
+            "<= 1",
+        ),
+        (
+            {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"masses": [1, 0, 1]}},
+            "/oscillator/masses/1",
+            "> 0",
+        ),
+        (
+            {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"damping": [-1]}},
+            "/oscillator/damping/0",
+            ">= 0",
+        ),
+    ],
+)
+def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
+    assert allowed in refused(validated, "trajectories", body)[pointer][1]
+
+
+def test_union_branches_do_not_show_in_pointers():
+    body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
+    assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
+
+
+def test_an_unknown_process_lists_the_known_ones():
+    assert "unfolding-maps" in refused(validated, "unfolding-map", {})[""][1]
+
+
+def test_the_exception_reads_as_plain_words():
+    with pytest.raises(ParameterError, match=r"/omega: .*\(allowed: .*> 0"):
+        validated("trajectories", {"omega": 0, "clearance": 1.0, "periods": 1})
