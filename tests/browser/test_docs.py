@@ -1,0 +1,134 @@
+"""The docs page in a real browser, without internet: every operation is shown, and one is tried out to its result."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from urllib.parse import urlsplit
+
+import httpx2
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
+
+pytestmark = pytest.mark.browser
+
+CHROMIUM = shutil.which("chromium", path="/usr/bin")
+# Chromium asks its maker's hosts for this and that unless it is told not to.
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+# The first start on a machine compiles every kernel.
+START_SECONDS = 240
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a whole stack."""
+    command = [sys.executable, "-m", "grazemap_service.stack", "--workers", "1", "--die-with-parent"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as stack:
+        try:
+            assert stack.stdout is not None
+            yield json.loads(stack.stdout.readline())["url"]
+        finally:
+            stack.terminate()
+            stack.wait(10)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("no /usr/bin/chromium: make browser installs it")
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=FLAGS)
+        yield chromium
+        chromium.close()
+
+
+class Watched:
+    """A page, what it complained about, and where it went for files."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.complaints: list[str] = []
+        self.hosts: set[str] = set()
+        page.on("console", self._console)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("request", self._request)
+
+    def _console(self, message: ConsoleMessage) -> None:
+        if message.type in {"error", "warning"}:
+            self.complaints.append(message.text)
+
+    def _request(self, request: Request) -> None:
+        parts = urlsplit(request.url)
+        if parts.scheme != "data":
+            self.hosts.add(parts.netloc)
+
+
+@pytest.fixture
+def watched(browser: Browser, url: str) -> Iterator[Watched]:
+    page = browser.new_page(viewport={"width": 1280, "height": 1600})
+    watched = Watched(page)
+    yield watched
+    page.close()
+    assert watched.complaints == []
+    assert watched.hosts == {urlsplit(url).netloc}
+
+
+@pytest.mark.timeout(START_SECONDS)
+def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None:
+    page = watched.page
+    page.goto(f"{url}/docs")
+    document = httpx2.get(f"{url}/openapi.json").json()
+    expected = {(method.upper(), path) for path, operations in document["paths"].items() for method in operations}
+    blocks = page.locator(".opblock")
+    expect(blocks).to_have_count(len(expected))
+    shown = {
+        (
+            block.locator(".opblock-summary-method").inner_text(),
+            block.locator(".opblock-summary-path").get_attribute("data-path"),
+        )
+        for block in blocks.all()
+    }
+    assert shown == expected
+    # unfolded, each shows its parameters or body and its responses
+    for block in blocks.all():
+        block.locator(".opblock-summary-control").click()
+        expect(block.locator(".responses-wrapper")).to_be_visible()
+    expect(page.locator(".errors-wrapper")).to_have_count(0)
+
+
+def test_try_it_out_runs_one(watched: Watched, url: str) -> None:
+    page = watched.page
+    page.goto(f"{url}/docs")
+    block = page.locator(".opblock", has=page.locator('[data-path="/v1/grazing-curves"]'))
+    block.locator(".opblock-summary-control").click()
+    block.get_by_role("button", name="Try it out").click()
+    block.get_by_placeholder("prefer").fill("wait=20")
+    with page.expect_response("**/v1/grazing-curves") as posted:
+        block.get_by_role("button", name="Execute").click()
+    job = posted.value.json()
+    assert posted.value.status in {200, 201}
+    assert job["status"] == "successful"
+    live = block.locator(".live-responses-table")
+    expect(live.locator(".response .response-col_status")).to_contain_text(str(posted.value.status))
+    expect(live).to_contain_text(job["id"])
+    result = httpx2.get(f"{url}/v1/jobs/{job['id']}/result").json()
+    assert len(result["omega"]) == len(result["clearance"]) == 200
+
+
+def test_the_front_page_leads_to_the_docs(watched: Watched, url: str) -> None:
+    page = watched.page
+    page.goto(f"{url}/")
+    expect(page.get_by_role("heading", name="grazemap")).to_be_visible()
+    page.get_by_role("link", name="API documentation").click()
+    expect(page.locator(".opblock").first).to_be_visible()
