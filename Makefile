@@ -1,12 +1,13 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 STAMP := .venv/.stamp
+SOURCES := sdk core worker service tests examples
 
 .DEFAULT_GOAL := help
 .PHONY: help run serve test lint types lock browser clean
 
 help:  ## this list
-	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(STAMP): requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -14,5 +15,34 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
-lock: $(STAMP)  ## pin every dependency again, with hashes
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes --no-header --no-annotate --no-emit-index-url pyproject.toml -o requirements.lock
+run: $(STAMP)  ## the paper's grazing curve, codimension-two points and unfolding map, into out/
+	$(BIN)/python examples/reproduce_default.py
+
+serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C
+	$(BIN)/grazemap up
+
+test: $(STAMP)  ## every test that needs nothing but this machine
+	$(BIN)/python -m pytest
+
+lint: $(STAMP)  ## style, spelling, import contracts, compose file
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/codespell $(SOURCES) docs *.md
+	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
+
+types: $(STAMP)  ## mypy, strict
+	$(BIN)/mypy
+
+browser: $(STAMP)  ## tests of the pages in headless Chromium; installs Debian's chromium where it is missing
+	@command -v chromium >/dev/null || { echo "chromium is missing: installing Debian's package"; apt-get update -qq && apt-get install -y -qq chromium; }
+	$(BIN)/python -m pytest tests/browser --require-chromium
+
+COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
+lock: $(STAMP)  ## pin every dependency again, with hashes; the image's are a part of them
+	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
+	echo hatchling | $(COMPILE) --extra server --constraint requirements.lock pyproject.toml - -o requirements-server.lock
+
+clean:  ## remove what the other targets made
+	rm -rf .venv out dist
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

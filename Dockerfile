@@ -1,0 +1,26 @@
+# One image for service and worker: the command says which. Builds from this folder alone:
+#   docker build -t grazemap .
+FROM python:3.11-slim AS build
+WORKDIR /source
+COPY requirements-server.lock ./
+RUN python -m venv /opt/grazemap \
+ && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements-server.lock
+COPY pyproject.toml README.md LICENSE ./
+COPY sdk sdk
+COPY core core
+COPY worker worker
+COPY service service
+RUN /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --no-deps --no-build-isolation .
+
+FROM python:3.11-slim
+# Compiled kernels are kept in a folder that the user owns; a volume there saves the compilation after an upgrade.
+ENV PATH=/opt/grazemap/bin:$PATH \
+    PYTHONUNBUFFERED=1 \
+    PYTHONDONTWRITEBYTECODE=1 \
+    GRAZEMAP_CACHE_DIR=/var/cache/grazemap
+RUN useradd --system --uid 10001 --home-dir /nonexistent --no-create-home grazemap \
+ && install -d -o grazemap -g grazemap -m 0700 /var/cache/grazemap
+COPY --from=build /opt/grazemap /opt/grazemap
+USER grazemap
+EXPOSE 8000
+CMD ["python", "-m", "grazemap_service"]
