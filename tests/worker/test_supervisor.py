@@ -5,6 +5,7 @@ The tiles are planted (`planted.py`), so that nothing is compiled here.
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -15,11 +16,15 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from rq import Queue
+from rq.job import Job as RqJob
+from rq.webhook import Webhook
 
 from grazemap.codec import decode_npz
 from grazemap.models import Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker import queueing
+from grazemap_worker.leased_worker import refusal
 from grazemap_worker.store import Plan, Store, connect, core_version
 
 PLANTED = Path(__file__).with_name("planted.py")
@@ -231,23 +236,38 @@ def test_a_supervisor_that_is_told_to_stop_gives_its_tiles_back(start: Start, st
     assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
 
 
-@pytest.mark.parametrize("kind", ["function", "success", "failure", "stopped", "instance", "arguments"])
-def test_what_is_not_ours_is_not_performed(start: Start, store: Store, tmp_path: Path, kind: str) -> None:
-    start("fast", workers=1)
-    evidence = tmp_path / "performed"
+def hostile_entries(folder: Path, queue: Queue) -> list[RqJob]:
+    """Entries that would make a folder, or post something, if they were performed."""
+
+    def entry(**changes: object) -> RqJob:
+        job = queue.create_job(queueing.RUN_TILE, args=("x", 0), result_ttl=0)
+        for name, value in changes.items():
+            setattr(job, name, value)
+        return job
+
+    return [
+        queue.create_job("os.mkdir", args=(str(folder / "function"),)),
+        queue.create_job("os.mkdir", args=(str(folder / "keywords"),), kwargs={"mode": 0o700}),
+        *(entry(**{f"_{kind}_callback_name": "os.mkdir"}) for kind in ("success", "failure", "stopped")),
+        entry(data=b'["mkdir", "os", ["x"], {}]'),
+        entry(data=b"not JSON"),
+        entry(data=json.dumps([queueing.RUN_TILE, None, [["x"], 0], {}]).encode()),
+        entry(webhooks=[Webhook("http://127.0.0.1:9/", "finished")]),
+    ]
+
+
+def test_what_is_not_ours_is_not_performed(start: Start, store: Store, tmp_path: Path) -> None:
     queue = queueing.queue(store.redis, "planted")
-    hostile = "os.mkdir"
-    entry = queue.create_job(
-        hostile if kind == "function" else queueing.RUN_TILE,
-        args=(str(evidence),) if kind == "function" else ("x", 0) if kind != "arguments" else (["x"], 0),
-    )
-    if kind in ("success", "failure", "stopped"):
-        setattr(entry, f"_{kind}_callback_name", hostile)
-    if kind == "instance":
-        entry.data = b'["run", "grazemap_worker.tasks.Context", [], {}]'
-    queue.enqueue_job(entry)
+    entries = hostile_entries(tmp_path, queue)
+    for entry in entries:
+        queue.enqueue_job(entry)
+    assert [refusal(RqJob.fetch(entry.id, store.redis, serializer=queue.serializer)) is None for entry in entries] == [
+        False
+    ] * len(entries)
+    assert refusal(queue.create_job(queueing.RUN_TILE, args=("x", 0))) is None
+    start("fast", workers=1)
     job = submit(store)
     assert_whole(store, job.id)  # the worker goes on
-    assert not evidence.exists()
-    assert store.redis.exists(f"rq:job:{entry.id}") == 0
+    assert list(tmp_path.iterdir()) == []
+    until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in entries), 2)
     assert store.redis.llen(queue.intermediate_queue_key) == 0
