@@ -45,7 +45,8 @@ def impulse_response(model: ModalModel) -> ImpulseResponse:
     kick, row = model.kick, model.shape[0]
     acceleration = -model.frequency_squared * kick[:, 0] - 2.0 * model.decay * kick[:, 1]
     split = np.sqrt(np.maximum(-model.discriminant, 0.0))
-    rates = np.where(split > 0.0, model.frequency_squared / (model.decay + split), model.decay)
+    rates = model.decay.copy()
+    np.divide(model.frequency_squared, model.decay + split, out=rates, where=split > 0.0)
     return ImpulseResponse(
         decay=model.decay,
         discriminant=model.discriminant,

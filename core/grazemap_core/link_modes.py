@@ -3,22 +3,19 @@
 An oscillator flows in; out flow, for each of N pairs of exponents, the pair's product and sum and two columns (a, b)
 such that the state is ``a u + b u'``. The first-order system is set up in energy coordinates, where it is a
 skew-symmetric matrix minus a positive semidefinite one; an ordered Schur form gives each block's subspace without ever
-using two nearly parallel eigenvectors; Newton steps with residuals in double-double then remove what the
-Schur form has lost (on a stiff chain its backward error is relative to the fastest exponent).
+using two nearly parallel eigenvectors; `modal_refinement` then removes what the Schur form has lost (on a stiff chain
+its backward error is relative to the fastest exponent).
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 from scipy.linalg import lapack, schur
 
 from grazemap_core.errors import ConditioningError
-from grazemap_core.kernels.chain_residual import invariance_residual
+from grazemap_core.modal_refinement import Blocks, refine
 from grazemap_core.oscillator import Floats, Oscillator
-from grazemap_core.tolerances import MODAL_CONDITION_LIMIT, MODAL_REFINEMENT_GOAL, MODAL_REFINEMENT_STEPS
+from grazemap_core.tolerances import MODAL_CONDITION_LIMIT
 
 Pairs = list[tuple[int, int]]
 
@@ -28,18 +25,7 @@ _NEARLY_DEFECTIVE = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class LinkBlocks:
-    """Blocks in no particular order; rows of `columns` are link elongations, then velocities, shape (2N, 2N)."""
-
-    frequency_squared: Floats
-    decay: Floats
-    discriminant: Floats
-    columns: Floats
-    conditioning: float
-
-
-def link_blocks(oscillator: Oscillator) -> LinkBlocks:
+def link_blocks(oscillator: Oscillator) -> Blocks:
     """Return the blocks of a chain that is damped link by link.
 
     Raises
@@ -50,10 +36,10 @@ def link_blocks(oscillator: Oscillator) -> LinkBlocks:
     weights = np.sqrt(np.concatenate((oscillator.stiffnesses, oscillator.masses)))
     matrix = _energy_matrix(oscillator)
     triangular, basis = schur(matrix, output="real")
-    best: LinkBlocks | None = None
+    best: Blocks | None = None
     for pairs in _pairings(matrix, triangular):
         start = _initial(triangular, basis, pairs, weights)
-        blocks = _refine(oscillator, weights, *start)
+        blocks = refine(oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, *start)
         if best is None or blocks.conditioning < best.conditioning:
             best = blocks
         if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
@@ -157,82 +143,3 @@ def _companion_direction(shifted: Floats, displacements: Floats) -> Floats:
         return abs(float(beta[0] * image[1] - beta[1] * image[0])) / float(np.hypot(image[0], image[1]))
 
     return classical if sine(classical) >= 0.5 * sine(other) else other
-
-
-def _refine(
-    oscillator: Oscillator, weights: Floats, columns: Floats, frequency_squared: Floats, decay: Floats
-) -> LinkBlocks:
-    """Newton's method on the whole decomposition ``A X = X T``, T made of companion blocks.
-
-    With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
-    on it the two numbers of the block and the freedom left in a are updated exactly.
-    """
-    count = len(decay)
-    previous = np.inf
-    conditioning = np.inf
-    discriminant = frequency_squared - decay**2
-    for _ in range(MODAL_REFINEMENT_STEPS):
-        residual = invariance_residual(
-            oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, columns, frequency_squared, decay
-        )
-        energy = weights[:, None] * columns
-        lengths = np.linalg.norm(energy, axis=0)
-        unit = energy / lengths
-        if not np.all(np.isfinite(unit)):
-            break
-        conditioning = float(np.linalg.cond(unit))
-        if not conditioning <= 1e3 * MODAL_CONDITION_LIMIT:
-            break
-        error = np.linalg.solve(unit, weights[:, None] * residual / lengths)
-        try:
-            update = _off_diagonal_update(error, frequency_squared, decay, lengths)
-        except np.linalg.LinAlgError:
-            conditioning = np.inf
-            break
-
-        scale = lengths[1::2] / lengths[0::2]  # back from unit columns to (a, b)
-        diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-        e11, e22 = diagonal[:, 0, 0], diagonal[:, 1, 1]
-        e12, e21 = diagonal[:, 0, 1] * scale, diagonal[:, 1, 0] / scale
-        product_change = e12 * frequency_squared - e21 - 2.0 * decay * e11 + e11 * e22 - e12 * e21
-        decay_change = -0.5 * (e11 + e22)
-        discriminant = _discriminant(frequency_squared, product_change, decay, decay_change)
-        frequency_squared = frequency_squared + product_change
-        decay = decay + decay_change
-
-        change = (unit @ update) * lengths / weights[:, None]
-        change[:, 0::2] += columns[:, 0::2] * e12 - columns[:, 1::2] * e11
-        columns = columns + change
-        frequency = np.sqrt(frequency_squared)
-        size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
-        if size <= MODAL_REFINEMENT_GOAL or size > 0.5 * previous:
-            break
-        previous = size
-    return LinkBlocks(frequency_squared, decay, discriminant, columns, conditioning)
-
-
-def _off_diagonal_update(error: Floats, frequency_squared: Floats, decay: Floats, lengths: Floats) -> Floats:
-    """Solve ``T_i F_ij - F_ij T_j = -E_ij`` for all pairs of different blocks, with unit columns; F_jj is zero."""
-    count = len(decay)
-    blocks = np.zeros((count, 2, 2))
-    blocks[:, 0, 1] = lengths[0::2] / lengths[1::2]
-    blocks[:, 1, 0] = -frequency_squared / blocks[:, 0, 1]
-    blocks[:, 1, 1] = -2.0 * decay
-    rows, cols = np.nonzero(~np.eye(count, dtype=bool))
-    identity = np.eye(2)
-    operator = np.einsum("kac,bd->kabcd", blocks[rows], identity) - np.einsum("ac,kdb->kabcd", identity, blocks[cols])
-    given = error.reshape(count, 2, count, 2)[rows, :, cols, :]
-    solved = np.linalg.solve(operator.reshape(-1, 4, 4), -given.reshape(-1, 4, 1))
-    update = np.zeros((count, 2, count, 2))
-    update[rows, :, cols, :] = solved.reshape(-1, 2, 2)
-    return update.reshape(2 * count, 2 * count)
-
-
-def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:
-    """Return ``w^2 - eta^2`` of the corrected numbers before they are rounded: near a critical block they cancel."""
-    return np.array(
-        [
-            float(Fraction(p) + Fraction(dp) - (Fraction(d) + Fraction(dd)) ** 2)
-            for p, dp, d, dd in zip(product, product_change, decay, decay_change, strict=True)
-        ]
-    )

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import svd
 
-from grazemap_core.link_modes import LinkBlocks, link_blocks
+from grazemap_core.link_modes import link_blocks
+from grazemap_core.modal_refinement import Blocks, refine
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.tolerances import PROPORTIONAL_SPREAD, UNDAMPED_RATIO
 
@@ -79,20 +80,28 @@ def modal_model(oscillator: Oscillator) -> ModalModel:
 
 
 def _proportional(oscillator: Oscillator, gamma: float) -> ModalModel:
-    """Classical modes, each frequency to a few roundings however stiff the chain.
+    """Classical modes, each frequency and shape to a few roundings however stiff the chain.
 
     ``K`` is a product of bidiagonal matrices, so ``M^-1/2 K M^-1/2 = U^T U`` with U upper bidiagonal and entries that
     are one square root away from the data; the singular values of a bidiagonal matrix are found to high *relative*
     accuracy (Demmel & Kahan, SIAM J. Sci. Stat. Comput. 11 (1990) 873-912), which LAPACK's gesvd does and gesdd,
-    scipy's default, does not.
+    scipy's default, does not. Refinement then gives the shapes the same accuracy; where two frequencies lie too close
+    for it, each shape is only as good as gesvd's, but what is computed from both together is not affected.
     """
     mass, stiffness = oscillator.masses, oscillator.stiffnesses
     count = oscillator.size
     bidiagonal = np.diag(np.sqrt(stiffness / mass)) - np.diag(np.sqrt(stiffness[:-1] / mass[1:]), 1)
-    _, singular, right = svd(bidiagonal, lapack_driver="gesvd")
-    frequency = np.ascontiguousarray(singular[::-1])
-    modes = right[::-1].T / np.sqrt(mass)[:, None]
-    modes *= np.where(modes[0] < 0.0, -1.0, 1.0)
+    left, singular, right = svd(bidiagonal, lapack_driver="gesvd")
+    columns = np.zeros((2 * count, 2 * count))
+    columns[:count, 0::2] = left * singular / np.sqrt(stiffness)[:, None]
+    columns[count:, 1::2] = right.T / np.sqrt(mass)[:, None]
+    blocks = refine(mass, stiffness, np.zeros(count), columns, singular**2, np.zeros(count))
+    frequency, modes = singular, columns[count:, 1::2]
+    if np.isfinite(blocks.conditioning):
+        frequency, modes = np.sqrt(blocks.frequency_squared), blocks.columns[count:, 1::2]
+    order = np.argsort(frequency, kind="stable")
+    frequency, modes = frequency[order], modes[:, order]
+    modes = modes * (np.where(modes[0] < 0.0, -1.0, 1.0) / np.sqrt(mass @ modes**2))
 
     damping_ratio = gamma * frequency
     shape = np.zeros((count, count, 2))
@@ -119,7 +128,7 @@ def _proportional(oscillator: Oscillator, gamma: float) -> ModalModel:
     )
 
 
-def _assemble(oscillator: Oscillator, blocks: LinkBlocks) -> ModalModel:
+def _assemble(oscillator: Oscillator, blocks: Blocks) -> ModalModel:
     """Turn blocks in link elongations into displacements, and fix order, length and sign of every block."""
     count = oscillator.size
     frequency = np.sqrt(blocks.frequency_squared)

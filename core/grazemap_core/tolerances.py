@@ -26,6 +26,9 @@ MODAL_REFINEMENT_STEPS: Final = 6
 MODAL_REFINEMENT_GOAL: Final = 4.0 * EPSILON
 """Relative residual of the decomposition at which another Newton step would only move roundings about."""
 
+MODAL_REFINEMENT_REACH: Final = 0.1
+"""Largest relative correction from which Newton's method on the decomposition is trusted to converge."""
+
 UNDAMPED_RATIO: Final = 8.0 * EPSILON
 """A block of a chain with a list of dampings is undamped when decay/frequency is at most this.
 
@@ -86,7 +89,7 @@ STEADY_ACCURACY: Final = EPSILON / 16.0
 """Error left in x_1, relative to x_1, at which refinement stops: invisible once x_1 is rounded to a double."""
 
 STEADY_DIVERGED: Final = 1.0e-13
-"""Last correction relative to the solution above which refinement has not converged: a resonance without damping."""
+"""Error left, relative to the solution, above which refinement has not converged: a resonance without damping."""
 
 # --- impulse response, periodic sums and their zeros --------------------------------------------------------------
 

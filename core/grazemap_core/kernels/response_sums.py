@@ -115,10 +115,13 @@ def response_at(
         r, s = -frequency_squared[j] * s, r - 2.0 * decay[j] * s
         total += p * value[j] + q * slope[j]
         derivative += r * value[j] + s * slope[j]
-        rate = abs(r * value[j]) + abs(s * slope[j])
-        derivative_terms += rate
         # a block's amplitude, not its value: one that passes through zero is no smaller for that
-        terms += abs(p * value[j]) + abs(q * slope[j]) + rate / math.sqrt(frequency_squared[j])
+        size = abs(p * value[j]) + abs(q * slope[j])
+        rate = abs(r * value[j]) + abs(s * slope[j])
+        frequency = math.sqrt(frequency_squared[j])
+        terms += size + rate / frequency
+        split = math.sqrt(max(-discriminant[j], 0.0))
+        derivative_terms += rate + size * (frequency if split == 0.0 else frequency_squared[j] / (decay[j] + split))
     return total, derivative, terms, derivative_terms
 
 

@@ -48,9 +48,10 @@ def _polish(
     left: float,
     right: float,
     left_value: float,
-) -> float:
-    """Return the zero between `left` and `right`: Newton's method, kept inside the bracket by bisection."""
+) -> tuple[float, float]:
+    """Return the zero between `left` and `right` and the slope there: Newton's method, kept inside by bisection."""
     point = 0.5 * (left + right)
+    derivative = 0.0
     for _ in range(_POLISHING_STEPS):
         function, derivative, _, _ = response_at(
             kind, decay, discriminant, frequency_squared, value, slope, shift, point
@@ -68,7 +69,7 @@ def _polish(
             point = following
             break
         point = following
-    return point
+    return point, derivative
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,6 +115,7 @@ def isolate(
     found = 0
     status = COMPLETE
     cells = 0
+    previous_at_end = False
     while top > 0:
         cells += 1
         if cells > MAX_CELLS:
@@ -131,30 +133,28 @@ def isolate(
         if abs(function) > error + radius * (abs(derivative) + 0.5 * radius * bound):
             continue
 
+        at_end = False
         if abs(derivative) > radius * bound + noise * (derivative_terms + middle * bound):
             what = SIMPLE
-            steepness = abs(derivative) - radius * bound
             zero, uncertainty, values = math.nan, 0.0, (0.0, 0.0)
-            undecided = False
             for side in range(2):
                 end = right if side == 1 else left
                 end_value, end_slope, end_terms, end_slope_terms = response_at(
                     kind, decay, discriminant, frequency_squared, value, slope, shift, end
                 )
-                # the steepness is scaled for the middle, the end value for the end
                 end_error = noise * (end_terms + end * end_slope_terms)
                 values = (values[1], end_value)
-                if abs(end_value) <= end_error and not undecided:
-                    undecided = True
+                if abs(end_value) <= end_error and not at_end:
+                    at_end = True
                     zero = end - end_value / end_slope
                     uncertainty = end_error / abs(end_slope)
-            if not undecided:
+            if not at_end:
                 if (values[0] > 0.0) == (values[1] > 0.0):
                     continue
-                zero = _polish(
+                zero, steepness = _polish(
                     kind, decay, discriminant, frequency_squared, value, slope, shift, left, right, values[0]
                 )
-                uncertainty = error * math.exp(abs(shift) * radius) / steepness
+                uncertainty = min(2.0 * radius, error * math.exp(shift * (zero - middle)) / abs(steepness))
         elif right - left <= NEAR_DOUBLE_WIDTH * middle:
             zero, uncertainty, what = middle, 0.5 * (right - left), NEAR_DOUBLE
         else:
@@ -163,10 +163,13 @@ def isolate(
             top += 2
             continue
 
-        if found > 0 and zero - uncertainty <= zeros[found - 1, 0] + 2.0 * zeros[found - 1, 1]:
-            # the same zero seen from the cell before: a simple one at the common end, or an undecided stretch
+        overlaps = found > 0 and zero - uncertainty <= zeros[found - 1, 0] + 2.0 * zeros[found - 1, 1]
+        double = what == NEAR_DOUBLE or (found > 0 and kinds[found - 1] == NEAR_DOUBLE)
+        if overlaps and (double or at_end or previous_at_end):
+            # the same zero as in the cell before: a simple one at the common end, or an undecided stretch goes on;
+            # two zeros that were each bracketed are two, however close
             before = zeros[found - 1]
-            if what == NEAR_DOUBLE or kinds[found - 1] == NEAR_DOUBLE:
+            if double:
                 lowest = before[0] - before[1]
                 highest = zero + uncertainty
                 before[0], before[1] = 0.5 * (lowest + highest), 0.5 * (highest - lowest)
@@ -178,4 +181,5 @@ def isolate(
         zeros[found, 0], zeros[found, 1] = zero, uncertainty
         kinds[found] = what
         found += 1
+        previous_at_end = at_end
     return zeros[:found].copy(), kinds[:found].copy(), status

@@ -201,24 +201,31 @@ def steady_amplitudes(
 
         largest_step = 0.0
         largest = 0.0
+        remaining = 0.0
         for refinement in range(STEADY_REFINEMENT_STEPS + 1):
+            previous_step = largest_step
             largest = 0.0
             largest_step = 0.0
+            finite = True
             for i in range(count):
+                finite = finite and np.isfinite(step[i].real) and np.isfinite(step[i].imag)
                 high[i, 0], low[i, 0] = dd_add(high[i, 0], low[i, 0], step[i].real, 0.0)
                 high[i, 1], low[i, 1] = dd_add(high[i, 1], low[i, 1], step[i].imag, 0.0)
                 largest = max(largest, abs(high[i, 0]) + abs(high[i, 1]))
                 largest_step = max(largest_step, abs(step[i].real) + abs(step[i].imag))
+            if not finite:
+                remaining = np.inf
+                break
+            if largest == 0.0:  # no forcing
+                break
             # the next step would be smaller than this one by the same factor as this one was
+            remaining = largest if refinement == 0 else largest_step * (largest_step / previous_step)
             first = abs(high[0, 0]) + abs(high[0, 1])
-            if refinement > 0 and (
-                largest_step * (largest_step / largest) <= STEADY_ACCURACY * first
-                or largest_step <= STEADY_ACCURACY * STEADY_ACCURACY * largest
-            ):
+            if remaining <= STEADY_ACCURACY * max(first, STEADY_ACCURACY * largest):
                 break
             residual(masses, stiffnesses, link_damping, forcing, frequency, high, low, step)
             solve(lower, diagonal, upper, second, swapped, step)
-        if not largest_step <= STEADY_DIVERGED * largest:
+        if not remaining <= STEADY_DIVERGED * largest:
             status[point] = RESONANT
             continue
         for i in range(count):

@@ -1,0 +1,85 @@
+"""The oscillator checks what it is given, and one system is one system in any units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from grazemap_core.codim2 import codimension_two_points
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing import grazing_curve
+from grazemap_core.oscillator import Oscillator
+
+DEFAULT = {
+    "masses": [1.0, 10.0, 10.0],
+    "stiffnesses": [1.0, 5.0, 5.0],
+    "damping": 0.05,
+    "forcing": [1.0, 0.0, 0.0],
+    "restitution": 0.8,
+}
+
+
+def test_the_matrices_are_those_of_equation_3():
+    oscillator = Oscillator.create(**DEFAULT)
+    assert np.array_equal(oscillator.stiffness_matrix, [[1, -1, 0], [-1, 6, -5], [0, -5, 10]])
+    assert np.array_equal(oscillator.mass_matrix, np.diag([1, 10, 10]))
+    assert np.allclose(oscillator.damping_matrix, 2 * 0.05 * oscillator.stiffness_matrix, rtol=1e-16)
+
+
+def test_a_list_of_dampings_is_zeta_without_units_and_c_in_si():
+    assert np.array_equal(Oscillator.create(**DEFAULT | {"damping": [0.1, 0.2, 0.3]}).link_damping, [0.2, 0.4, 0.6])
+    assert np.array_equal(
+        Oscillator.create(**DEFAULT | {"damping": [0.1, 0.2, 0.3]}, units="SI").link_damping, [0.1, 0.2, 0.3]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("masses", {"masses": []}),
+        ("masses", {"masses": [1.0, 0.0, 1.0]}),
+        ("masses", {"masses": [1.0, math.inf, 1.0]}),
+        ("stiffnesses", {"stiffnesses": [1.0, 5.0]}),
+        ("stiffnesses", {"stiffnesses": [1.0, -5.0, 5.0]}),
+        ("damping", {"damping": -0.1}),
+        ("damping", {"damping": math.nan}),
+        ("damping", {"damping": [0.1, 0.1]}),
+        ("damping", {"damping": [0.1, -0.1, 0.1]}),
+        ("forcing", {"forcing": [1.0, math.nan, 0.0]}),
+        ("restitution", {"restitution": 1.5}),
+        ("restitution", {"restitution": math.nan}),
+        ("units", {"units": "imperial"}),
+    ],
+)
+def test_bad_numbers_are_refused_by_name(name, change):
+    with pytest.raises(ParameterError) as refusal:
+        Oscillator.create(**DEFAULT | change)
+    assert refusal.value.name == name
+
+
+@pytest.mark.parametrize("per_link", [False, True])
+def test_si_and_nondimensional_descriptions_agree(per_link):
+    mass, stiffness, force = 0.37, 812.0, 2.3
+    rate = math.sqrt(stiffness / mass)
+    zeta = [0.05, 0.08, 0.02]
+    plain = Oscillator.create(**DEFAULT | ({"damping": zeta} if per_link else {}))
+    si = Oscillator.create(
+        [mass * m for m in DEFAULT["masses"]],
+        [stiffness * k for k in DEFAULT["stiffnesses"]],
+        [2 * z * math.sqrt(stiffness * mass) for z in zeta] if per_link else 0.05 / rate,
+        [force, 0.0, 0.0],
+        0.8,
+        units="SI",
+    )
+    omega = np.linspace(0.05, 2.5, 200)
+    ours, theirs = grazing_curve(plain, omega), grazing_curve(si, omega * rate)
+    assert np.max(np.abs(theirs.clearance * stiffness / force / ours.clearance - 1.0)) < 1e-13
+    assert np.array_equal(ours.first_recurrence, theirs.first_recurrence)
+    here = codimension_two_points(plain, 0.1, 2.0)
+    there = codimension_two_points(si, 0.1 * rate, 2.0 * rate)
+    assert [(p.kind, p.order, p.multiple, p.bifurcation) for p in here] == [
+        (p.kind, p.order, p.multiple, p.bifurcation) for p in there
+    ]
+    assert max(abs(q.omega / rate / p.omega - 1.0) for p, q in zip(here, there, strict=True)) < 1e-13
