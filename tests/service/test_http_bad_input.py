@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from typing import Any
 
 import pytest
@@ -200,9 +201,19 @@ def test_addresses_that_are_none_are_problems(
 
 
 def test_every_error_of_a_request_is_listed_up_to_a_number(client: TestClient) -> None:
-    answer = client.post("/v1/grazing-curves", json={"omega": [-1.0] * 1000, "max_order": 0})
+    answer = client.post("/v1/grazing-curves", json={f"field_{number}": 0 for number in range(100)})
     assert answer.status_code == 422
     assert len(answer.json()["errors"]) == 20
+
+
+@pytest.mark.parametrize("item", ["-1", '""', "[]", "NaN"])
+def test_a_body_full_of_errors_is_refused_at_once(client: TestClient, item: str) -> None:
+    body = f'{{"omega": [{", ".join([item] * 200_000)}]}}'
+    began = time.process_time()
+    answer = client.post("/v1/grazing-curves", content=body, headers=JSON)
+    assert time.process_time() - began < 0.5
+    assert answer.status_code == 422
+    assert [error["pointer"] for error in answer.json()["errors"]] == ["/omega/0"]
 
 
 def test_an_exception_is_a_problem_without_internals(

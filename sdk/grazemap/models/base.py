@@ -45,6 +45,7 @@ def _as_list(value: Any) -> Any:
 
 # Last in an Annotated: bounds written after it would not get into the JSON schema.
 Listable = BeforeValidator(_as_list)
+# Lists of these fail fast: naming each of a million wrong numbers would take seconds.
 Float = Annotated[float, Listable]
 Positive = Annotated[float, Field(gt=0), Listable]
 NonNegative = Annotated[float, Field(ge=0), Listable]

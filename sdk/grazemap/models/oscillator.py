@@ -15,7 +15,7 @@ def _damping_tag(value: Any) -> str:
 
 Damping = Annotated[
     Annotated[NonNegative, Tag("[proportional]")]
-    | Annotated[list[NonNegative], Field(min_length=1), Listable, Tag("[per link]")],
+    | Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable, Tag("[per link]")],
     Discriminator(_damping_tag),
 ]
 
@@ -43,10 +43,10 @@ class Oscillator(Request):
     """
 
     units: Literal["nondimensional", "SI"] = "nondimensional"
-    masses: Annotated[list[Positive], Field(min_length=1), Listable] = [1.0, 10.0, 10.0]
-    stiffnesses: Annotated[list[Positive], Field(min_length=1), Listable] = [1.0, 5.0, 5.0]
+    masses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 10.0, 10.0]
+    stiffnesses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 5.0, 5.0]
     damping: Damping = 0.05
-    forcing: Annotated[list[Float], Field(min_length=1), Listable] = [1.0, 0.0, 0.0]
+    forcing: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] = [1.0, 0.0, 0.0]
     restitution: Annotated[float, Field(ge=0, le=1), Listable] = 0.8
 
     @model_validator(mode="after")

@@ -45,7 +45,9 @@ def _grid_tag(value: Any) -> str | None:
 
 Grid = Annotated[
     Annotated[Range, Tag("[range]")]
-    | Annotated[list[Positive], Field(min_length=2), Listable, AfterValidator(_increasing), Tag("[list]")],
+    | Annotated[
+        list[Positive], Field(min_length=2, fail_fast=True), Listable, AfterValidator(_increasing), Tag("[list]")
+    ],
     Discriminator(
         _grid_tag,
         custom_error_type="not_allowed",

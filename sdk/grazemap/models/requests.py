@@ -43,8 +43,8 @@ class CodimensionTwoPointsRequest(ProcessRequest):
 class InitialState(Request):
     """Where a trajectory starts; left out: at rest in the middle, forcing phase 0."""
 
-    displacement: Annotated[list[Float], Listable] | None = None
-    velocity: Annotated[list[Float], Listable] | None = None
+    displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
     phase: Float = 0.0
 
 
