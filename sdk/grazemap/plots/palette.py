@@ -1,7 +1,7 @@
 """The colours of motions: a function of the label alone, so that a motion looks the same in every picture.
 
-The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it in the least
-favourable of three views: normal, protan and deutan vision. Motions beside them get a colour computed from their
+The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it (the greys and
+the ground included) in the least favourable of three views: normal, protan and deutan vision. Motions beside them get a colour computed from their
 label; those cover small regions, and the picture names them.
 """
 
@@ -20,32 +20,32 @@ _BY_KIND = {"unresolved": UNRESOLVED, "chaotic": CHAOTIC, "quasi-periodic": QUAS
 # (period, impacts_right, impacts_left)
 NAMED: dict[tuple[int, int, int], str] = {
     (1, -1, -1): "#F7F3E3",
-    (1, 1, -1): "#F0695A",
-    (1, -1, 1): "#A54B78",
+    (1, 1, -1): "#E15A5A",
+    (1, -1, 1): "#87003C",
     (1, 1, 1): "#88CCEE",
     (1, 2, 2): "#B496F0",
     (1, 3, 3): "#E1F069",
-    (1, 4, 4): "#006900",
-    (1, 5, 5): "#692DB4",
-    (1, 6, 6): "#C3A500",
-    (1, 1, 2): "#0FD296",
-    (1, 2, 1): "#96D21E",
-    (1, 2, 3): "#1E87FF",
-    (1, 3, 2): "#6969B4",
-    (1, 3, 4): "#4BF0FF",
-    (1, 4, 3): "#0096C3",
-    (2, 1, 1): "#5A2D3C",
-    (2, 3, 3): "#F0A578",
-    (2, 5, 5): "#C31E2D",
-    (3, 1, 1): "#874BD2",
-    (3, 2, 2): "#3CC3C3",
-    (3, 4, 4): "#699600",
-    (3, 5, 5): "#967896",
-    (3, 7, 7): "#A5E196",
-    (3, 8, 8): "#1E1E78",
-    (3, 10, 10): "#004B78",
-    (3, 13, 13): "#5A004B",
-    (5, 8, 8): "#3C2D00",
+    (1, 4, 4): "#2D8700",
+    (1, 5, 5): "#3C0096",
+    (1, 6, 6): "#D2872D",
+    (1, 1, 2): "#00D287",
+    (1, 2, 1): "#96E178",
+    (1, 2, 3): "#0F69E1",
+    (1, 3, 2): "#5A87FF",
+    (1, 3, 4): "#69005A",
+    (1, 4, 3): "#A53CA5",
+    (2, 1, 1): "#693C78",
+    (2, 3, 3): "#FF9600",
+    (2, 5, 5): "#B40F4B",
+    (3, 1, 1): "#C369C3",
+    (3, 2, 2): "#4BFFA5",
+    (3, 4, 4): "#5A5A00",
+    (3, 5, 5): "#FFA5C3",
+    (3, 7, 7): "#FFC300",
+    (3, 8, 8): "#004B00",
+    (3, 10, 10): "#FF78C3",
+    (3, 13, 13): "#5A2DB4",
+    (5, 8, 8): "#69B496",
 }
 
 _GOLDEN = (math.sqrt(5) - 1) / 2

@@ -1,0 +1,120 @@
+"""The command line: files that come out, exit codes, plain words on stderr."""
+
+import io
+import json
+
+import pytest
+from sdk_documents import REQUESTS, npz
+from sdk_fake_service import FakeService, served
+
+import grazemap
+from grazemap import cli, constants
+
+
+@pytest.fixture
+def url(service: FakeService):
+    with served(service) as address:
+        yield address
+
+
+@pytest.fixture
+def request_file(tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(REQUESTS["unfolding-maps"]))
+    return str(path)
+
+
+@pytest.mark.parametrize("name", ["map.npz", "map.json", "map.png", "map.svg"])
+def test_run_writes_what_the_ending_says(url, request_file, tmp_path, capsys, name):
+    output = tmp_path / name
+    assert cli.main(["run", "unfolding-maps", "--json", request_file, "-o", str(output), "--url", url]) == 0
+    assert output.stat().st_size > 500
+    captured = capsys.readouterr()
+    assert captured.out.strip() == str(output)
+    assert "2/2" in captured.err
+    if output.suffix in (".npz", ".json"):
+        assert grazemap.load(output).kind.shape == (2, 3)
+
+
+def test_run_reads_standard_input_and_the_environment(url, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("GRAZEMAP_URL", url)
+    monkeypatch.setattr("sys.stdin", io.StringIO(json.dumps(REQUESTS["grazing-curves"])))
+    assert cli.main(["run", "grazing-curves", "--json", "-", "-o", str(tmp_path / "c.npz"), "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("body", "output", "said"),
+    [
+        ('{"omega": {"start": 2, "stop": 1, "points": 5}}', "c.npz", "/omega"),
+        ('{"omega": 1', "c.npz", "not JSON"),
+        ("[1]", "c.npz", "not a JSON object"),
+        ('{"omega": [1, 2]}', "c.csv", "must end in"),
+    ],
+)
+def test_what_is_invalid_gives_2_and_sends_nothing(url, service, tmp_path, capsys, body, output, said):
+    source = tmp_path / "request.json"
+    source.write_text(body)
+    arguments = ["run", "grazing-curves", "--json", str(source), "-o", str(tmp_path / output), "--url", url]
+    assert cli.main(arguments) == 2
+    assert said in capsys.readouterr().err
+    assert service.requests == []
+
+
+def test_a_failed_job_gives_1_with_its_reason(url, service, request_file, tmp_path, capsys):
+    service.ending = "failed"
+    arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / "m.npz"), "--url", url]
+    assert cli.main(arguments) == 1
+    assert "tile 3" in capsys.readouterr().err
+    assert not (tmp_path / "m.npz").exists()
+
+
+@pytest.mark.parametrize("arguments", [[], ["fly"], ["run", "no-such-process"], ["up", "--workers", "0"]])
+def test_a_wrong_command_gives_2(arguments, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(arguments)
+    assert caught.value.code == 2
+    assert "usage:" in capsys.readouterr().err
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"grazemap {grazemap.__version__}\n"
+
+
+def test_status_shows_the_service_and_its_jobs(url, capsys):
+    with grazemap.Client(url) as client:
+        client.submit("grazing-curves", REQUESTS["grazing-curves"])
+    assert cli.main(["status", "--url", url]) == 0
+    written = capsys.readouterr().out
+    assert "version" in written
+    assert "grazing-curves" in written
+
+
+def test_status_without_a_service_gives_1(monkeypatch, capsys):
+    monkeypatch.setattr(constants, "BACKOFF_START", 0.001)
+    assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 1
+    assert "no answer from the service" in capsys.readouterr().err
+
+
+def test_a_bad_address_gives_2(capsys):
+    assert cli.main(["status", "--url", "localhost"]) == 2
+    assert "http://" in capsys.readouterr().err
+
+
+def test_plot_draws_beside_the_result(tmp_path, capsys):
+    result = tmp_path / "map.npz"
+    result.write_bytes(npz("unfolding-maps"))
+    assert cli.main(["plot", str(result)]) == 0
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    assert cli.main(["plot", str(result), "-o", str(tmp_path / "map.csv")]) == 2
+    assert cli.main(["plot", str(tmp_path / "none.npz")]) == 1
+
+
+def test_plot_of_something_else_gives_1(tmp_path, capsys):
+    path = tmp_path / "text.npz"
+    path.write_text("hello")
+    assert cli.main(["plot", str(path)]) == 1
+    assert "not a grazemap result" in capsys.readouterr().err

@@ -1,0 +1,111 @@
+"""`local()` as a parent: what it says when the stack starts, does not, or is not installed. The stack is a stand-in."""
+
+import importlib.util
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+import grazemap
+from grazemap import embedded
+from grazemap.errors import MissingExtra, StackError
+
+READY = 'import sys; print(\'{"url": "http://127.0.0.1:9", "pid": 1}\', flush=True); sys.stdin.read(); import time; '
+
+
+@pytest.fixture
+def stack(monkeypatch, tmp_path):
+    """Gives `stack(code)`: from then on the stack is that piece of Python."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+    def planted(code: str) -> None:
+        monkeypatch.setattr(embedded, "stack_command", lambda *options: [sys.executable, "-c", code, *options])
+
+    return planted
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_a_block_has_a_client_and_leaves_nothing(stack, tmp_path):
+    stack(READY + "time.sleep(60)")
+    with grazemap.local(workers=2) as client:
+        assert client.base_url == "http://127.0.0.1:9"
+        pid = client._stack._process.pid
+        assert alive(pid)
+        assert client._stack._process.args[-5:-1] == ["--die-with-parent", "--workers", "2", "--data"]
+    assert not alive(pid)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_closing_twice_is_harmless(stack):
+    stack(READY + "time.sleep(60)")
+    client = grazemap.local()
+    client.close()
+    client.close()
+
+
+def test_a_given_data_folder_stays(stack, tmp_path):
+    data = tmp_path / "kept"
+    stack("import os, sys; os.makedirs(sys.argv[-1]);" + READY + "time.sleep(60)")
+    with grazemap.local(data=data):
+        pass
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+
+
+def test_a_stack_that_dies_is_told_with_the_end_of_its_log(stack, tmp_path):
+    stack("import sys; print('\\n'.join(f'line {i}' for i in range(99)), file=sys.stderr); sys.exit('no redis-server')")
+    with pytest.raises(StackError, match="exit code 1") as caught:
+        grazemap.local()
+    assert str(caught.value).endswith("no redis-server")
+    assert "line 98" in str(caught.value)
+    assert "line 1\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stack_that_is_never_ready_is_stopped(stack, tmp_path):
+    stack("import time; time.sleep(60)")
+    started = time.monotonic()
+    with pytest.raises(StackError, match="not ready after"):
+        embedded.Stack(timeout=0.3)
+    assert time.monotonic() - started < 5
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("line", ["hello", "[]", '{"pid": 1}'])
+def test_a_stack_that_talks_nonsense_is_told(stack, line):
+    stack(f"print({line!r}, flush=True); import time; time.sleep(60)")
+    with pytest.raises(StackError, match="did not say where it is"):
+        grazemap.local()
+
+
+def test_a_stack_that_ignores_a_polite_stop_is_killed(stack, monkeypatch):
+    monkeypatch.setattr("grazemap.constants.LOCAL_STOP_TIMEOUT", 0.3)
+    stack("import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN);" + READY + "time.sleep(60)")
+    client = grazemap.local()
+    pid = client._stack._process.pid
+    client.close()
+    assert not alive(pid)
+
+
+def test_without_the_server_parts_it_says_what_to_install(monkeypatch):
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "rq" else found(name))
+    with pytest.raises(MissingExtra, match=r'pip install "grazemap\[server\]"') as caught:
+        grazemap.local()
+    assert isinstance(caught.value, ImportError)
+
+
+def test_the_data_folder_may_be_a_path_or_a_text(stack, tmp_path):
+    stack("import pathlib, sys; pathlib.Path(sys.argv[-1]).mkdir();" + READY + "time.sleep(60)")
+    for data in (tmp_path / "a", str(tmp_path / "b")):
+        with grazemap.local(data=data):
+            assert Path(data).is_dir()

@@ -1,0 +1,158 @@
+"""Pictures: the right things on them, colours that mean the same everywhere, no state behind the caller's back."""
+
+import itertools
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from sdk_documents import REQUESTS, npz
+
+from grazemap.plots import palette, save_picture
+from grazemap.plots.axes import new_figure
+from grazemap.plots.trajectory import with_impacts
+from grazemap.plots.unfolding import largest_square
+from grazemap.results import MotionShare, decode_result
+
+
+def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:
+    return MotionShare("", "periodic", period, right, left, pixels, 0.0)
+
+
+def legend(ax) -> list[str]:
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize("process", list(REQUESTS))
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_every_result_is_drawn(process, ending, tmp_path):
+    path = tmp_path / f"picture.{ending}"
+    save_picture(decode_result(npz(process)), path)
+    assert path.read_bytes().startswith(b"\x89PNG" if ending == "png" else b"<?xml")
+
+
+def test_the_map_has_regions_curve_points_and_shares():
+    umap, curve = decode_result(npz("unfolding-maps")), decode_result(npz("grazing-curves"))
+    ax = umap.plot(curve=curve, points=decode_result(npz("codimension-two-points")))
+    entries = legend(ax)
+    assert entries[:4] == [
+        "1-$(-1)_r$-$(-1)_l$ (16.7%)",
+        "1-$2_r$-$2_l$ (50.0%)",
+        "3-$4_r$-$4_l$ (16.7%)",
+        "unresolved (16.7%)",
+    ]
+    assert any("grazing curve" in entry for entry in entries)
+    # the axes end with the map's cells, and points beyond them get no entry
+    assert ax.get_xlim() == pytest.approx((0.175, 0.325))
+    assert ax.get_ylim() == pytest.approx((1.45, 1.65))
+    assert not any("recurrence" in entry for entry in entries)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$", "clearance $b$")
+
+
+def test_small_motions_are_drawn_together_and_counted():
+    entries = legend(decode_result(npz("unfolding-maps")).plot(motions=1))
+    assert entries == ["1-$2_r$-$2_l$ (50.0%)", "unresolved (16.7%)", "2 other motions (33.3%)"]
+
+
+def test_points_are_told_apart_by_kind():
+    entries = legend(decode_result(npz("codimension-two-points")).plot())
+    assert entries == ["resonant, saddle-node (SN), one-sided", "recurrence of order 2"]
+
+
+def test_units_are_in_the_labels():
+    result = decode_result(npz("grazing-curves"))
+    result.meta["request"]["oscillator"]["units"] = "SI"
+    ax = result.plot()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$ (rad/s)", "clearance $b$ (m)")
+
+
+def test_a_picture_goes_onto_the_axes_it_is_given():
+    figure = new_figure(4, 3)
+    ax = figure.add_subplot()
+    assert decode_result(npz("grazing-curves")).plot(ax) is ax
+
+
+def test_an_impact_is_a_jump_between_its_two_velocities():
+    time, displacement, velocity = with_impacts(decode_result(npz("trajectories")), 1)
+    assert (np.diff(time) >= 0).all()
+    assert displacement[time == 5.0].tolist() == [1.6, 1.6]
+    assert velocity[time == 5.0].tolist() == [0.5, -0.8 * 0.5]
+    # the sample at the very moment of an impact comes after it
+    assert velocity[time == 20.0].tolist() == [-0.25, 0.2, 1.0]
+
+
+def test_there_is_no_mass_beyond_the_last():
+    with pytest.raises(ValueError, match="1 to 3"):
+        decode_result(npz("trajectories")).plot(mass=4)
+
+
+def test_no_pyplot_state_is_made():
+    code = (
+        "import sys; from grazemap.plots.axes import axes_or_new; ax = axes_or_new(None);"
+        "ax.figure.savefig('/dev/null', format='png'); print('matplotlib.pyplot' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_a_colour_depends_on_the_label_alone():
+    for key in [(1, 1, 1), (7, 25, 25), (11, 40, 38)]:
+        assert palette.motion_colour(motion(*key, pixels=3)) == palette.motion_colour(motion(*key, pixels=9000))
+
+
+def test_computed_colours_tell_neighbours_apart():
+    for period, right, left in itertools.product(range(1, 12), range(-1, 20), range(-1, 20)):
+        colour = palette.motion_colour(motion(period, right, left))
+        assert len(colour) == 7
+        assert int(colour[1:], 16) >= 0
+        for neighbour in ((period, right + 1, left + 1), (period, right + 1, left), (period + 1, right, left)):
+            assert palette.motion_colour(motion(*neighbour)) != colour
+
+
+def test_named_colours_stay_apart_for_every_kind_of_colour_vision():
+    # The matrices are those of Machado, Oliveira and Fernandes (2009) for severity 1; distances in OKLab.
+    protan = [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+    deutan = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+    greys = [palette.UNRESOLVED, palette.OTHER, palette.CHAOTIC, palette.QUASI_PERIODIC]
+    colours = [*palette.NAMED.values(), *greys]
+    linear = np.array([[_linear(int(c[i : i + 2], 16) / 255) for i in (1, 3, 5)] for c in colours])
+    for view, least in ((np.eye(3), 0.08), (np.array(protan), 0.055), (np.array(deutan), 0.055)):
+        seen = _oklab(np.clip(linear @ view.T, 0, None))
+        distances = np.linalg.norm(seen[:, None] - seen[None], axis=-1)[np.triu_indices(len(colours), 1)]
+        assert distances.min() > least
+
+
+def _linear(value: float) -> float:
+    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+
+
+def _oklab(linear: np.ndarray) -> np.ndarray:
+    cones = np.array(
+        [
+            [0.4122214708, 0.5363325363, 0.0514459929],
+            [0.2119034982, 0.6806995451, 0.1073969566],
+            [0.0883024619, 0.2817188376, 0.6299787005],
+        ]
+    )
+    lab = np.array(
+        [
+            [0.2104542553, 0.7936177850, -0.0040720468],
+            [1.9779984951, -2.4285922050, 0.4505937099],
+            [0.0259040371, 0.7827717662, -0.8086757660],
+        ]
+    )
+    return np.cbrt(linear @ cones.T) @ lab.T
+
+
+@pytest.mark.parametrize(("rows", "columns", "expected"), [((2, 7), (3, 9), (4, 6, 5)), ((0, 1), (0, 1), (0, 0, 1))])
+def test_the_largest_square_of_a_rectangle(rows, columns, expected):
+    mask = np.zeros((12, 12), dtype=bool)
+    mask[slice(*rows), slice(*columns)] = True
+    row, column, side = largest_square(mask)
+    assert side == expected[2]
+    assert mask[row, column]
+    assert abs(row - expected[0]) <= 1
+
+
+def test_an_empty_region_has_no_square():
+    assert largest_square(np.zeros((3, 3), dtype=bool))[2] == 0
