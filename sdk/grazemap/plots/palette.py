@@ -1,8 +1,8 @@
 """The colours of motions: a function of the label alone, so that a motion looks the same in every picture.
 
 The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it (the greys and
-the ground included) in the least favourable of three views: normal, protan and deutan vision. Motions beside them get a colour computed from their
-label; those cover small regions, and the picture names them.
+the ground included) in the least favourable of three views: normal, protan and deutan vision. Other motions get a
+colour computed from their label; those cover small regions, and where there is room the picture names them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _BY_KIND = {"unresolved": UNRESOLVED, "chaotic": CHAOTIC, "quasi-periodic": QUAS
 
 # (period, impacts_right, impacts_left)
 NAMED: dict[tuple[int, int, int], str] = {
-    (1, -1, -1): "#F7F3E3",
+    (1, -1, -1): "#FFFBEA",
     (1, 1, -1): "#E15A5A",
     (1, -1, 1): "#87003C",
     (1, 1, 1): "#88CCEE",
@@ -48,7 +48,9 @@ NAMED: dict[tuple[int, int, int], str] = {
     (5, 8, 8): "#69B496",
 }
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
+# Powers of the positive root of x^4 = x + 1: the steps whose sums fill the circle most evenly (Roberts, 2018).
+_HUE_STEPS = (0.5497004779, 0.8191725134, 0.6710436067)
+_CHROMA = 0.09
 _LIGHTNESS = (0.72, 0.48, 0.83, 0.60)
 
 
@@ -69,16 +71,11 @@ def motion_text(motion: MotionShare) -> str:
 
 
 def _computed(period: int, right: int, left: int) -> str:
-    """Return a colour of medium chroma whose hue turns by the golden ratio with the label's place in a list of all."""
-    place = _pair(period - 1, _pair(right + 1, left + 1))
-    hue = 2 * math.pi * ((place * _GOLDEN) % 1.0)
-    lightness, chroma = _LIGHTNESS[place % len(_LIGHTNESS)], 0.09
-    return _srgb(lightness, chroma * math.cos(hue), chroma * math.sin(hue))
-
-
-def _pair(a: int, b: int) -> int:
-    """Return Cantor's number of a pair of whole numbers >= 0."""
-    return (a + b) * (a + b + 1) // 2 + b
+    """Return a colour of medium chroma, its hue and lightness turned on by every count of the label."""
+    turns = sum(step * count for step, count in zip(_HUE_STEPS, (period, right, left), strict=True))
+    hue = 2 * math.pi * (turns % 1.0)
+    lightness = _LIGHTNESS[(period + right + 2 * left) % len(_LIGHTNESS)]
+    return _srgb(lightness, _CHROMA * math.cos(hue), _CHROMA * math.sin(hue))
 
 
 def _srgb(lightness: float, a: float, b: float) -> str:
