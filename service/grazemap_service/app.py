@@ -54,7 +54,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     """
     settings = settings or Settings()
     connection = connect(settings.redis_url)
-    store = Store(connection, settings.result_bytes)
+    store = Store(connection)
     context = Context(settings, core_version(), store, Metrics(store), HotResults(settings.hot_bytes))
 
     @asynccontextmanager

@@ -31,7 +31,7 @@ class Context:
     hot: HotResults
 
 
-def get_context(request: Request) -> Context:
+async def get_context(request: Request) -> Context:
     """Return the context of the app that serves a request."""
     context: Context = request.app.state.context
     return context

@@ -21,6 +21,8 @@ from grazemap_service.problems import ProblemException, response_of
 HEADER = "X-Request-Id"
 _HARMLESS = re.compile(r"[A-Za-z0-9._-]{1,64}")
 _METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"})
+# What nginx calls it when the client left before the answer.
+_CLIENT_LEFT = 499
 _QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
 
 
@@ -58,7 +60,7 @@ class Observe:
                 raise  # the answer has begun: only breaking the connection tells the client
             await response_of(ProblemException("internal-error"))(scope, receive, labelled)
         finally:
-            self._record(scope, status, time.perf_counter() - began)
+            self._record(scope, status or _CLIENT_LEFT, time.perf_counter() - began)
 
     def _record(self, scope: Scope, status: int, seconds: float) -> None:
         method = scope["method"] if scope["method"] in _METHODS else "other"

@@ -46,7 +46,6 @@ class Settings(BaseSettings):
     max_pending_tiles: Annotated[int, Field(gt=0, description="Unfinished tiles of all jobs together.")] = 100_000
     max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
 
-    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
     hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's own copies of results.")] = 64 << 20
     poll_seconds: Annotated[float, Field(gt=0, description="How often a waiting answer looks at the store.")] = 0.1
     log_level: str = "INFO"

@@ -153,6 +153,18 @@ def test_it_starts_soon_on_an_inherited_socket_and_stops_in_order(redis_server: 
                 assert {"listening", "Application startup complete."} <= {line["event"] for line in lines}
 
 
+def test_starting_is_cheap(redis_server: RedisServer) -> None:
+    """Processor time until the first answer, so that a busy machine does not decide; imports are what it is made of."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        environment = {"GRAZEMAP_FD": str(listener.fileno()), "GRAZEMAP_REDIS_URL": redis_server.url}
+        with process(environment, pass_fds=[listener.fileno()]) as started:
+            wait_for(f"http://127.0.0.1:{listener.getsockname()[1]}/healthz", started)
+            started.terminate()
+            _, status, usage = os.wait4(started.pid, 0)
+            started.returncode = os.waitstatus_to_exitcode(status)
+    assert usage.ru_utime + usage.ru_stime < 1.5
+
+
 @pytest.mark.parametrize(
     ("environment", "message"),
     [
