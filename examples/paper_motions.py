@@ -162,8 +162,8 @@ SEQUENCE_HEAD = """| from | to | points | motion | turns at A |
 |---|---|---|---|---|"""
 
 REASONS: dict[str | tuple[float, str], str] = {
-    "b": "No motion that only touches was found. Between regions a and c, trajectories from rest settle to motions with "
-    "few impacts in several periods, or to none within 2000 periods.",
+    "b": "No motion that only touches was found. Between regions a and c, trajectories from rest settle to motions "
+    "with few impacts in several periods, or to none within 2000 periods.",
     "d": "The mirror image of region c: which of the two is reached depends on the start.",
     "g": "A band of motions that do not close within 2000 periods, with windows of long periods between.",
     "r": "A band of motions that do not close within 2000 periods, with windows of long periods between.",

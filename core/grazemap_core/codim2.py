@@ -11,8 +11,8 @@ functions of one variable (theory, sections 6 and 7), which `kernels.root_isolat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,13 @@ Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
 
 
+class Family(NamedTuple):
+    """One of the paper's four families (42): its case 1-4 and its number of periods n."""
+
+    case: int
+    n: int
+
+
 @dataclass(frozen=True)
 class CodimensionTwoPoint:
     """A point (omega, clearance) of the grazing curve at which its unfolding changes.
@@ -47,17 +54,17 @@ class CodimensionTwoPoint:
     omega_error : float
         How far round-off of the model may have moved omega.
     order : int
-        Recurrence: m, the number of half periods; 0 for resonant points.
+        m, the number of half periods. Recurrence points only, as are the next two; None elsewhere.
     active : bool
-        Recurrence: no smaller order recurs here; False for resonant points.
-    families : tuple of (case, n)
-        Recurrence: the paper's cases 1-4 with their number of periods n; empty for resonant points.
+        No smaller order recurs here.
+    families : tuple of Family
+        The paper's cases 1-4 with their number of periods n.
     multiple : int
-        Resonant: n, the orbit's period in forcing periods; 0 for recurrence points.
+        n, the orbit's period in forcing periods. Resonant points only, as are the next two; None elsewhere.
     symmetric : bool
-        Resonant: of orbits with one impact on either stop (True) or on one stop only.
-    bifurcation : {"SN", "PD", "SB"} or None
-        Resonant: which curve leaves the grazing curve here.
+        Of orbits with one impact on either stop (True) or on one stop only.
+    bifurcation : {"SN", "PD", "SB"}
+        Which curve leaves the grazing curve here.
     """
 
     kind: Literal["recurrence", "resonant"]
@@ -66,11 +73,11 @@ class CodimensionTwoPoint:
     residual: float
     status: Status
     omega_error: float
-    order: int = 0
-    active: bool = False
-    families: tuple[tuple[int, int], ...] = ()
-    multiple: int = 0
-    symmetric: bool = False
+    order: int | None = None
+    active: bool | None = None
+    families: tuple[Family, ...] | None = None
+    multiple: int | None = None
+    symmetric: bool | None = None
     bifurcation: Bifurcation | None = None
 
 
@@ -84,14 +91,14 @@ class _Zero:
     residual: float
 
 
-def families_of_order(order: int) -> tuple[tuple[int, int], ...]:
+def families_of_order(order: int) -> tuple[Family, ...]:
     """Return the paper's (case, n) for the return after `order` half periods, equations (42).
 
     Case 1 is from A onto A, case 4 from C onto C (even orders); case 2 from C onto A, case 3 from A onto C (odd ones).
     """
     if order % 2 == 0:
-        return (1, order // 2), (4, order // 2 - 1)
-    return (2, (order - 1) // 2), (3, (order - 1) // 2)
+        return Family(1, order // 2), Family(4, order // 2 - 1)
+    return Family(2, (order - 1) // 2), Family(3, (order - 1) // 2)
 
 
 def codimension_two_points(
@@ -135,49 +142,44 @@ def codimension_two_points(
     points += _resonances(response, omega_start, omega_stop, max_multiple)
     if not points:
         return []
-    points.sort(key=lambda point: (point.omega, point.kind, point.order, point.multiple))
+    points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple))
     clearances = np.abs(steady_response(oscillator, [point.omega for point in points])[:, 0])
-    return [_at(point, float(clearance)) for point, clearance in zip(points, clearances, strict=True)]
-
-
-def _at(point: CodimensionTwoPoint, clearance: float) -> CodimensionTwoPoint:
-    fields = {**point.__dict__, "clearance": clearance}
-    return CodimensionTwoPoint(**fields)
+    return [replace(point, clearance=float(clearance)) for point, clearance in zip(points, clearances, strict=True)]
 
 
 def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order: int) -> list[CodimensionTwoPoint]:
     """Return the recurrence points without their clearance."""
     factors = [order * math.pi for order in range(1, max_order + 1)]
     zeros = _zeros(response, IMPULSE, factors, start, stop)
+    half_periods = np.array([zero.place for zero in zeros])
     points = []
     for order, factor in enumerate(factors, start=1):
-        for zero in zeros:
+        smaller = first_recurrence(
+            response.decay,
+            response.discriminant,
+            response.frequency_squared,
+            response.value,
+            response.slope,
+            response.conditioning,
+            half_periods / order,
+            order - 1,
+        )
+        for zero, recurring in zip(zeros, smaller, strict=True):
             omega = _inside(factor / zero.place, start, stop)
-            if omega is None:
-                continue
-            smaller = first_recurrence(
-                response.decay,
-                response.discriminant,
-                response.frequency_squared,
-                response.value,
-                response.slope,
-                response.conditioning,
-                np.array([zero.place / order]),
-                order - 1,
-            )
-            points.append(
-                CodimensionTwoPoint(
-                    kind="recurrence",
-                    omega=omega,
-                    clearance=math.nan,
-                    residual=zero.residual,
-                    status=zero.status,
-                    omega_error=omega * zero.uncertainty / zero.place,
-                    order=order,
-                    active=bool(smaller[0] == 0),
-                    families=families_of_order(order),
+            if omega is not None:
+                points.append(
+                    CodimensionTwoPoint(
+                        kind="recurrence",
+                        omega=omega,
+                        clearance=math.nan,
+                        residual=zero.residual,
+                        status=zero.status,
+                        omega_error=omega * zero.uncertainty / zero.place,
+                        order=order,
+                        active=bool(recurring == 0),
+                        families=families_of_order(order),
+                    )
                 )
-            )
     return points
 
 
@@ -249,7 +251,7 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
 
 def _residuals(response: ImpulseResponse, kind: int, places: Floats) -> Floats:
     """Return the modulus of the function over the sum of its blocks' amplitudes."""
-    value, _, _, terms = evaluate(response, places, kind)
+    value, _, _, terms = evaluate(response, places, kind, shift=response.slowest)
     return np.abs(value) / terms
 
 

@@ -41,7 +41,7 @@ def expected_points(chain, start, stop, max_order, max_multiple):
 
     orders = {m: m * math.pi for m in range(1, max_order + 1)}
     for zero in zeros("impulse", orders.values()):
-        points += [("recurrence", m, False, None, factor / zero) for m, factor in orders.items()]
+        points += [("recurrence", m, None, None, factor / zero) for m, factor in orders.items()]
     one_sided = {n: 2 * n * math.pi for n in range(1, max_multiple + 1)}
     symmetric = {n: n * math.pi for n in range(1, max_multiple + 1, 2)}
     for kind, names in (("same", ("SN", "SB")), ("alternating", ("PD", "SN"))):
