@@ -157,7 +157,7 @@ def trajectory(
         problem, model.shape, steady * np.exp(1j * phase), rows, index, samples_per_period, first_half
     )
     return Trajectory(
-        time=index * (period_time / samples_per_period),
+        time=np.asarray(index * (period_time / samples_per_period), dtype=np.float64),
         displacement=samples_x,
         velocity=samples_v,
         impacts=Impacts(

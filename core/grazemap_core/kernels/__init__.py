@@ -8,7 +8,7 @@ sources of the core. It lies below NUMBA_CACHE_DIR where that is set, else besid
 import hashlib
 from pathlib import Path
 
-from numba.core import config
+import numba
 
 _CORE = Path(__file__).parents[1]
 
@@ -22,4 +22,5 @@ def source_fingerprint() -> str:
     return digest.hexdigest()[:16]
 
 
-config.CACHE_DIR = str(Path(config.CACHE_DIR or _CORE / "__pycache__") / f"kernels-{source_fingerprint()}")
+_below = numba.config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set when numba is imported
+numba.config.CACHE_DIR = str(Path(_below) / f"kernels-{source_fingerprint()}")  # type: ignore[attr-defined]

@@ -168,7 +168,8 @@ def _comes_to_rest(
     for k in range(3, TAYLOR_DEGREE + 1):
         slackening += k * (k - 1) * abs(work.taylor[k]) * power
         power *= remaining / length
-    return remaining < length and slackening < 0.5 * pressing * length * length
+    stays_pressed: bool = slackening < 0.5 * pressing * length * length
+    return remaining < length and stays_pressed
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
