@@ -4,7 +4,7 @@ Writes grazing_curve.png and .npz, codimension_two_points.json, unfolding_map.pn
 the command line ("out" when none is), and says where. `make run` runs this.
 """
 
-# ruff: noqa: T201 - it talks to a person
+
 
 from __future__ import annotations
 
