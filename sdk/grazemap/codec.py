@@ -16,7 +16,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -24,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Document = dict[str, Any]
+# Numbers of an array that are written at once: less than a millisecond's work.
+_PIECE = 1024
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -67,11 +69,38 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
 
 def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
     """Return a document and its meta as one JSON object."""
-    return json.dumps(
-        {**{key: _jsonable(value) for key, value in document.items()}, "meta": _jsonable(dict(meta))},
-        separators=(",", ":"),
-        allow_nan=False,
-    ).encode()
+    return b"".join(iter_json(document, meta))
+
+
+def iter_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> Iterator[bytes]:
+    """Yield the bytes of `encode_json` in short pieces, between which other threads get their turn."""
+    for piece in _pieces({**document, "meta": meta}):
+        yield piece.encode()
+
+
+def _pieces(value: Any) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        yield "{"
+        for place, (key, item) in enumerate(value.items()):
+            yield f"{',' if place else ''}{json.dumps(key)}:"
+            yield from _pieces(item)
+        yield "}"
+    elif isinstance(value, np.ndarray) and value.size > _PIECE:
+        yield "["
+        if value.ndim == 1:
+            for start in range(0, value.size, _PIECE):
+                yield ("," if start else "") + _json(value[start : start + _PIECE])[1:-1]
+        else:
+            for place, row in enumerate(value):
+                yield "," if place else ""
+                yield from _pieces(row)
+        yield "]"
+    else:
+        yield _json(value)
+
+
+def _json(value: Any) -> str:
+    return json.dumps(_jsonable(value), separators=(",", ":"), allow_nan=False)
 
 
 def _flatten(name: str, value: Any, arrays: dict[str, NDArray[Any]], shape: dict[str, str]) -> None:

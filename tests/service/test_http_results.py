@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+import json
 from typing import Any
 
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.codec import decode_npz, encode_npz
+from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
 from grazemap.models import Problem
 from grazemap_worker.store import Store
 
@@ -193,3 +194,27 @@ def test_hot_results_stay_under_their_budget() -> None:
     assert hot.get("d") is None
     hot.put("large", bytes(26))
     assert hot.get("large") is None
+
+
+def test_large_json_is_made_in_short_pieces() -> None:
+    # one long call of the encoder would keep every other request waiting
+    whole = {
+        "grid": np.arange(40_000.0).reshape(100, 400),
+        "tall": np.arange(6.0).reshape(3, 2),
+        "deep": np.arange(8_000).reshape(2, 2, 2000),
+        "line": np.where(np.arange(5000) % 7, np.arange(5000.0), np.nan),
+        "empty": np.zeros((0, 3)),
+        "inner": {"flags": np.ones(3000, bool), "names": np.array(["a", "b"])},
+        "points": [{"kind": "x", "order": None}],
+    }
+    pieces = list(iter_json(whole, {"process": "unfolding-maps"}))
+    assert max(len(piece) for piece in pieces) < 20_000
+    data = b"".join(pieces)
+    assert data == encode_json(whole, {"process": "unfolding-maps"})
+    parsed = json.loads(data)
+    assert parsed.pop("meta") == {"process": "unfolding-maps"}
+    np.testing.assert_array_equal(np.array(parsed["line"], dtype=float), whole["line"])
+    for name in ("grid", "tall", "deep", "empty"):
+        assert parsed[name] == whole[name].tolist()  # type: ignore[attr-defined]
+    assert parsed["inner"] == {"flags": [True] * 3000, "names": ["a", "b"]}
+    assert parsed["points"] == whole["points"]
