@@ -1,0 +1,32 @@
+"""`python -m grazemap_worker.alive`: exit 0 when a worker of this host holds its lease, 1 otherwise.
+
+A health check for containers: it asks Redis, as everybody else would, rather than the processes themselves.
+"""
+
+from __future__ import annotations
+
+import socket
+import sys
+
+from redis.exceptions import RedisError
+
+from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.store import Store, connect
+
+
+def main() -> int:
+    """Return the exit status."""
+    try:
+        workers = Store(connect(WorkerSettings().redis_url)).workers()
+    except RedisError as error:
+        sys.stderr.write(f"grazemap_worker.alive: Redis is away: {error}\n")
+        return 1
+    # a worker is called <host>-<supervisor>-<worker>
+    if any(worker.name.rsplit("-", 2)[0] == socket.gethostname() for worker in workers):
+        return 0
+    sys.stderr.write("grazemap_worker.alive: no worker of this host holds a lease\n")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
