@@ -9,7 +9,7 @@ from grazemap_service.settings import Settings
 from grazemap_worker.settings import WorkerSettings
 
 ROWS = [
-    line.strip("|").split(" | ")
+    [cell.strip() for cell in line.strip("|").split("|")]
     for line in (Path(__file__).parents[2] / "docs" / "operations.md").read_text("utf-8").splitlines()
     if line.startswith("| `GRAZEMAP_")
 ]
@@ -31,7 +31,7 @@ def test_page_and_code_name_the_same_settings() -> None:
 
 @pytest.mark.parametrize("name", sorted(FIELDS))
 def test_documented_default_is_the_default(name: str) -> None:
-    default, shown = FIELDS[name].default, DOCUMENTED[name].strip()
+    default, shown = FIELDS[name].default, DOCUMENTED[name]
     if isinstance(default, float | int) and not isinstance(default, bool):
         assert float(shown) == default
     elif isinstance(default, tuple):
