@@ -63,9 +63,13 @@ def _bar(title: str) -> Bar:
     return _TqdmBar(title, tqdm)
 
 
+# Without tqdm's own guess of the time left: the service knows the tiles' times and the number of workers.
+_FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed}{postfix}]"
+
+
 class _TqdmBar:
     def __init__(self, title: str, tqdm: Any) -> None:
-        self._bar = tqdm(desc=title, file=sys.stderr, dynamic_ncols=True)
+        self._bar = tqdm(desc=title, file=sys.stderr, dynamic_ncols=True, bar_format=_FORMAT)
 
     def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
         self._bar.total = total

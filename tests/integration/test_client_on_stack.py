@@ -1,0 +1,109 @@
+"""The client against the real stack: numbers, refusals, progress, cancelling, and a clean end."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import httpx2
+import psutil
+import pytest
+
+import grazemap
+from grazemap.embedded import LocalClient
+from grazemap.errors import JobDismissed, ParameterError
+from grazemap.models import PROCESSES
+
+MAP = {
+    "omega": {"start": 0.26, "stop": 0.30, "points": 512},
+    "clearance": {"start": 1.3, "stop": 2.0, "points": 512},
+}
+
+
+def test_all_four_processes_answer(stack: LocalClient, tmp_path) -> None:
+    curve = stack.grazing_curve(omega=[0.1, 0.28109], progress=False)
+    assert curve.clearance == pytest.approx([1.4415071166664197, 1.9203051890379243], abs=1e-13)
+    points = stack.codimension_two_points(omega=(0.28, 0.283), max_order=2, max_multiple=1, progress=False)
+    found = {(point.kind, point.bifurcation): point.omega for point in points.points}
+    assert found["recurrence", None] == pytest.approx(0.282469586635, abs=1e-12)
+    assert found["resonant", "SN"] == pytest.approx(0.281762924, abs=1e-9)
+    assert found["resonant", "PD"] == pytest.approx(0.280008248, abs=1e-9)
+    path = stack.trajectory(omega=0.29, clearance=1.6, periods=200, samples_per_period=10, progress=False)
+    assert len(path.impacts) == 798
+    assert path.motion.label == "1-2r-2l"
+    umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
+    assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
+    for result in (curve, points, path, umap):
+        again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
+        assert repr(again) == repr(result)
+
+
+def test_the_asynchronous_client_gets_the_same_bytes(stack: LocalClient, tmp_path) -> None:
+    async def ask() -> grazemap.GrazingCurve:
+        async with grazemap.AsyncClient(stack.base_url) as client:
+            return await client.grazing_curve(omega=(0.1, 0.3), points=50, progress=False)
+
+    awaited = asyncio.run(ask()).save(tmp_path / "awaited.npz")
+    plain = stack.grazing_curve(omega=(0.1, 0.3), points=50, progress=False).save(tmp_path / "plain.npz")
+    assert awaited.read_bytes() == plain.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("process", "body"),
+    [
+        ("trajectories", {"omega": 0, "clearance": 1, "periods": 1}),
+        ("trajectories", {"omega": "0.3", "clearance": True, "periods": 1.5}),
+        ("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "initial": {"displacement": [0, 0]}}),
+        ("trajectories", {"omega": 0.3, "wobble": 1}),
+        ("grazing-curves", {"omega": {"start": 2, "stop": 1, "points": 2}}),
+        ("grazing-curves", {"omega": [0.3, 0.2], "oscillator": {"masses": [1, -1], "restitution": 1.1}}),
+        ("grazing-curves", {"omega": 3}),
+        ("unfolding-maps", {**MAP, "policy": "sideways", "oscillator": {"damping": [0.1, -0.1, 0.1]}}),
+        ("codimension-two-points", {}),
+    ],
+)
+def test_the_client_refuses_with_the_very_problem_of_the_service(stack: LocalClient, process, body) -> None:
+    assert process in PROCESSES
+    answer = httpx2.post(f"{stack.base_url}/v1/{process}", json=body, trust_env=False)
+    assert answer.status_code == 422
+    with pytest.raises(ParameterError) as caught:
+        stack.submit(process, body)
+    said = caught.value.problem.model_dump()
+    assert said == {name: answer.json()[name] for name in said}
+
+
+def test_a_map_moves_and_is_stopped(stack: LocalClient) -> None:
+    handle = stack.submit("unfolding-maps", MAP)
+    done = []
+    for event in handle.events():
+        if event.name == "progress":
+            done.append(event.data["done"])
+        if len(done) >= 3 and done[-1] >= 2:
+            break
+    assert done == sorted(done)
+    started = time.monotonic()
+    assert handle.cancel().status == "dismissed"
+    assert time.monotonic() - started < 2
+    with pytest.raises(JobDismissed):
+        handle.wait(timeout=10)
+    # the worker is free again at once
+    stack.grazing_curve(omega=[0.11, 0.12], progress=False)
+    assert time.monotonic() - started < 8
+
+
+def test_the_stack_goes_with_a_parent_that_is_killed() -> None:
+    code = (
+        "import grazemap, json, psutil, time; client = grazemap.local(workers=1);"
+        "print(json.dumps([p.pid for p in psutil.Process().children(recursive=True)]), flush=True); time.sleep(300)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        below = [psutil.Process(pid) for pid in json.loads(parent.stdout.readline())]
+        assert len(below) >= 4
+        parent.send_signal(signal.SIGKILL)
+    _, left = psutil.wait_procs(below, timeout=8)
+    assert left == []
