@@ -58,7 +58,9 @@ def impulse_response(model: ModalModel) -> ImpulseResponse:
     )
 
 
-def evaluate(response: ImpulseResponse, times: ArrayLike, kind: int = IMPULSE) -> tuple[Floats, Floats, Floats, Floats]:
+def evaluate(
+    response: ImpulseResponse, times: ArrayLike, kind: int = IMPULSE, shift: float = 0.0
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Return a response function, its derivative, a bound on its round-off and the size of its terms.
 
     Parameters
@@ -68,6 +70,9 @@ def evaluate(response: ImpulseResponse, times: ArrayLike, kind: int = IMPULSE) -
         Times s > 0 (or the spacing tau of a periodic sum).
     kind : {IMPULSE, SAME_SIGN, ALTERNATING}
         g, or one of its periodic sums, from `grazemap_core.kernels.response_sums`.
+
+    shift : float
+        Everything is multiplied by ``exp(shift s)``; ``response.slowest`` keeps long times from underflowing.
 
     Returns
     -------
@@ -83,6 +88,7 @@ def evaluate(response: ImpulseResponse, times: ArrayLike, kind: int = IMPULSE) -
         response.value,
         response.slope,
         response.conditioning,
+        shift,
         points,
     )
     return result[:, 0], result[:, 1], result[:, 2], result[:, 3]

@@ -259,6 +259,8 @@ def test_what_has_no_points_is_refused():
     for start, stop in ((0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (0.1, math.inf), (math.nan, 1.0)):
         with pytest.raises(ParameterError, match="omega"):
             codimension_two_points(DEFAULT, start, stop)
+    with pytest.raises(ParameterError, match="too many zeros"):
+        codimension_two_points(DEFAULT, 1e-6, 2.5)
     with pytest.raises(ParameterError, match="max_order"):
         codimension_two_points(DEFAULT, 0.1, 1.0, max_order=0)
     with pytest.raises(ParameterError, match="max_multiple"):

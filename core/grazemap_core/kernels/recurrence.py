@@ -29,8 +29,8 @@ def first_recurrence(
 ) -> NDArray[np.int64]:
     """Return, for each half period, the first m in 1..max_order that recurs, 0 when none does.
 
-    A value of g that is smaller than its round-off (at a codimension-two point of that order, that is) counts as
-    not recurring.
+    A value of g that is smaller than its round-off (at a codimension-two point of that order, that is) or underflows
+    counts as not recurring.
 
     Parameters
     ----------

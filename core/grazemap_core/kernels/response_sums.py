@@ -204,13 +204,14 @@ def response_sum(
     value: Floats,
     slope: Floats,
     conditioning: float,
+    shift: float,
     tau: Floats,
 ) -> Floats:
-    """Return, for each tau, the function, its derivative, a bound on its round-off, and its terms; shape (n, 4)."""
+    """Return, for each tau and times ``exp(shift tau)``, function, derivative, round-off bound and terms; (n, 4)."""
     result = np.empty((tau.size, 4))
     for i in range(tau.size):
         total, derivative, terms, derivative_terms = response_at(
-            kind, decay, discriminant, frequency_squared, value, slope, 0.0, tau[i]
+            kind, decay, discriminant, frequency_squared, value, slope, shift, tau[i]
         )
         result[i, 0] = total
         result[i, 1] = derivative
