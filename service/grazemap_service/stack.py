@@ -183,9 +183,9 @@ def run(stack: Stack, until: _Until, ready_file: Path | None) -> None:
             if not announced and stack.ready():
                 announced = True
                 line = json.dumps({"url": stack.url, "pid": os.getpid()})
-                print(line, flush=True)  # noqa: T201 - the one line that who started the stack reads
                 if ready_file is not None:
                     ready_file.write_text(line + "\n", "utf-8")
+                print(line, flush=True)  # noqa: T201 - the one line that who started the stack reads
             time.sleep(_POLL_SECONDS)
     finally:
         stack.stop()

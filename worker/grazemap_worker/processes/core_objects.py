@@ -28,7 +28,7 @@ def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
 
 
 def record(item: Any) -> Any:
-    """Return a dataclass or named tuple of the core as plain values; fields of a dataclass that are None are left out."""
+    """Return a dataclass or named tuple of the core as plain values, a dataclass without its fields that are None."""
     if dataclasses.is_dataclass(item) and not isinstance(item, type):
         values = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
         return {name: record(value) for name, value in values.items() if value is not None}
@@ -36,8 +36,6 @@ def record(item: Any) -> Any:
         return record(item._asdict())
     if isinstance(item, dict):
         return {name: record(value) for name, value in item.items()}
-    if isinstance(item, tuple) and hasattr(item, "_asdict"):
-        return {name: record(value) for name, value in item._asdict().items()}
     if isinstance(item, list | tuple | np.ndarray):
         return [record(entry) for entry in item]
     if isinstance(item, np.generic):

@@ -10,12 +10,13 @@ from grazemap_worker.store.records import FailureKind
 TYPE_PREFIX = "urn:grazemap:problem:"
 
 
-def refused_problem(detail: str, field: str | None = None) -> Problem:
+def refused_problem(detail: str, pointer: str | None = None) -> Problem:
     """Return the problem of a request that the core cannot compute: asking again will not help.
 
-    `detail` and `field` are the core's own words about the physics (CoreError), which name no internals.
+    `detail` is the core's own sentence about the physics (CoreError), which names no internals; `pointer` is the JSON
+    pointer to the field that it is about.
     """
-    errors = [ProblemError(pointer="/" + field.replace(".", "/"), detail=detail)] if field else []
+    errors = [ProblemError(pointer=pointer, detail=detail)] if pointer else []
     return Problem(
         type=TYPE_PREFIX + "computation-refused",
         title="Computation refused",

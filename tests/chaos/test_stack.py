@@ -1,0 +1,255 @@
+"""The whole stack as a person starts it: what is killed comes back, and a map's bytes do not show it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from grazemap_worker.store import connect
+
+MAP = {
+    "omega": {"start": 0.26, "stop": 0.30, "points": 80},
+    "clearance": {"start": 1.3, "stop": 2.0, "points": 80},
+}
+LARGER_MAP = {**MAP, "omega": {"start": 0.26, "stop": 0.30, "points": 400}}
+
+
+def until(condition: Callable[[], object], seconds: float) -> float:
+    """Wait for a condition; return the seconds it took, or fail."""
+    started = time.monotonic()
+    while not condition():
+        assert time.monotonic() - started < seconds, "it did not happen in time"
+        time.sleep(0.02)
+    return time.monotonic() - started
+
+
+def living(processes: list[psutil.Process]) -> list[psutil.Process]:
+    """Those that run; one that ended and that nobody has waited for yet is dead all the same."""
+    found = []
+    for process in processes:
+        try:
+            if process.status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
+                found.append(process)
+        except psutil.NoSuchProcess:
+            continue
+    return found
+
+
+class RunningStack:
+    """A stack in a process of its own, and requests to it."""
+
+    def __init__(self, *options: str) -> None:
+        self.popen = subprocess.Popen(
+            [sys.executable, "-m", "grazemap_service.stack", "--workers", "2", *options], stdout=subprocess.PIPE
+        )
+        assert self.popen.stdout is not None
+        line = self.popen.stdout.readline()
+        assert line, "the stack ended before it was ready"
+        self.url: str = json.loads(line)["url"]
+        assert json.loads(line)["pid"] == self.popen.pid
+        self.popen.stdout.close()
+        self.process = psutil.Process(self.popen.pid)
+
+    def request(self, path: str, body: dict[str, Any] | None = None, method: str | None = None) -> Any:
+        data = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(
+            self.url + path, data, {"Content-Type": "application/json"} if body else {}, method=method
+        )
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            content = answer.read()
+            return json.loads(content) if "json" in answer.headers["Content-Type"] else content
+
+    def job(self, identity: str) -> dict[str, Any]:
+        """The job, asked again while the service is away."""
+        for _ in range(100):
+            try:
+                found: dict[str, Any] = self.request(f"/v1/jobs/{identity}")
+                return found
+            except (urllib.error.URLError, ConnectionError, TimeoutError):
+                time.sleep(0.1)
+        raise AssertionError("the service did not come back")
+
+    def child(self, word: str) -> psutil.Process:
+        """The stack's child with a word in its command line."""
+        return next(child for child in living(self.process.children()) if word in " ".join(child.cmdline()))
+
+    def horses(self) -> list[psutil.Process]:
+        found = []
+        for worker in living(self.child("grazemap_worker").children()):
+            try:
+                found += living(worker.children())
+            except psutil.NoSuchProcess:
+                continue
+        return found
+
+    def a_horse(self) -> psutil.Process:
+        """A work-horse, as soon as there is one."""
+        found: list[psutil.Process] = []
+
+        def look() -> list[psutil.Process]:
+            found[:] = self.horses()
+            return found
+
+        until(look, 15)
+        return found[0]
+
+    def redis_socket(self) -> Path:
+        """Where the embedded Redis listens, as it says in its own process title."""
+        return Path(" ".join(self.child("redis-server").cmdline()).rpartition("unixsocket:")[2].strip())
+
+    def wait_for(self, identity: str, seconds: float) -> bytes:
+        until(lambda: self.job(identity)["status"] not in ("accepted", "running"), seconds)
+        job = self.job(identity)
+        assert job["status"] == "successful", job
+        content = self.request(f"/v1/jobs/{identity}/result?f=npz")
+        assert isinstance(content, bytes)
+        return content
+
+    def stop(self) -> None:
+        everything = self.process.children(recursive=True)
+        self.popen.terminate()
+        started = time.monotonic()
+        assert self.popen.wait(8) == 0
+        assert time.monotonic() - started < 5
+        until(lambda: not living(everything), 1)
+
+
+@pytest.fixture(scope="module")
+def stack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningStack]:
+    """One stack for the module, its data folder given and empty."""
+    running = RunningStack("--data", str(tmp_path_factory.mktemp("data")))
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def start() -> Iterator[Callable[..., RunningStack]]:
+    """Start stacks of a test's own, which end with it, whatever becomes of it."""
+    started: list[RunningStack] = []
+
+    def begin(*options: str) -> RunningStack:
+        started.append(RunningStack(*options))
+        return started[-1]
+
+    yield begin
+    for running in started:
+        if running.popen.poll() is None:
+            running.stop()
+
+
+def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> None:
+    identity = stack.request("/v1/unfolding-maps", MAP)["id"]
+    undisturbed = stack.wait_for(identity, 60)
+    redis = connect(f"unix://{stack.redis_socket()}")
+    redis.flushall()
+
+    assert stack.request("/v1/unfolding-maps", MAP)["id"] == identity
+    stack.a_horse().kill()
+
+    horse = stack.a_horse()
+    worker = horse.parent()
+    assert worker is not None
+    worker.kill()
+    until(lambda: not living([horse]), 1)
+
+    until(lambda: stack.job(identity)["progress"]["done"] > 0, 20)
+    stack.child("-m grazemap_service").kill()
+    until(lambda: stack.job(identity), 10)  # at the same address
+
+    assert stack.job(identity)["status"] == "running", "the map was whole before everything was killed"
+    stack.child("redis-server").kill()
+    assert stack.wait_for(identity, 90) == undisturbed
+    redis.close()
+
+
+def test_deleting_a_job_stops_its_work_within_two_seconds(stack: RunningStack) -> None:
+    identity = stack.request("/v1/unfolding-maps", LARGER_MAP)["id"]
+    until(stack.horses, 10)
+    started = time.monotonic()
+    assert stack.request(f"/v1/jobs/{identity}", method="DELETE")["status"] == "dismissed"
+    until(lambda: not stack.horses(), 2)
+    assert time.monotonic() - started < 2
+    assert len(living(stack.child("grazemap_worker").children())) == 2
+
+
+def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp_path: Path) -> None:
+    running = start("--data", str(tmp_path / "data"), "--ready-file", str(tmp_path / "ready"))
+    assert json.loads((tmp_path / "ready").read_text())["url"] == running.url
+    running.request("/v1/unfolding-maps", LARGER_MAP)
+    until(running.horses, 10)
+    everything = running.process.children(recursive=True)
+    assert len(everything) >= 6  # Redis, service, supervisor, two workers, a work-horse
+    # no TCP port but the service's, and the socket is for this user alone
+    redis = running.child("redis-server")
+    assert [entry for entry in redis.net_connections("tcp") if entry.status == psutil.CONN_LISTEN] == []
+    socket = running.redis_socket()
+    assert socket.stat().st_mode & 0o777 == 0o600
+    assert socket.parent.stat().st_mode & 0o777 == 0o700
+    running.process.kill()
+    running.popen.wait()
+    until(lambda: not living(everything), 3)
+
+    # and the next one on the same data goes on where it was
+    again = start("--data", str(tmp_path / "data"))
+    jobs = again.request("/v1/jobs")["jobs"]
+    assert [job["status"] for job in jobs] in (["accepted"], ["running"])
+    with pytest.raises(subprocess.CalledProcessError) as caught:
+        subprocess.run(
+            [sys.executable, "-m", "grazemap_service.stack", "--data", str(tmp_path / "data")],
+            check=True,
+            capture_output=True,
+            timeout=10,
+        )
+    assert b"another stack" in caught.value.stderr
+    again.request(f"/v1/jobs/{jobs[0]['id']}", method="DELETE")
+    again.stop()
+
+
+def test_a_stack_that_is_asked_to_ends_with_its_parent(tmp_path: Path) -> None:
+    script = (
+        "import subprocess, sys, time\n"
+        "child = subprocess.Popen([sys.executable, '-m', 'grazemap_service.stack', '--workers', '1',"
+        " '--die-with-parent'], stdout=subprocess.PIPE)\n"
+        "print(child.stdout.readline().decode(), flush=True)\n"
+        "time.sleep(60)\n"
+    )
+    temporary = {**os.environ, "TMPDIR": str(tmp_path)}
+    parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, env=temporary)
+    assert parent.stdout is not None
+    stack = psutil.Process(json.loads(parent.stdout.readline())["pid"])
+    everything = [stack, *stack.children(recursive=True)]
+    assert list(tmp_path.iterdir()) != []
+    parent.send_signal(signal.SIGKILL)
+    parent.wait()
+    until(lambda: not living(everything), 6)
+    assert list(tmp_path.iterdir()) == []
+    parent.stdout.close()
+
+
+def test_a_stack_that_cannot_start_says_why(tmp_path: Path) -> None:
+    for options, environment, words in (
+        (["--host", "0.0.0.0"], {}, b"without keys"),
+        ([], {"GRAZEMAP_MAX_BODY_BYTES": "many"}, b"GRAZEMAP_MAX_BODY_BYTES"),
+    ):
+        answer = subprocess.run(
+            [sys.executable, "-m", "grazemap_service.stack", "--data", str(tmp_path / "data"), *options],
+            env={**os.environ, **environment},
+            capture_output=True,
+            timeout=20,
+            check=False,
+        )
+        assert answer.returncode == 1
+        assert words in answer.stderr, answer.stderr
+        assert answer.stdout == b""

@@ -1,0 +1,86 @@
+"""Plans: every pixel in exactly one tile, and a cost that rises with the work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grazemap.models import Oscillator, UnfoldingMapsRequest, parse_request
+from grazemap_worker.store import plan
+from grazemap_worker.store.plan import PERIODS_PER_SECOND, TILE_SECONDS, spectral_bound
+
+DEFAULT = Oscillator()
+
+
+def map_request(columns: int, rows: int, max_periods: int = 1000, start: float = 0.26) -> UnfoldingMapsRequest:
+    return UnfoldingMapsRequest.model_validate(
+        {
+            "omega": {"start": start, "stop": start + 0.04, "points": columns},
+            "clearance": {"start": 1.3, "stop": 2.0, "points": rows},
+            "max_periods": max_periods,
+        }
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 400), st.integers(2, 400), st.sampled_from([1, 30, 250, 10**6]))
+def test_tiles_cover_the_grid_exactly_once(columns: int, rows: int, max_periods: int) -> None:
+    cut = plan("unfolding-maps", map_request(columns, rows, max_periods))
+    covered = np.zeros((rows, columns), dtype=int)
+    for row_start, row_stop, column_start, column_stop in cut.tiles:
+        assert row_start < row_stop
+        assert column_start < column_stop
+        covered[row_start:row_stop, column_start:column_stop] += 1
+    assert (covered == 1).all()
+    assert cut.estimate.tiles == cut.count == len(cut.tiles)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(512, 512), (2000, 3), (3, 2000), (128, 128)])
+def test_tiles_of_a_large_map_take_about_the_time_aimed_at(columns: int, rows: int) -> None:
+    cut = plan("unfolding-maps", map_request(columns, rows))
+    seconds = cut.tile_rows * cut.tile_columns * cut.estimate.seconds / (rows * columns)
+    assert 0.3 * TILE_SECONDS < seconds <= 1.2 * TILE_SECONDS
+
+
+def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
+    base = plan("unfolding-maps", map_request(64, 64)).estimate
+    assert plan("unfolding-maps", map_request(128, 64)).estimate.periods == 2 * base.periods
+    assert plan("unfolding-maps", map_request(64, 64, max_periods=25)).estimate.seconds < 0.11 * base.seconds
+    assert plan("unfolding-maps", map_request(64, 64, start=0.01)).estimate.seconds > 5 * base.seconds
+    trajectory = parse_request(
+        "trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "transient_periods": 800}
+    )
+    assert plan("trajectories", trajectory).estimate.periods == 1000
+    assert plan("trajectories", trajectory).estimate.seconds >= 1000 / PERIODS_PER_SECOND
+    assert plan("trajectories", trajectory).count == 1
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_the_spectral_bound_bounds_every_eigenvalue(data: st.DataObject) -> None:
+    size = data.draw(st.integers(1, 5))
+    positive = st.lists(st.floats(0.05, 20), min_size=size, max_size=size)
+    masses, stiffnesses, links = data.draw(positive), data.draw(positive), data.draw(positive)
+    damping = data.draw(st.one_of(st.floats(0, 3), st.just(links)))
+    oscillator = Oscillator(masses=masses, stiffnesses=stiffnesses, damping=damping, forcing=[1.0] * size)
+
+    def chain(values: np.ndarray) -> np.ndarray:
+        matrix = np.diag(values.copy())
+        for link in range(size - 1):
+            matrix[link + 1, link + 1] += values[link]
+            matrix[link, link + 1] -= values[link]
+            matrix[link + 1, link] -= values[link]
+        return matrix
+
+    stiffness = chain(np.array(stiffnesses))
+    friction = chain(2 * np.array(links)) if isinstance(damping, list) else 2 * damping * stiffness
+    inverse = np.diag(1 / np.array(masses))
+    companion = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness, -inverse @ friction]])
+    assert np.abs(np.linalg.eigvals(companion)).max() <= spectral_bound(oscillator) * (1 + 1e-6)
+
+
+def test_there_is_no_tile_outside_the_plan() -> None:
+    with pytest.raises(IndexError):
+        plan("unfolding-maps", map_request(4, 4)).tile(10**6)

@@ -1,0 +1,74 @@
+"""Processes on the real core: the documents that clients decode, and tiles that fit together to the last bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grazemap.codec import decode_npz, encode_npz
+from grazemap.models import ProcessRequest, parse_request
+from grazemap_worker.processes import PROCESSES
+from grazemap_worker.store import Plan
+
+MAP = {
+    "omega": {"start": 0.28, "stop": 0.29, "points": 4},
+    "clearance": {"start": 1.5, "stop": 1.9, "points": 3},
+    "max_periods": 300,
+}
+
+
+def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
+    compute = PROCESSES[process].whole
+    assert compute is not None
+    document = compute(parse_request(process, body), lambda done, total: None)
+    return decode_npz(encode_npz(document, {}))[0]
+
+
+def tiled(request: ProcessRequest, cut: Plan) -> dict[str, Any]:
+    process = PROCESSES["unfolding-maps"]
+    assert process.tile is not None
+    assert process.assembled is not None
+    return process.assembled(request, cut, [process.tile(request, tile) for tile in cut.tiles])
+
+
+def test_a_grazing_curve_has_its_arrays_and_the_points_on_it() -> None:
+    document = whole("grazing-curves", {"omega": {"start": 0.275, "stop": 0.285, "points": 11}, "max_order": 4})
+    assert {name: value.shape for name, value in document.items() if name != "points"} == dict.fromkeys(
+        ("omega", "clearance", "phase", "first_recurrence", "recurrence_stop"), (11,)
+    )
+    assert document["first_recurrence"].dtype == document["recurrence_stop"].dtype == np.int64
+    kinds = {point["kind"] for point in document["points"]}
+    assert kinds == {"recurrence", "resonant"}
+    assert all(0.275 <= point["omega"] <= 0.285 for point in document["points"])
+
+
+def test_codimension_two_points_are_records_of_plain_values() -> None:
+    points = whole("codimension-two-points", {"omega": {"start": 0.275, "stop": 0.285}})["points"]
+    recurrence = next(point for point in points if point["kind"] == "recurrence" and point["order"] == 2)
+    assert recurrence["omega"] == pytest.approx(0.282469586635, abs=1e-11)
+    assert recurrence["families"]
+    assert set(recurrence["families"][0]) == {"case", "n"}
+    resonant = [point for point in points if point["kind"] == "resonant" and point["multiple"] == 1]
+    assert {point["bifurcation"] for point in resonant} >= {"SN", "PD"}
+
+
+def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
+    document = whole("trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "samples_per_period": 8})
+    assert document["displacement"].shape == document["velocity"].shape == (3, len(document["time"]))
+    assert len(document["impacts"]["time"]) == len(document["impacts"]["kind"]) == 798
+    assert document["motion"]["label"] == "1-2r-2l"
+    assert document["sticking"]["start"].shape == (0,)
+
+
+def test_any_cut_of_a_map_gives_the_same_bytes() -> None:
+    request = parse_request("unfolding-maps", MAP)
+    uncut = tiled(request, Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
+    for cut in (Plan(rows=3, columns=4, tile_rows=2, tile_columns=3), Plan(rows=3, columns=4)):
+        assert encode_npz(tiled(request, cut), {}) == encode_npz(uncut, {})
+    assert uncut["kind"].shape == (3, 4)
+    assert uncut["kind"].dtype == np.int8
+    assert set(uncut["kinds"]) >= {"periodic", "unresolved"}
+    assert uncut["symmetric"].dtype == np.bool_
+    assert uncut["least_impact_velocity"].dtype == np.float64

@@ -1,0 +1,118 @@
+"""`run_tile` with planted processes: who computes what, what is said when it cannot be done."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from planted import NUMERICS, planted
+
+from grazemap.codec import decode_npz
+from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap_core.errors import ParameterError
+from grazemap_worker import tasks
+from grazemap_worker.processes import Process
+from grazemap_worker.store import ASSEMBLY, Plan, Store
+
+REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
+TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3)
+ONE = Plan(rows=2, columns=3, tile_rows=2, tile_columns=3)
+
+
+@pytest.fixture
+def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """This process as a worker of planted maps."""
+    monkeypatch.setattr(tasks, "_context", tasks.Context(store, "w", NUMERICS))
+    monkeypatch.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("fast")})
+    return monkeypatch
+
+
+def submit(store: Store, plan: Plan = TWO) -> Job:
+    return store.submit("unfolding-maps", REQUEST, "1", plan, 100)[0]
+
+
+def whole(store: Store, identity: str) -> bytes:
+    data = store.result(identity)
+    assert data is not None
+    return data
+
+
+def test_the_last_tile_puts_the_map_together(worker: object, store: Store) -> None:
+    job = submit(store)
+    tasks.run_tile(job.id, 1)
+    assert store.result(job.id) is None
+    tile, meta = decode_npz(store.tile(job.id, 1) or b"")
+    np.testing.assert_array_equal(tile["product"], [[2, 4, 6]])
+    assert meta["tile"] == {"index": 1, "rows": [1, 2], "columns": [0, 3]}
+    tasks.run_tile(job.id, 0)
+    document, meta = decode_npz(whole(store, job.id))
+    np.testing.assert_array_equal(document["product"], [[1, 2, 3], [2, 4, 6]])
+    assert meta["request"]["max_periods"] == 1000
+    assert "tile" not in meta
+
+
+def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> None:
+    job = submit(store)
+    for tile in (0, 1):
+        tasks.run_tile(job.id, tile)
+    cut_in_two = whole(store, job.id)
+    store.redis.flushall()
+    assert submit(store, ONE).id == job.id
+    tasks.run_tile(job.id, 0)
+    assert whole(store, job.id) == cut_in_two
+
+
+def test_when_the_assembler_dies_another_assembles(worker: object, store: Store) -> None:
+    job = submit(store)
+    tasks.run_tile(job.id, 0)
+    assert store.claim(job.id, 1, "dead", "planted", 5)
+    assert store.commit_tile(job.id, 1, store.tile(job.id, 0) or b"", "planted") == 0
+    assert store.claim(job.id, ASSEMBLY, "dead", "planted", 5)
+    tasks.run_tile(job.id, ASSEMBLY)
+    assert store.result(job.id) is None  # it is held
+    store.remove_worker("dead")
+    assert store.lost_claims() == [(job.id, ASSEMBLY, "dead")]
+    tasks.run_tile(job.id, ASSEMBLY)
+    assert whole(store, job.id)
+
+
+def test_a_doubled_entry_does_nothing(worker: pytest.MonkeyPatch, store: Store) -> None:
+    job = submit(store)
+    tasks.run_tile(job.id, 0)
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("raises")})
+    tasks.run_tile(job.id, 0)
+    tasks.run_tile("0" * 64, 0)
+    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+
+
+def test_what_the_core_refuses_is_the_clients_to_mend(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def refuse(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
+        raise ParameterError("damping", "must be greater than 0 at a resonance")
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=refuse)})
+    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), "1", Plan(), 100)
+    tasks.run_tile(job.id, 0)
+    failed = store.job(job.id)
+    assert failed is not None
+    assert failed.status == "failed"
+    assert failed.problem is not None
+    assert failed.problem.status == 422
+    assert failed.problem.errors[0].pointer == "/oscillator/damping"
+
+
+def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def steps(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
+        assert callable(report)
+        report(1, 4)
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
+    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), "1", Plan(), 100)
+    tasks.run_tile(job.id, 0)
+    reported = [event.data for event in store.events(job.id) if event.name == "progress"]
+    assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
+
+
+def test_no_tile_without_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tasks, "_context", None)
+    with pytest.raises(RuntimeError, match="worker"):
+        tasks.run_tile("0" * 64, 0)
