@@ -51,7 +51,7 @@ def expected_points(chain, start, stop, max_order, max_multiple):
     return sorted((p for p in points if start <= p[-1] <= stop), key=lambda p: (*map(str, p[:4]), p[-1]))
 
 
-def check_complete(points, expected, tolerance=1e-12):
+def check_complete(points, expected, tolerance=1e-13):
     found = sorted(
         ((p.kind, p.order or p.multiple, p.symmetric, p.bifurcation, p.omega) for p in points),
         key=lambda p: (*map(str, p[:4]), p[-1]),
@@ -87,15 +87,15 @@ def test_the_default_system_is_complete_and_right(default_points, default_expect
 def test_a_dropped_or_shifted_point_would_be_noticed(default_points, default_expected):
     with pytest.raises(AssertionError):
         check_complete(default_points[:100] + default_points[101:], default_expected)
-    for factor in (1 + 1e-11, 1 - 1e-11):
+    for factor in (1 + 1e-12, 1 - 1e-12):
         shifted = [replace(p, omega=p.omega * factor) if i == 400 else p for i, p in enumerate(default_points)]
         with pytest.raises(AssertionError):
             check_complete(shifted, default_expected)
 
 
-def test_frequencies_skewed_by_1e_11_would_be_noticed(default_expected, monkeypatch):
+def test_frequencies_skewed_by_1e_12_would_be_noticed(default_expected, monkeypatch):
     true_model = modal_model(DEFAULT)
-    skewed = replace(true_model, discriminant=true_model.discriminant * (1 + 2e-11))
+    skewed = replace(true_model, discriminant=true_model.discriminant * (1 + 2e-12))
     monkeypatch.setattr("grazemap_core.codim2.modal_model", lambda oscillator: skewed)
     with pytest.raises(AssertionError):
         check_complete(codimension_two_points(DEFAULT, 0.05, 2.5, max_order=8), default_expected)
