@@ -16,7 +16,7 @@ REASONS: Final[dict[int, str]] = {
     closing.SLOW: "the stroboscopic orbit closes too slowly to tell its limit",
     closing.GRAZES: "an impact is so slow that it may be none in the limit",
     closing.CHATTERS: "complete chatter: infinitely many impacts in a finite time",
-    closing.BUDGET: "too many impacts in half a forcing period",
+    closing.BUDGET: "too many impacts: in half a forcing period, or without settling",
     closing.OVERFLOWS: "a number overflowed",
 }
 """Why a motion is unresolved; the key is the code."""

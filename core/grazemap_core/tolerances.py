@@ -60,6 +60,9 @@ CHATTER_VELOCITY: Final = 1e-6
 IMPACT_BUDGET: Final = 50_000
 """Impacts in half a forcing period after which a trajectory is given up; only R = 1 sliding on a stop gets there."""
 
+SETTLING_IMPACTS: Final = 1_000_000
+"""Impacts after which a trajectory that has not settled is given up: a second or two of work. Thousands are the rule."""
+
 # --- motion -------------------------------------------------------------------------------------------------------
 
 CLOSING_GOAL: Final = 1e-9

@@ -126,3 +126,9 @@ def test_unresolved_points_carry_a_reason_and_no_numbers() -> None:
     assert REASONS[result["reason"][0, 0]]
     assert result["period"][0, 0] == 0
     assert result["settled_after"][0, 0] == -1
+
+
+def test_an_elastic_mass_between_close_stops_is_given_up_in_the_end() -> None:
+    elastic = Oscillator.create([1.0], [1.0], 0.0, [0.7], 1.0)
+    result = unfolding_map_tile(elastic, np.array([0.3]), np.array([1e-3]), max_periods=100_000)
+    assert REASONS[result["reason"][0, 0]].startswith("too many impacts")

@@ -36,7 +36,7 @@ GRAZES = 3
 CHATTERS = 4
 """Complete chatter: infinitely many impacts end in sticking, which this version does not follow."""
 BUDGET = 5
-"""Too many impacts in half a period."""
+"""Too many impacts, in half a period or without settling."""
 OVERFLOWS = 6
 """A number overflowed."""
 

@@ -30,7 +30,7 @@ from grazemap_core.kernels.contact import (
     is_clear,
     walk_cell,
 )
-from grazemap_core.tolerances import CLEARED
+from grazemap_core.tolerances import CLEARED, SETTLING_IMPACTS
 
 FloatArray = NDArray[np.float64]
 
@@ -107,10 +107,14 @@ def settle(
     work.tally[2] = np.inf
     enter(ring, 0, u, work)
     reason = NOT_CLOSED
+    impacts = 0.0
     for k in range(1, 2 * max_periods + 1):
         status = run_half(problem, u, clearance, k - 1, work)
         if status != OK:
             return _reason(status), 0, 0, 0, False, np.inf, -1
+        impacts += work.tally[0] + work.tally[1]
+        if impacts > SETTLING_IMPACTS:
+            return BUDGET, 0, 0, 0, False, np.inf, -1
         enter(ring, k, u, work)
         reach, _ = bounds(problem, u)
         if problem.damped and work.cursor[0] == 0 and reach < CLEARED * clearance:
