@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import signal
+import sys
 from collections.abc import Sequence
 
 from grazemap_worker.environment import one_thread
@@ -28,6 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from grazemap_worker.numerics import numerics
     from grazemap_worker.supervisor import Supervisor
 
+    # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
+    signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     kernel_cache.warm_up(folder, warm_up)
     Supervisor(settings, numerics()).run()
 

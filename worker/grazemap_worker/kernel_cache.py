@@ -1,8 +1,8 @@
 """Compiling the kernels once, before the first fork, with a disk cache that may be broken.
 
-A process that is killed while numba writes its cache leaves files that raise, or crash, when they are read. So the
-folder is private, one process at a time warms up, a mark lies in it meanwhile, and a cache that raises or was left
-with its mark is wiped and compiled again.
+What lies in the cache is executed, and files that a killed machine left half written raise, or crash, when they are
+read. So the folder is private, one process at a time warms up, a mark lies in it meanwhile, and a cache that raises,
+or that two warm-ups in a row did not survive, is wiped and compiled again.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from pathlib import Path
 
 import structlog
 
+# One character for every warm-up in a row that began and did not end. One may have been killed by an impatient person.
 _MARK = "warming-up"
+_MOST_UNFINISHED = 2
 
 
 class CacheFolderError(RuntimeError):
@@ -53,10 +55,12 @@ def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
     mark, cached = folder / _MARK, folder / "numba"
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if mark.exists():
-            log.warning("kernel cache wiped", reason="an earlier warm-up did not end")
+        unfinished = mark.stat().st_size if mark.exists() else 0
+        if unfinished >= _MOST_UNFINISHED:
+            log.warning("kernel cache wiped", reason=f"{unfinished} warm-ups in a row did not end")
             shutil.rmtree(cached, ignore_errors=True)
-        mark.touch()
+        with mark.open("a", encoding="ascii") as stream:
+            stream.write("x")
         try:
             compile_kernels()
         except Exception:
@@ -65,4 +69,5 @@ def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
             log.warning("kernel cache wiped", reason="a kernel could not be loaded", exc_info=True)
             shutil.rmtree(cached, ignore_errors=True)
             compile_kernels()
-        mark.unlink()
+        finally:
+            mark.unlink()

@@ -1,0 +1,79 @@
+"""The cache of compiled kernels: private, and mended when it is broken."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from grazemap_worker import kernel_cache
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "somewhere")
+    found = kernel_cache.use_folder(tmp_path)
+    (found / "numba").mkdir()
+    return found
+
+
+def broken_index(folder: Path) -> Path:
+    index = folder / "numba" / "kernel.nbi"
+    index.write_bytes(b"broken")
+    return index
+
+
+def test_the_folder_is_private_and_numba_is_told(folder: Path) -> None:
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert os.environ["NUMBA_CACHE_DIR"] == str(folder / "numba")
+
+
+def test_a_link_to_elsewhere_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "kernels").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(kernel_cache.CacheFolderError):
+        kernel_cache.use_folder(tmp_path)
+
+
+def test_a_cache_that_raises_is_wiped_and_compiled_again(folder: Path) -> None:
+    index = broken_index(folder)
+    tries = []
+
+    def compile_kernels() -> None:
+        tries.append(index.exists())
+        if index.exists():
+            raise EOFError("broken")
+
+    kernel_cache.warm_up(folder, compile_kernels)
+    assert tries == [True, False]
+
+
+def test_kernels_that_do_not_compile_are_not_the_caches_fault(folder: Path) -> None:
+    def compile_kernels() -> None:
+        raise TypeError("no such kernel")
+
+    with pytest.raises(TypeError):
+        kernel_cache.warm_up(folder, compile_kernels)
+
+
+def test_a_cache_that_two_warm_ups_did_not_survive_is_wiped(folder: Path) -> None:
+    index = broken_index(folder)
+    seen = []
+
+    def compile_kernels() -> None:
+        seen.append(index.exists())
+        if index.exists():
+            os._exit(1)
+
+    for expected in (1, 2):
+        child = os.fork()
+        if child == 0:
+            kernel_cache.warm_up(folder, compile_kernels)
+        os.waitpid(child, 0)
+        assert (folder / "warming-up").stat().st_size == expected
+    kernel_cache.warm_up(folder, compile_kernels)
+    assert seen == [False]
+    kernel_cache.warm_up(folder, lambda: None)
+    assert not (folder / "warming-up").exists()
