@@ -61,7 +61,9 @@ def _parser() -> argparse.ArgumentParser:
     up = commands.add_parser("up", help="keep a service with its workers up on this machine")
     up.add_argument("--host", default="127.0.0.1")
     up.add_argument("--port", type=int, default=8000)
-    up.add_argument("--data", type=Path, help="folder that keeps jobs and results (default: the stack's own)")
+    up.add_argument(
+        "--data", type=Path, help="folder that keeps jobs and results (default: a temporary one, gone at the end)"
+    )
     up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
     up.set_defaults(command=_up)
 
@@ -98,7 +100,7 @@ def _client(url: str) -> Client:
 
 
 def _up(options: argparse.Namespace) -> int:
-    command = stack_command("--host", options.host, "--port", str(options.port), "--die-with-parent")
+    command = stack_command("--host", options.host, "--port", str(options.port), "--die-with-parent", str(os.getpid()))
     for name in ("data", "workers"):
         if getattr(options, name) is not None:
             command += [f"--{name}", str(getattr(options, name))]

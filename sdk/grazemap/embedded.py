@@ -85,7 +85,7 @@ class Stack:
         workers: int | None = None,
         timeout: float = constants.LOCAL_START_TIMEOUT,
     ) -> None:
-        options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent"]
+        options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent", str(os.getpid())]
         if workers is not None:
             options += ["--workers", str(workers)]
         command = stack_command(*options)
@@ -93,8 +93,13 @@ class Stack:
         self._log = self._folder / "stack.log"
         where = Path(data).expanduser() if data is not None else self._folder / "data"
         with self._log.open("wb") as log:
+            # In a session of its own: Ctrl-C in a notebook or a prompt ends a wait, not the stack.
             self._process = subprocess.Popen(
-                [*command, "--data", str(where)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log
+                [*command, "--data", str(where)],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                start_new_session=True,
             )
         atexit.register(self.stop)
         try:

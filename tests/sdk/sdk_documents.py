@@ -100,14 +100,15 @@ def _map() -> dict[str, Any]:
     return {
         "omega": np.array([0.2, 0.25, 0.3]),
         "clearance": np.array([1.5, 1.6]),
-        "kind": np.array([[1, 1, 1], [1, 0, 1]], dtype=np.int8),
+        "kind": np.array([[1, 0, 1], [1, 0, 1]], dtype=np.int8),
         "kinds": np.array(["unresolved", "periodic"]),
-        "period": np.array([[1, 1, 3], [1, 0, 1]], dtype=np.int32),
+        # where the kind is "unresolved" the counts mean nothing
+        "period": np.array([[1, 9, 3], [1, 0, 1]], dtype=np.int32),
         "impacts_right": np.array([[2, 2, 4], [2, 0, -1]], dtype=np.int32),
         "impacts_left": np.array([[2, 2, 4], [2, 0, -1]], dtype=np.int32),
         "symmetric": np.array([[True, True, True], [True, False, True]]),
         "least_impact_velocity": np.array([[0.1, 0.2, 0.3], [0.4, np.nan, np.nan]]),
-        "settled_after": np.array([[50, 60, 70], [80, -1, 20]], dtype=np.int32),
-        "reason": np.array([[0, 0, 0], [0, 1, 0]], dtype=np.int8),
+        "settled_after": np.array([[50, -1, 70], [80, -1, 20]], dtype=np.int32),
+        "reason": np.array([[0, 1, 0], [0, 1, 0]], dtype=np.int8),
         "reasons": np.array(["", "not closed"]),
     }

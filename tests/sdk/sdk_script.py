@@ -25,6 +25,7 @@ class Script:
             while True:
                 effect = flow.throw(outcome) if isinstance(outcome, LinkBroken) else flow.send(outcome)
                 self.effects.append(effect)
+                assert len(self.effects) < 10_000, "the flow does not come to an end"
                 outcome = self._perform(effect)
         except StopIteration as stop:
             return stop.value

@@ -37,9 +37,9 @@ def test_the_map_has_regions_curve_points_and_shares():
     entries = legend(ax)
     assert entries[:4] == [
         "1-$(-1)_r$-$(-1)_l$ (16.7%)",
-        "1-$2_r$-$2_l$ (50.0%)",
+        "1-$2_r$-$2_l$ (33.3%)",
         "3-$4_r$-$4_l$ (16.7%)",
-        "unresolved (16.7%)",
+        "unresolved (33.3%)",
     ]
     assert any("grazing curve" in entry for entry in entries)
     # the axes end with the map's cells, and points beyond them get no entry
@@ -51,7 +51,7 @@ def test_the_map_has_regions_curve_points_and_shares():
 
 def test_small_motions_are_drawn_together_and_counted():
     entries = legend(decode_result(npz("unfolding-maps")).plot(motions=1))
-    assert entries == ["1-$2_r$-$2_l$ (50.0%)", "unresolved (16.7%)", "2 other motions (33.3%)"]
+    assert entries == ["1-$2_r$-$2_l$ (33.3%)", "unresolved (33.3%)", "2 other motions (33.3%)"]
 
 
 def test_points_are_told_apart_by_kind():
