@@ -44,6 +44,9 @@ TAYLOR_DEGREE: Final = 18
 """Degree of the local series of x1. With steps of at most CELL_REACH / |lambda| the first term left out is below
 1/19! = 8e-18 of a mode's amplitude; its bound is added to the contact test all the same."""
 
+SHORT_DEGREE: Final = 9
+"""Degree at which the contact search tries first, the rest of the series being counted as error (1/10! = 3e-7)."""
+
 CELL_REACH: Final = 1.0
 """Length of a cell times the largest exponent (or omega). Larger cells need a higher degree, smaller ones cost more."""
 
@@ -61,7 +64,7 @@ IMPACT_BUDGET: Final = 50_000
 """Impacts in half a forcing period after which a trajectory is given up; only R = 1 sliding on a stop gets there."""
 
 SETTLING_IMPACTS: Final = 1_000_000
-"""Impacts after which a trajectory that has not settled is given up: a second or two of work. Thousands are the rule."""
+"""Impacts after which a trajectory that has not settled is given up: a second or two. Thousands are the rule."""
 
 # --- motion -------------------------------------------------------------------------------------------------------
 

@@ -4,12 +4,26 @@ import numpy as np
 import pytest
 from scipy.special import comb
 
-from grazemap_core.kernels.bernstein import CLEAR, CONTACT, MAX_DEPTH, STACK_SHAPE, first_negative, to_bernstein
+from grazemap_core.kernels.bernstein import (
+    CLEAR,
+    CONTACT,
+    GRAZE_UNDECIDED,
+    MAX_DEPTH,
+    STACK_SHAPE,
+    first_negative,
+    to_bernstein,
+)
 
 
-def isolate(taylor: np.ndarray, error: float = 1e-13) -> tuple[int, float]:
+def isolate(taylor: np.ndarray, error: float = 1e-13, short: int | None = None) -> tuple[int, float]:
     return first_negative(
-        taylor, len(taylor) - 1, error, np.zeros(STACK_SHAPE), np.zeros(MAX_DEPTH + 2), np.zeros(MAX_DEPTH + 2)
+        taylor,
+        len(taylor) - 1,
+        short or len(taylor) - 1,
+        error,
+        np.zeros(STACK_SHAPE),
+        np.zeros(MAX_DEPTH + 2),
+        np.zeros(MAX_DEPTH + 2),
     )
 
 
@@ -62,3 +76,23 @@ def test_a_start_on_the_stop_going_out_is_a_contact_at_once() -> None:
     status, t = isolate(np.array([1e-17, -0.5, 0.1]))
     assert status == CONTACT
     assert t < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_search_on_the_first_terms_finds_the_same_root_or_says_that_it_cannot(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    size = STACK_SHAPE[1]
+    taylor = rng.normal(size=size) / np.cumprod(np.maximum(1.0, np.arange(size)))
+    taylor[0] = rng.uniform(0.01, 0.5)
+    left_out = 1e-13 + np.abs(taylor[10:]).sum()
+    status, t = isolate(taylor)
+    short_status, short_t = isolate(taylor, error=left_out, short=9)
+    if short_status != GRAZE_UNDECIDED:
+        assert (short_status, short_t) == (status, pytest.approx(t, abs=1e-12))
+
+
+def test_search_on_the_first_terms_does_not_clear_a_slow_start() -> None:
+    # leaves slowly, dips below zero by less than what the first terms leave out, and comes back
+    taylor = np.array([1e-9, -1e-6, 1e-4, 0.0, 0.0])
+    assert isolate(taylor, error=1e-15)[0] == CONTACT
+    assert isolate(taylor, error=1e-7, short=3)[0] == GRAZE_UNDECIDED

@@ -25,9 +25,11 @@ CLEAR = 0
 CONTACT = 1
 """The distance turns negative at the returned t."""
 GRAZE_UNDECIDED = 2
-"""No contact was certain, but somewhere the distance is zero to within round-off; taken as no contact."""
+"""No contact was certain, but somewhere the distance is zero to within the error; taken as no contact."""
 
 MAX_DEPTH = 60
+SHORT_DEPTH = 6
+"""Halvings after which a search on the first terms alone is given up: the whole series decides faster."""
 STACK_SHAPE = (MAX_DEPTH + 2, TAYLOR_DEGREE + 1)
 
 _binomial = np.ones((TAYLOR_DEGREE + 1, TAYLOR_DEGREE + 1))
@@ -111,13 +113,25 @@ def _unsure_between(piece: FloatArray, error: float, low: int, high: int, degree
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_negative(
-    taylor: FloatArray, degree: int, error: float, stack: FloatArray, start: FloatArray, width: FloatArray
+    taylor: FloatArray,
+    degree: int,
+    short: int,
+    error: float,
+    stack: FloatArray,
+    start: FloatArray,
+    width: FloatArray,
 ) -> tuple[int, float]:
     """Return (status, t) of the first sign change from positive to negative on [0, 1].
+
+    The search may be made on the first terms of the series alone, what they leave out being part of `error`: it is as
+    rigorous (raising the degree keeps a sequence "positive, unsure, negative" of coefficients in that order, and adding
+    what was left out moves none of them by more than `error`), cheaper, and undecided more often.
 
     Parameters
     ----------
     taylor : (degree + 1,) coefficients of the distance in t; positive, or zero to round-off, at t = 0.
+    degree : of the series.
+    short : degree searched at; `degree` itself, or a smaller one.
     error : bound on the rounding and truncation in any Bernstein coefficient.
     stack, start, width : scratch of shapes STACK_SHAPE, (MAX_DEPTH + 2,), (MAX_DEPTH + 2,); overwritten.
 
@@ -125,20 +139,21 @@ def first_negative(
     -------
     status : CLEAR, CONTACT or GRAZE_UNDECIDED. t is meaningful with CONTACT only.
     """
-    to_bernstein(taylor, degree, stack[0])
+    to_bernstein(taylor, short, stack[0])
     start[0] = 0.0
     width[0] = 1.0
     top = 0
     undecided = False
+    whole = short == degree
     while top >= 0:
         piece = stack[top]
         largest = 0.0
-        first_positive = degree + 1
+        first_positive = short + 1
         last_positive = -1
-        first_negative_at = degree + 1
+        first_negative_at = short + 1
         last_negative = -1
         last_unsure = -1
-        for i in range(degree + 1):
+        for i in range(short + 1):
             value = piece[i]
             largest = max(largest, abs(value))
             if value > error:
@@ -149,26 +164,32 @@ def first_negative(
                 first_negative_at = min(first_negative_at, i)
             else:
                 last_unsure = i
-        if last_negative < 0 and last_positive >= 0 and last_unsure < first_positive:
-            top -= 1  # positive; unsure values at the very start are the stop that was just left
+        if last_negative < 0 and last_unsure < 0:
+            top -= 1  # positive
             continue
-        if last_positive < 0 and last_negative >= 0 and last_unsure < first_negative_at:
+        if whole and last_negative < 0 and last_positive >= 0 and last_unsure < first_positive:
+            top -= 1  # positive but for unsure values at the very start: the stop that was just left
+            continue
+        if whole and last_positive < 0 and last_negative >= 0 and last_unsure < first_negative_at:
+            # at the stop to within round-off, and going out
             return CONTACT, _stepped_root(taylor, degree, start[top], width[top])
         if (
             first_positive == 0
-            and last_negative == degree
+            and last_negative == short
             and last_positive < first_negative_at
-            and (last_unsure < 0 or _unsure_between(piece, error, last_positive, first_negative_at, degree))
+            and (last_unsure < 0 or _unsure_between(piece, error, last_positive, first_negative_at, short))
         ):
             return CONTACT, _polished_root(taylor, degree, start[top], start[top] + width[top])
+        if not whole and top >= SHORT_DEPTH:
+            return GRAZE_UNDECIDED, 1.0
         if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= 1e-15:
             undecided = True
             top -= 1
             continue
-        _split(piece, degree, stack[top + 1])
+        _split(piece, short, stack[top + 1])
         half = 0.5 * width[top]
         # the right half waits below, the left half is looked at first
-        for i in range(degree + 1):
+        for i in range(short + 1):
             left = piece[i]
             piece[i] = stack[top + 1, i]
             stack[top + 1, i] = left

@@ -20,6 +20,10 @@ from grazemap_core.tolerances import TAYLOR_DEGREE
 
 FloatArray = NDArray[np.float64]
 
+_ORDERS = np.arange(TAYLOR_DEGREE + 1)
+STEP_OF_SERIES = 1.0 / ((_ORDERS + 1.0) * (_ORDERS + 2.0))
+"""1 / ((m + 1) (m + 2)), by which term m + 2 of the series of a second-order equation follows from m + 1 and m."""
+
 
 class CellProblem(NamedTuple):
     """One oscillator at one forcing frequency.
@@ -142,16 +146,13 @@ def _add_series(
     p = 2.0 * decay * length
     q = square * length * length
     for m in range(TAYLOR_DEGREE - 1):
-        c = -(p * (m + 1) * b + q * a) / ((m + 1) * (m + 2))
+        c = -(p * (m + 1) * b + q * a) * STEP_OF_SERIES[m]
         taylor[m + 2] += c
         total += abs(c)
         a, b = b, c
     # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
-    m = TAYLOR_DEGREE - 1
-    c = -(p * (m + 1) * b + q * a) / ((m + 1) * (m + 2))
-    a, b = b, c
-    m += 1
-    d = -(p * (m + 1) * b + q * a) / ((m + 1) * (m + 2))
+    c = -(p * TAYLOR_DEGREE * b + q * a) * STEP_OF_SERIES[TAYLOR_DEGREE - 1]
+    d = -(p * (TAYLOR_DEGREE + 1) * c + q * b) * STEP_OF_SERIES[TAYLOR_DEGREE]
     reach = math.sqrt(q)
     rest = abs(c) + (abs(d) * (TAYLOR_DEGREE + 2) / reach if reach > 0.0 else 0.0)
     return total, rest
