@@ -84,3 +84,14 @@ def test_the_spectral_bound_bounds_every_eigenvalue(data: st.DataObject) -> None
 def test_there_is_no_tile_outside_the_plan() -> None:
     with pytest.raises(IndexError):
         plan("unfolding-maps", map_request(4, 4)).tile(10**6)
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "damping"), [(1e-308, 1e308, 0.0), (1e-300, 1e300, 1e300), (1e300, 1e-300, 0.0)]
+)
+def test_absurd_numbers_cost_much_or_little_but_always_something(mass: float, stiffness: float, damping: float) -> None:
+    oscillator = Oscillator(masses=[mass], stiffnesses=[stiffness], damping=damping, forcing=[1.0])
+    request = map_request(8, 8).model_copy(update={"oscillator": oscillator})
+    estimate = plan("unfolding-maps", request).estimate
+    assert estimate.seconds > 0
+    assert estimate.tiles >= 1

@@ -32,9 +32,10 @@ PERIODS_PER_PIXEL = 250
 # |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
 REFERENCE_STIFFNESS = 10.0
 TILE_SECONDS = 2.0
-# One sample of a grazing curve with its recurrence, per order looked at; one order or multiple over one unit of omega.
-CURVE_SECONDS = 2.0e-6
-POINTS_SECONDS = 0.05
+# One sample of a grazing curve, per order looked at and mass.
+CURVE_SECONDS = 5.0e-8
+# The codimension-two points per unit of omega and mass; their number grows with the square of the orders looked at.
+POINTS_SECONDS = 1.0e-5
 
 Tile = tuple[int, int, int, int]
 
@@ -104,8 +105,9 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             seconds = grid_points(request.omega) * (1 + request.max_order) * request.oscillator.size * CURVE_SECONDS
             return Plan(estimate=Estimate(seconds=seconds))
         case CodimensionTwoPointsRequest():
-            work = (request.max_order + 2 * request.max_multiple) * (1 + request.omega.stop - request.omega.start)
-            return Plan(estimate=Estimate(seconds=work * request.oscillator.size * POINTS_SECONDS))
+            orders = request.max_order + 2 * request.max_multiple
+            work = orders**2 * (request.omega.stop - request.omega.start) * request.oscillator.size
+            return Plan(estimate=Estimate(seconds=work * POINTS_SECONDS))
     raise KeyError(process)
 
 
@@ -113,23 +115,26 @@ def spectral_bound(oscillator: Oscillator) -> float:
     """Return an upper bound of |lambda| over the eigenvalues of M x'' + C x' + K x = 0.
 
     With nu and mu the largest absolute row sums of M^-1 C and M^-1 K (Gershgorin), lambda^2 <= nu lambda + mu.
+    Infinite where the numbers overflow.
     """
     masses = np.array(oscillator.masses)
-    stiffness_rows = _row_sums(np.array(oscillator.stiffnesses)) / masses
-    mu = float(stiffness_rows.max())
-    if isinstance(oscillator.damping, list):
-        factor = 2.0 if oscillator.units == "nondimensional" else 1.0
-        nu = float((factor * _row_sums(np.array(oscillator.damping)) / masses).max())
-    else:
-        nu = 2.0 * oscillator.damping * mu
-    return 0.5 * (nu + math.hypot(nu, 2.0 * math.sqrt(mu)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        mu = float((_row_sums(np.array(oscillator.stiffnesses)) / masses).max())
+        if isinstance(oscillator.damping, list):
+            factor = 2.0 if oscillator.units == "nondimensional" else 1.0
+            nu = float((factor * _row_sums(np.array(oscillator.damping)) / masses).max())
+        else:
+            nu = 2.0 * oscillator.damping * mu
+    bound = 0.5 * (nu + math.hypot(nu, 2.0 * math.sqrt(mu)))
+    return math.inf if math.isnan(bound) else bound
 
 
 def period_costs(
     oscillator: Oscillator, omega: np.ndarray[tuple[int], np.dtype[np.float64]]
 ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Return what a forcing period costs at each omega, shape (n,), in periods of the default oscillator, >= 1."""
-    stiffness = spectral_bound(oscillator) * 2.0 * math.pi / omega
+    with np.errstate(over="ignore"):
+        stiffness = spectral_bound(oscillator) * 2.0 * math.pi / omega
     return np.maximum(1.0, stiffness / REFERENCE_STIFFNESS)
 
 
