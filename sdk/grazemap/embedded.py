@@ -7,7 +7,6 @@ import importlib.util
 import json
 import os
 import queue
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -88,19 +87,17 @@ class Stack:
         options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent", str(os.getpid())]
         if workers is not None:
             options += ["--workers", str(workers)]
+        if (
+            data is not None
+        ):  # without one the stack has a temporary folder, and removes it even if this process is killed
+            options += ["--data", str(Path(data).expanduser())]
         command = stack_command(*options)
-        self._folder = Path(tempfile.mkdtemp(prefix="grazemap-"))
-        self._log = self._folder / "stack.log"
-        where = Path(data).expanduser() if data is not None else self._folder / "data"
-        with self._log.open("wb") as log:
-            # In a session of its own: Ctrl-C in a notebook or a prompt ends a wait, not the stack.
-            self._process = subprocess.Popen(
-                [*command, "--data", str(where)],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=log,
-                start_new_session=True,
-            )
+        # A file without a name: it too is gone however this process ends.
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the stack
+        # In a session of its own: Ctrl-C in a notebook or a prompt ends a wait, not the stack.
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log, start_new_session=True
+        )
         atexit.register(self.stop)
         try:
             self.url = self._await_ready(timeout)
@@ -127,11 +124,12 @@ class Stack:
             raise StackError(f"the stack did not say where it is{self._log_tail()}") from error
 
     def _log_tail(self) -> str:
-        lines = self._log.read_text(errors="replace").splitlines()[-_LOG_LINES_SHOWN:]
+        self._log.seek(0)
+        lines = self._log.read().decode(errors="replace").splitlines()[-_LOG_LINES_SHOWN:]
         return "\n" + "\n".join(lines) if lines else ""
 
     def stop(self) -> None:
-        """Stop the stack and remove its temporary data. Idempotent."""
+        """Stop the stack; it removes its temporary data. Idempotent."""
         atexit.unregister(self.stop)
         if self._process.poll() is None:
             self._process.terminate()
@@ -142,7 +140,7 @@ class Stack:
                 self._process.wait()
         if self._process.stdout is not None:
             self._process.stdout.close()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._log.close()
 
 
 def _first_line(stream: IO[bytes], lines: queue.Queue[bytes]) -> None:

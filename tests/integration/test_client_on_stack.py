@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -95,15 +96,17 @@ def test_a_map_moves_and_is_stopped(stack: LocalClient) -> None:
     assert time.monotonic() - started < 8
 
 
-def test_the_stack_goes_with_a_parent_that_is_killed() -> None:
+def test_the_stack_and_its_folders_go_with_a_parent_that_is_killed(tmp_path) -> None:
     code = (
         "import grazemap, json, psutil, time; client = grazemap.local(workers=1);"
         "print(json.dumps([p.pid for p in psutil.Process().children(recursive=True)]), flush=True); time.sleep(300)"
     )
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as parent:
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, env=environment) as parent:
         assert parent.stdout is not None
         below = [psutil.Process(pid) for pid in json.loads(parent.stdout.readline())]
         assert len(below) >= 4
         parent.send_signal(signal.SIGKILL)
     _, left = psutil.wait_procs(below, timeout=8)
     assert left == []
+    assert list(tmp_path.iterdir()) == []

@@ -41,7 +41,7 @@ def test_a_block_has_a_client_and_leaves_nothing(stack, tmp_path):
         assert client.base_url == "http://127.0.0.1:9"
         pid = client._stack._process.pid
         assert alive(pid)
-        assert client._stack._process.args[-6:-1] == ["--die-with-parent", str(os.getpid()), "--workers", "2", "--data"]
+        assert client._stack._process.args[-4:] == ["--die-with-parent", str(os.getpid()), "--workers", "2"]
     assert not alive(pid)
     assert list(tmp_path.iterdir()) == []
 
