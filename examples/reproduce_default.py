@@ -4,8 +4,6 @@ Writes grazing_curve.png and .npz, codimension_two_points.json, unfolding_map.pn
 the command line ("out" when none is), and says where. `make run` runs this.
 """
 
-
-
 from __future__ import annotations
 
 import sys

@@ -19,8 +19,8 @@ from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from grazemap.invalid import errors_of
 from grazemap.models import PROCESSES, Problem, ProblemError
-from grazemap_service.validation import errors_of
 from grazemap_worker.store import QueueFull
 
 MEDIA_TYPE = "application/problem+json"

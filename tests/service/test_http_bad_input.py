@@ -211,7 +211,8 @@ def test_a_body_full_of_errors_is_refused_at_once(client: TestClient, item: str)
     body = f'{{"omega": [{", ".join([item] * 200_000)}]}}'
     began = time.process_time()
     answer = client.post("/v1/grazing-curves", content=body, headers=JSON)
-    assert time.process_time() - began < 0.5
+    # with every wrong number reported it took 2 to 2.5 s; it takes 0.1 s, and 0.8 s was seen late in a whole test run
+    assert time.process_time() - began < 1.5
     assert answer.status_code == 422
     assert [error["pointer"] for error in answer.json()["errors"]] == ["/omega/0"]
 

@@ -1,4 +1,4 @@
-"""Structured logs of workers: one JSON object a line on stderr, RQ's own records among them from WARNING on."""
+"""Structured logs of workers and service: one JSON object a line on stderr, RQ's and numba's from WARNING on."""
 
 from __future__ import annotations
 

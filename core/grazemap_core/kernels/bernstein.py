@@ -61,15 +61,21 @@ def _split(piece: FloatArray, degree: int, right: FloatArray) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _value_and_slope(taylor: FloatArray, degree: int, t: float) -> tuple[float, float]:
+    value = taylor[degree]
+    slope = 0.0
+    for k in range(degree - 1, -1, -1):
+        slope = slope * t + value
+        value = value * t + taylor[k]
+    return value, slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _polished_root(taylor: FloatArray, degree: int, low: float, high: float) -> float:
     """Return the one root in [low, high] (positive at low, negative at high): Newton kept inside the bracket."""
     t = 0.5 * (low + high)
     for _ in range(100):
-        value = taylor[degree]
-        slope = 0.0
-        for k in range(degree - 1, -1, -1):
-            slope = slope * t + value
-            value = value * t + taylor[k]
+        value, slope = _value_and_slope(taylor, degree, t)
         if value < 0.0:
             high = t
         elif value > 0.0:
@@ -90,11 +96,7 @@ def _stepped_root(taylor: FloatArray, degree: int, low: float, width: float) -> 
     """Return the root next to `low`, where the distance is zero to within round-off and falling."""
     t = low
     for _ in range(3):
-        value = taylor[degree]
-        slope = 0.0
-        for k in range(degree - 1, -1, -1):
-            slope = slope * t + value
-            value = value * t + taylor[k]
+        value, slope = _value_and_slope(taylor, degree, t)
         if slope >= 0.0:
             return low
         t = min(max(t - value / slope, max(low - width, 0.0)), low + width)
