@@ -71,9 +71,9 @@ def _value_and_slope(taylor: FloatArray, degree: int, t: float) -> tuple[float, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _polished_root(taylor: FloatArray, degree: int, low: float, high: float) -> float:
+def _polished_root(taylor: FloatArray, degree: int, low: float, high: float, guess: float) -> float:
     """Return the one root in [low, high] (positive at low, negative at high): Newton kept inside the bracket."""
-    t = 0.5 * (low + high)
+    t = guess
     for _ in range(100):
         value, slope = _value_and_slope(taylor, degree, t)
         if value < 0.0:
@@ -181,7 +181,11 @@ def first_negative(
             and last_positive < first_negative_at
             and (last_unsure < 0 or _unsure_between(piece, error, last_positive, first_negative_at, short))
         ):
-            return CONTACT, _polished_root(taylor, degree, start[top], start[top] + width[top])
+            # the guess is where the control polygon crosses zero
+            fall = piece[last_positive] - piece[first_negative_at]
+            place = last_positive + (first_negative_at - last_positive) * piece[last_positive] / fall
+            low, high = start[top], start[top] + width[top]
+            return CONTACT, _polished_root(taylor, degree, low, high, low + width[top] * place / short)
         if not whole and top >= SHORT_DEPTH:
             return GRAZE_UNDECIDED, 1.0
         if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= 1e-15:

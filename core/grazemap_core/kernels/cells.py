@@ -134,31 +134,6 @@ def bounds(problem: CellProblem, u: FloatArray) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_series(
-    first: float, second: float, decay: float, square: float, length: float, taylor: FloatArray
-) -> tuple[float, float]:
-    """Add the scaled series of y'' = -square y - 2 decay y' to taylor; return (sum of |terms|, bound of the rest)."""
-    a = first
-    b = second * length
-    taylor[0] += a
-    taylor[1] += b
-    total = abs(a) + abs(b)
-    p = 2.0 * decay * length
-    q = square * length * length
-    for m in range(TAYLOR_DEGREE - 1):
-        c = -(p * (m + 1) * b + q * a) * STEP_OF_SERIES[m]
-        taylor[m + 2] += c
-        total += abs(c)
-        a, b = b, c
-    # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
-    c = -(p * TAYLOR_DEGREE * b + q * a) * STEP_OF_SERIES[TAYLOR_DEGREE - 1]
-    d = -(p * (TAYLOR_DEGREE + 1) * c + q * b) * STEP_OF_SERIES[TAYLOR_DEGREE]
-    reach = math.sqrt(q)
-    rest = abs(c) + (abs(d) * (TAYLOR_DEGREE + 2) / reach if reach > 0.0 else 0.0)
-    return total, rest
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def expand(
     problem: CellProblem,
     u: FloatArray,
@@ -166,8 +141,17 @@ def expand(
     gain_imag: float,
     length: float,
     taylor: FloatArray,
+    terms: FloatArray,
 ) -> tuple[float, float]:
     """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
+
+    Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two before; the
+    steady motion is one block more, without decay. The blocks run side by side, as their recurrences are independent.
+
+    Parameters
+    ----------
+    terms : (N + 1, 4)
+        Scratch: per block the last two terms and the two coefficients of its recurrence; overwritten.
 
     Returns
     -------
@@ -176,13 +160,39 @@ def expand(
     rest : float
         Bound of what the series leaves out, anywhere in [0, 1].
     """
-    taylor[:] = 0.0
-    square = problem.omega * problem.omega
-    size, rest = _add_series(gain_imag, problem.omega * gain_real, 0.0, square, length, taylor)
-    for j in range(u.shape[0]):
-        x = problem.readout[j, 0] * u[j, 0] + problem.readout[j, 1] * u[j, 1]
-        v = problem.readout[j, 2] * u[j, 0] + problem.readout[j, 3] * u[j, 1]
-        s, r = _add_series(x, v, problem.decay[j], problem.frequency_squared[j], length, taylor)
-        size += s
-        rest += r
+    blocks = u.shape[0]
+    for j in range(blocks):
+        terms[j, 0] = problem.readout[j, 0] * u[j, 0] + problem.readout[j, 1] * u[j, 1]
+        terms[j, 1] = (problem.readout[j, 2] * u[j, 0] + problem.readout[j, 3] * u[j, 1]) * length
+        terms[j, 2] = 2.0 * problem.decay[j] * length
+        terms[j, 3] = problem.frequency_squared[j] * length * length
+    terms[blocks, 0] = gain_imag
+    terms[blocks, 1] = problem.omega * gain_real * length
+    terms[blocks, 2] = 0.0
+    terms[blocks, 3] = (problem.omega * length) ** 2
+    size = 0.0
+    taylor[0] = 0.0
+    taylor[1] = 0.0
+    for j in range(blocks + 1):
+        taylor[0] += terms[j, 0]
+        taylor[1] += terms[j, 1]
+        size += abs(terms[j, 0]) + abs(terms[j, 1])
+    for m in range(TAYLOR_DEGREE - 1):
+        total = 0.0
+        for j in range(blocks + 1):
+            c = -(terms[j, 2] * (m + 1) * terms[j, 1] + terms[j, 3] * terms[j, 0]) * STEP_OF_SERIES[m]
+            terms[j, 0] = terms[j, 1]
+            terms[j, 1] = c
+            total += c
+            size += abs(c)
+        taylor[m + 2] = total
+    # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
+    rest = 0.0
+    for j in range(blocks + 1):
+        a, b, p, q = terms[j, 0], terms[j, 1], terms[j, 2], terms[j, 3]
+        c = -(p * TAYLOR_DEGREE * b + q * a) * STEP_OF_SERIES[TAYLOR_DEGREE - 1]
+        d = -(p * (TAYLOR_DEGREE + 1) * c + q * b) * STEP_OF_SERIES[TAYLOR_DEGREE]
+        rest += abs(c)
+        if q > 0.0:
+            rest += abs(d) * (TAYLOR_DEGREE + 2) / math.sqrt(q)
     return size, rest

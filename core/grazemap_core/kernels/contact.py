@@ -50,6 +50,7 @@ class Workspace(NamedTuple):
     """
 
     taylor: FloatArray
+    terms: FloatArray
     distance: FloatArray
     stack: FloatArray
     start: FloatArray
@@ -64,6 +65,7 @@ def workspace(blocks: int, events: int = 0) -> Workspace:
     """Return fresh scratch for an oscillator of `blocks` masses, with room for some events."""
     return Workspace(
         taylor=np.zeros(TAYLOR_DEGREE + 1),
+        terms=np.zeros((blocks + 1, 4)),
         distance=np.zeros(TAYLOR_DEGREE + 1),
         stack=np.zeros((MAX_DEPTH + 2, TAYLOR_DEGREE + 1)),
         start=np.zeros(MAX_DEPTH + 2),
@@ -76,13 +78,15 @@ def workspace(blocks: int, events: int = 0) -> Workspace:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, clearance: float) -> bool:
-    """Certify that a cell has no contact, from position and velocity at its ends and a bound of |x1''''|."""
+def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, limit: float) -> bool:
+    """Certify that a cell has no contact, from position and velocity at its ends and a bound of |x1''''|.
+
+    `limit` is the clearance less the round-off of the positions.
+    """
     third = step / 3.0
     square = step * step
     highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x1 - third * v1), abs(x1)))
-    # written so that a NaN is never clear; the round-off of x and v is far below the width kept free here
-    return highest + square * square / 384.0 * fourth < clearance * (1.0 - 1e-13)
+    return highest + square * square / 384.0 * fourth < limit  # a NaN is never clear
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -210,7 +214,7 @@ def walk_cell(problem: CellProblem, u: FloatArray, clearance: float, cell: int, 
         length = problem.step - offset
         if length <= 0.0:
             return OK
-        size, rest = expand(problem, u, gain_real, gain_imag, length, work.taylor)
+        size, rest = expand(problem, u, gain_real, gain_imag, length, work.taylor, work.terms)
         if not np.isfinite(size):
             return NOT_FINITE
         stop_left = work.cursor[0]

@@ -30,7 +30,7 @@ from grazemap_core.kernels.contact import (
     is_clear,
     walk_cell,
 )
-from grazemap_core.tolerances import CLEARED, SETTLING_IMPACTS
+from grazemap_core.tolerances import CLEARED, CONTACT_ROUNDING, SETTLING_IMPACTS
 
 FloatArray = NDArray[np.float64]
 
@@ -44,20 +44,22 @@ def run_half(problem: CellProblem, u: FloatArray, clearance: float, half: int, w
     cells = problem.cells // 2
     first = (half % 2) * cells
     x, v = first_mass(problem, u, problem.gain[first, 0], problem.gain[first, 1])
-    _, fourth = bounds(problem, u)
+    reach, fourth = bounds(problem, u)
+    limit = clearance - CONTACT_ROUNDING * (reach + clearance)
     work.tally[0] = 0.0
     work.tally[1] = 0.0
     work.tally[2] = np.inf
     for cell in range(first, first + cells):
         work.saved[:] = u
         x_end, v_end = advance_cell(problem, u, cell + 1)
-        if work.cursor[0] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, clearance):
+        if work.cursor[0] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, limit):
             u[:] = work.saved
             status = walk_cell(problem, u, clearance, cell, half, work)
             if status != OK:
                 return status
             x_end, v_end = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
-            _, fourth = bounds(problem, u)
+            reach, fourth = bounds(problem, u)
+            limit = clearance - CONTACT_ROUNDING * (reach + clearance)
         x, v = x_end, v_end
     return OK
 
