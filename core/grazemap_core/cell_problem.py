@@ -13,8 +13,9 @@ from grazemap_core.kernels.cells import CellProblem
 from grazemap_core.modal import ModalModel
 from grazemap_core.tolerances import CELL_REACH, LEAST_CELLS
 
-MOST_CELLS = 10_000_000
-"""Cells per forcing period beyond which a chain is refused as too stiff for its forcing frequency."""
+MOST_CELLS = 200_000
+"""Cells per forcing period beyond which a chain is refused as too stiff for its forcing frequency: a period of one
+trajectory costs some 10 ms there, a point of a map with a thousand periods some 10 s."""
 
 
 def cells_per_period(model: ModalModel, omega: float) -> int:
@@ -69,8 +70,8 @@ def cell_problem(
         cell_flow[j] = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], step)
     size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
     # the second half of the table mirrors the first exactly, so that symmetric motions are symmetric to the last bit
-    angles = phase + 2.0 * math.pi * np.arange(cells // 2) / cells
-    half = steady[0] * np.exp(1j * angles)
+    angles = 2.0 * math.pi * np.arange(cells // 2) / cells
+    half = steady[0] * np.exp(1j * phase) * np.exp(1j * angles)
     gain = np.concatenate([half, -half, half[:1]])
     return CellProblem(
         decay=np.ascontiguousarray(model.decay),

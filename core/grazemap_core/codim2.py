@@ -25,7 +25,7 @@ from grazemap_core.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, is
 from grazemap_core.modal import modal_model
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.steady import require_damped, steady_response
-from grazemap_core.tolerances import END_WIDTH
+from grazemap_core.tolerances import END_WIDTH, MOST_SPREAD
 
 Bifurcation = Literal["SN", "PD", "SB"]
 Status = Literal["simple", "near-double"]
@@ -137,7 +137,11 @@ def codimension_two_points(
     checked_order("max_multiple", max_multiple, 0)
     if not (math.isfinite(omega_start) and math.isfinite(omega_stop) and 0.0 < omega_start < omega_stop):
         raise ParameterError("omega", "start must be greater than 0 and less than stop, both finite")
+    if omega_stop > MOST_SPREAD * omega_start:
+        raise ParameterError("omega", f"stop must be at most {MOST_SPREAD:.0e} times start")
     response = impulse_response(modal_model(oscillator))
+    if omega_stop > MOST_SPREAD * float(np.sqrt(np.max(response.frequency_squared))):
+        raise ParameterError("omega", f"stop must be at most {MOST_SPREAD:.0e} times the highest natural frequency")
     points = _recurrences(response, omega_start, omega_stop, max_order)
     points += _resonances(response, omega_start, omega_stop, max_multiple)
     if not points:

@@ -86,6 +86,8 @@ def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) 
     checked_order("max_order", max_order, 1)
     values = checked_omega(omega)
     response = steady_response(oscillator, values)[:, 0]
+    if not np.all(np.isfinite(response) & (np.abs(response) > 0.0)):
+        raise ParameterError("omega", "holds a frequency at which the motion of mass 1 is too small or large a number")
     # x_1(0) = Im(response e^{i tau}) is largest, the amplitude, where the argument is pi/2
     phase = 0.5 * np.pi - np.angle(response)
     phase = np.where(phase > np.pi, phase - 2.0 * np.pi, phase)

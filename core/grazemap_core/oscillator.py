@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 Floats = NDArray[np.float64]
 
@@ -96,8 +97,8 @@ class Oscillator:
         gamma: float | None = None
         if np.ndim(damping) == 0:
             gamma = float(damping)  # type: ignore[arg-type]
-            if not (math.isfinite(gamma) and gamma >= 0.0):
-                raise ParameterError("damping", "must be a finite number, 0 or greater")
+            if not (gamma == 0.0 or LEAST_NUMBER <= gamma <= LARGEST_NUMBER):
+                raise ParameterError("damping", f"must be 0 or between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
             links = 2.0 * gamma * stiffness
         else:
             given = _list("damping", damping, count)  # type: ignore[arg-type]
@@ -136,6 +137,9 @@ def _list(name: str, values: Sequence[float] | Floats, count: int | None) -> Flo
         raise ParameterError(name, f"has {array.size} numbers and masses has {count}")
     if not np.all(np.isfinite(array)):
         raise ParameterError(name, "every number must be finite")
+    size = np.abs(array[array != 0.0])
+    if np.any((size < LEAST_NUMBER) | (size > LARGEST_NUMBER)):
+        raise ParameterError(name, f"every number must be 0 or between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g} in size")
     # left writable: numba compiles every kernel a second time for read-only arrays
     return array
 

@@ -13,6 +13,7 @@ from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.kernels.tridiagonal import RESONANT, steady_amplitudes
 from grazemap_core.modal import modal_model
 from grazemap_core.oscillator import Floats, Oscillator
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 
 def checked_omega(omega: ArrayLike) -> Floats:
@@ -26,8 +27,8 @@ def checked_omega(omega: ArrayLike) -> Floats:
     values = np.ascontiguousarray(omega, dtype=np.float64)
     if values.ndim != 1:
         raise ParameterError("omega", "must be a list of numbers")
-    if not (np.all(np.isfinite(values)) and np.all(values > 0.0)):
-        raise ParameterError("omega", "every number must be finite and greater than 0")
+    if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
+        raise ParameterError("omega", f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
     return values
 
 

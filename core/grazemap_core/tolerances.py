@@ -11,6 +11,10 @@ from typing import Final
 EPSILON: Final = 2.220446049250313e-16
 """Distance from 1 to the next binary64 number; one rounding errs by at most half of it."""
 
+LEAST_NUMBER: Final = 1e-60
+LARGEST_NUMBER: Final = 1e60
+"""Sizes of given numbers other than 0. Fourth powers of frequencies then neither overflow nor vanish."""
+
 # --- modal model --------------------------------------------------------------------------------------------------
 
 MODAL_CONDITION_LIMIT: Final = 1.0e5
@@ -81,7 +85,8 @@ SLOWEST_RATE: Final = 0.999
 """Contraction per motion period above which the extrapolation means nothing and the motion is not named."""
 
 SEPARATION: Final = 100.0
-"""A smaller period is excluded, and an impact counts as no graze, at this many times the distance to the limit."""
+"""A smaller period is excluded at this many times LIMIT_DISTANCE; an impact counts as no graze when its squared speed
+(in units of omega * clearance) is this many times the distance to the limit."""
 
 CLEARED: Final = 1.0 - 1e-12
 """Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
@@ -121,6 +126,10 @@ MAX_CELLS: Final = 250_000
 
 The default set takes 415 to 595 cells a function over (0.05, 2.5): five to eight a zero.
 """
+
+MOST_SPREAD: Final = 1e9
+"""Largest stop/start of an interval of omega. Far below 1/EPSILON, so that halving the interval of half periods keeps
+its ends apart; searches over wider ones would need more than MAX_CELLS anyway."""
 
 END_WIDTH: Final = 1.0e-13
 """Relative amount by which the searched interval is widened, so that a zero at an end is not lost to rounding."""

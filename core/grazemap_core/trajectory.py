@@ -20,7 +20,7 @@ from grazemap_core.modal import modal_model
 from grazemap_core.motion import Motion, motion_from_codes
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import CLEARED
+from grazemap_core.tolerances import CLEARED, LARGEST_NUMBER, LEAST_NUMBER
 
 Floats = NDArray[np.float64]
 
@@ -107,8 +107,8 @@ def trajectory(
         A number is out of range, or mass 1 starts outside the stops.
     """
     for name, value in (("omega", omega), ("clearance", clearance)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ParameterError(name, "must be finite and greater than 0")
+        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
     for name, value, least in (
         ("periods", periods, 1),
         ("transient_periods", transient_periods, 0),
@@ -117,6 +117,8 @@ def trajectory(
     ):
         if value < least:
             raise ParameterError(name, f"must be {least} or greater")
+    if not math.isfinite(phase):
+        raise ParameterError("phase", "must be finite")
     x = _state("displacement", displacement, oscillator.size)
     v = _state("velocity", velocity, oscillator.size)
     if abs(x[0]) > clearance:
@@ -222,5 +224,5 @@ def _motion(
     reach, _ = bounds(problem, u)
     if stop_left == 0 and problem.damped and reach < CLEARED * clearance:
         return motion_from_codes(closing.NAMED, 1, -1, -1, True)
-    reason, period, right, left, symmetric, _ = closing.name_motion(problem, ring, halves, max_period, clearance)
+    reason, period, right, left, symmetric, _ = closing.name_motion(problem, ring, halves, max_period, clearance, reach)
     return motion_from_codes(reason, period, right, left, symmetric)

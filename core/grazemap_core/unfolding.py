@@ -15,6 +15,7 @@ from grazemap_core.kernels.simulate import settle_column
 from grazemap_core.modal import modal_model
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 Floats = NDArray[np.float64]
 
@@ -49,8 +50,8 @@ def unfolding_map_tile(
         A grid value is not positive, or a limit is below 1.
     """
     for name, values in (("omega", omega), ("clearance", clearance)):
-        if not (np.all(np.isfinite(values)) and np.all(values > 0.0)):
-            raise ParameterError(name, "every number must be finite and greater than 0")
+        if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
+            raise ParameterError(name, f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
     for name, limit in (("max_periods", max_periods), ("max_period", max_period)):
         if limit < 1:
             raise ParameterError(name, "must be 1 or greater")

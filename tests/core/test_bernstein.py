@@ -96,3 +96,19 @@ def test_search_on_the_first_terms_does_not_clear_a_slow_start() -> None:
     taylor = np.array([1e-9, -1e-6, 1e-4, 0.0, 0.0])
     assert isolate(taylor, error=1e-15)[0] == CONTACT
     assert isolate(taylor, error=1e-7, short=3)[0] == GRAZE_UNDECIDED
+
+
+def test_first_terms_alone_decide_nothing_where_several_coefficients_are_unsure() -> None:
+    # what the first ten terms leave out adds two zeros before the one that they show
+    error = 1e-7
+    coefficients = np.array([1.01, -0.9, -0.9, -0.9, 0.0, 0.0, 0.9, 0.9, 0.9, -1.01]) * error
+    taylor = np.zeros(STACK_SHAPE[1])
+    for i, c in enumerate(coefficients):
+        for j in range(10 - i):
+            taylor[i + j] += c * comb(9, i) * comb(9 - i, j) * (-1) ** j
+    taylor[10], taylor[11] = 0.01 * error, 0.98 * error
+    roots = np.roots(taylor[::-1])
+    first = np.min(roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real)
+    assert isolate(taylor, error=np.abs(taylor[10:]).sum(), short=9)[0] == GRAZE_UNDECIDED
+    status, t = isolate(taylor, error=1e-16)
+    assert (status, t) == (CONTACT, pytest.approx(first, abs=1e-9))

@@ -265,3 +265,9 @@ def test_what_has_no_points_is_refused():
         codimension_two_points(DEFAULT, 0.1, 1.0, max_order=0)
     with pytest.raises(ParameterError, match="max_multiple"):
         codimension_two_points(DEFAULT, 0.1, 1.0, max_multiple=-1)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(1e-100, 2.5), (1e-12, 2.5), (0.1, 2e14), (1e15, 1e16), (1e3, 1e11)])
+def test_intervals_that_cannot_be_searched_completely_are_refused(start, stop):
+    with pytest.raises(ParameterError, match="omega"):
+        codimension_two_points(DEFAULT, start, stop)

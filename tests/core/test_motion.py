@@ -23,7 +23,7 @@ def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # typ
     for k in range(halves):
         work.tally[:3] = impacts(k)
         closing.enter(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
-        said = closing.name_motion(problem, ring, k, max_period, 1.6)
+        said = closing.name_motion(problem, ring, k, max_period, 1.6, 1.6)
         if said[0] == closing.NAMED:
             return said, k
     return said, None
@@ -132,3 +132,35 @@ def test_an_elastic_mass_between_close_stops_is_given_up_in_the_end() -> None:
     elastic = Oscillator.create([1.0], [1.0], 0.0, [0.7], 1.0)
     result = unfolding_map_tile(elastic, np.array([0.3]), np.array([1e-3]), max_periods=100_000)
     assert REASONS[result["reason"][0, 0]].startswith("too many impacts")
+
+
+@pytest.mark.parametrize(("omega", "clearance", "restitution", "gamma"), [
+    # one mass: the return after two halves passes a turning point while that after one still falls
+    (3.3736033316809624, 0.12725729995235208, 0.9557123296340648, 0.0011475639376374556),
+    (3.3495614417232487, 0.12752353622824484, 0.8771692715348258, 0.022179725385727687),
+    (0.8531689121777564, 1.1881504982214424, 0.9899980539650735, 0.000371274722242579),
+])  # fmt: skip
+def test_nearly_equal_multipliers_do_not_pass_for_a_smaller_distance(
+    omega: float, clearance: float, restitution: float, gamma: float
+) -> None:
+    oscillator = Oscillator.create([1.0], [1.0], gamma, [1.0], restitution)
+    column = np.array([clearance])
+    early = unfolding_map_tile(oscillator, np.array([omega]), column)
+    late = trajectory(oscillator, omega, clearance, transient_periods=6000, periods=4, samples_per_period=1).motion
+    if KINDS[early["kind"][0, 0]] == "periodic":
+        named = (early["period"][0, 0], early["impacts_right"][0, 0], early["impacts_left"][0, 0])
+        assert (*named, early["symmetric"][0, 0]) == (late.period, late.impacts_right, late.impacts_left, late.symmetric)
+
+
+def test_a_planted_spiral_between_two_equal_negative_multipliers_gets_its_least_period() -> None:
+    point = np.ones((3, 2))
+    first, second = spread(np.random.default_rng(9), 2)
+    for rate in (0.97, 0.99):
+        # nearly equal negative rates: the difference of two decays grows before it falls
+        said, k = first_named(
+            lambda k, r=rate: point + (-r) ** k * (first * (1.0 - 0.004 * k) + second * 1e-3),
+            lambda k: (1.0, 1.0, 0.3),
+            halves=20_000,
+        )
+        assert k is not None
+        assert (said[1], said[4]) == (1, True)

@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath as mp
 import numpy as np
 import pytest
 from event_oracle import EventOracle
@@ -127,7 +128,7 @@ def test_si_and_nondimensional_descriptions_agree() -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    x=st.floats(-0.99, 0.99), v=st.floats(-2, 2), damping=st.floats(0, 0.4), restitution=st.floats(0.05, 1.0),
+    x=st.floats(-0.99, 0.99), v=st.floats(-2, 2), damping=st.just(0.0) | st.floats(1e-6, 0.4), restitution=st.floats(0.05, 1.0),
 )  # fmt: skip
 def test_energy_never_rises_without_forcing(x: float, v: float, damping: float, restitution: float) -> None:
     oscillator = Oscillator.create([1.0, 2.0], [1.0, 3.0], damping, [0.0, 0.0], restitution)
@@ -180,3 +181,33 @@ def test_the_record_after_a_transient_continues_the_one_before() -> None:
     late = whole.impacts.time[whole.impacts.time >= 40 * period] - 40 * period
     np.testing.assert_allclose(tail.impacts.time, late, rtol=0, atol=1e-10)
     np.testing.assert_allclose(tail.displacement, whole.displacement[:, 40 * 200 :], rtol=0, atol=1e-10)
+
+
+def test_a_large_phase_is_the_phase_that_it_is_modulo_a_turn() -> None:
+    for phase in (1e3, 1e9, 1e15):
+        with mp.workdps(40):
+            plain = float(mp.fmod(mp.mpf(phase), 2 * mp.pi))
+        one = trajectory(DEFAULT, 0.29, 1.6, phase=phase, periods=3)
+        other = trajectory(DEFAULT, 0.29, 1.6, phase=plain, periods=3)
+        np.testing.assert_allclose(one.impacts.time, other.impacts.time, rtol=0, atol=1e-12)
+
+
+def test_a_phase_that_is_no_number_is_refused() -> None:
+    with pytest.raises(ParameterError, match="phase"):
+        trajectory(DEFAULT, 0.29, 1.6, phase=math.nan, periods=1)
+
+
+@pytest.mark.parametrize("size", [1e-70, 1e-250, 1e70, 1e250])
+def test_numbers_beyond_computing_are_refused_by_name(size: float) -> None:
+    with pytest.raises(ParameterError, match="stiffnesses"):
+        Oscillator.create([1.0], [size], 0.05, [1.0], 0.8)
+    with pytest.raises(ParameterError, match="omega"):
+        trajectory(DEFAULT, size, 1.6, periods=1)
+    with pytest.raises(ParameterError, match="clearance"):
+        trajectory(DEFAULT, 0.29, size, periods=1)
+
+
+def test_a_chain_far_too_stiff_for_its_frequency_is_refused() -> None:
+    stiff = Oscillator.create([1.0, 1e-9], [1.0, 1e9], 0.05, [1.0, 0.0], 0.8)
+    with pytest.raises(ParameterError, match="omega"):
+        trajectory(stiff, 0.29, 1.6, periods=1)

@@ -96,10 +96,10 @@ WORK: list[tuple[str, Any, str]] = [
     ("unfolding-maps", {**MAP, "omega": {**RANGE, "points": 10**12}}, "points"),
     ("trajectories", {**TRAJECTORY, "periods": 10**9}, "periods"),
     ("trajectories", {**TRAJECTORY, "periods": 10**6, "samples_per_period": 1000}, "samples"),
-    ("codimension-two-points", {"omega": {"start": 1, "stop": 1e308}}, "seconds"),
-    ("unfolding-maps", {**MAP, "oscillator": {"masses": [1e-300, 1, 1]}}, "seconds"),
-    ("trajectories", {**TRAJECTORY, "oscillator": {"damping": 1e308}}, "seconds"),
-    ("trajectories", {**TRAJECTORY, "omega": 1e-320}, "seconds"),
+    ("codimension-two-points", {"omega": {"start": 1, "stop": 1e60}}, "seconds"),
+    ("unfolding-maps", {**MAP, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
+    ("trajectories", {**TRAJECTORY, "oscillator": {"damping": 1e60}}, "seconds"),
+    ("trajectories", {**TRAJECTORY, "omega": 1e-59}, "seconds"),
 ]
 
 

@@ -105,7 +105,11 @@ def _stepped_root(taylor: FloatArray, degree: int, low: float, width: float) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _unsure_between(piece: FloatArray, error: float, low: int, high: int, degree: int) -> bool:
-    """Say whether all unsure coefficients lie between `low` and `high`: they cannot add a sign change there."""
+    """Say whether all unsure coefficients lie between `low` and `high`.
+
+    One of them cannot add a sign change there. More of them could, but only by zeros at which the distance stays within
+    round-off of zero, and those count as no contact anyway.
+    """
     unsure_outside = 0
     for i in range(degree + 1):
         if abs(piece[i]) <= error and not (low < i < high):
@@ -125,9 +129,10 @@ def first_negative(
 ) -> tuple[int, float]:
     """Return (status, t) of the first sign change from positive to negative on [0, 1].
 
-    The search may be made on the first terms of the series alone, what they leave out being part of `error`: it is as
-    rigorous (raising the degree keeps a sequence "positive, unsure, negative" of coefficients in that order, and adding
-    what was left out moves none of them by more than `error`), cheaper, and undecided more often.
+    The search may be made on the first terms of the series alone, what they leave out being part of `error`. It is as
+    rigorous, because it then decides on sure coefficients only: raising the degree keeps "all positive" and "positive,
+    then negative", and adding what was left out moves no coefficient by more than `error`. It is cheaper, and
+    undecided more often.
 
     Parameters
     ----------
@@ -179,7 +184,7 @@ def first_negative(
             first_positive == 0
             and last_negative == short
             and last_positive < first_negative_at
-            and (last_unsure < 0 or _unsure_between(piece, error, last_positive, first_negative_at, short))
+            and (last_unsure < 0 or (whole and _unsure_between(piece, error, last_positive, first_negative_at, short)))
         ):
             # the guess is where the control polygon crosses zero
             fall = piece[last_positive] - piece[first_negative_at]

@@ -6,9 +6,10 @@ period m gives everything: m odd is a symmetric motion of m forcing periods, m e
 mirror image.
 
 A motion is named only when (1) the orbit returns after m halves to CLOSING_GOAL and no smaller m does, (2) the returns
-contract and the distance to the limit extrapolated from them is below LIMIT_DISTANCE, (3) every smaller period stays
-away by SEPARATION times that distance, (4) impacts repeat, and (5) the slowest impact is no graze by the same measure.
-Everything else goes on, and ends unresolved.
+contract over three windows of m halves, and the distance to the limit extrapolated from the slower contraction is below
+LIMIT_DISTANCE, (3) every smaller period stays away by SEPARATION times the largest distance allowed (a spiral, or two
+nearly equal multipliers, can make a return look far better than it is), (4) impacts repeat, and (5) the slowest impact
+is no graze by the same measure. Everything else goes on, and ends unresolved.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Orbit(NamedTuple):
 
 def orbit(blocks: int, max_period: int) -> Orbit:
     """Return an empty ring long enough to judge motions of up to `max_period` forcing periods."""
-    ring = 6 * max_period + 2
+    ring = 8 * max_period + 2
     return Orbit(np.zeros((2 * blocks, ring)), np.zeros((ring, 2)), np.full(ring, np.inf))
 
 
@@ -107,9 +108,14 @@ def _least_return(problem: CellProblem, ring: Orbit, k: int, longest: int, clear
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def name_motion(
-    problem: CellProblem, ring: Orbit, k: int, max_period: int, clearance: float
+    problem: CellProblem, ring: Orbit, k: int, max_period: int, clearance: float, reach: float
 ) -> tuple[int, int, int, int, bool, float]:
     """Judge the orbit after k half periods.
+
+    Parameters
+    ----------
+    reach : float
+        Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
 
     Returns
     -------
@@ -118,34 +124,38 @@ def name_motion(
         The motion n-p_r-q_l; impacts are -1 for a stop that is not touched. 0 unless NAMED.
     symmetric : bool
     least_speed : float
-        Least impact speed over one period; infinite without impacts.
+        Least impact speed over the last two periods of z; infinite without impacts.
     """
-    m = _least_return(problem, ring, k, min(2 * max_period, k // 3), clearance)
+    m = _least_return(problem, ring, k, min(2 * max_period, k // 4), clearance)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf
     size = ring.least.shape[0]
-    now, before = 0.0, 0.0
+    now, before, earlier_still = 0.0, 0.0, 0.0
     least = np.inf
     for i in range(m):
         now = max(now, _separation(problem, ring, k - i, m, clearance, np.inf))
         before = max(before, _separation(problem, ring, k - i - m, m, clearance, np.inf))
+        earlier_still = max(earlier_still, _separation(problem, ring, k - i - 2 * m, m, clearance, np.inf))
         row, earlier = (k - i) % size, (k - i - m) % size
         least = min(least, min(ring.least[row], ring.least[earlier]))
         for stop in range(2):
             if ring.impacts[row, stop] != ring.impacts[earlier, stop]:
                 return NOT_CLOSED, 0, 0, 0, False, np.inf
-    limit = CLOSING_FLOOR
-    if now > CLOSING_FLOOR:
-        rate = now / before
+    speed = least / (problem.omega * clearance)
+    # a slow impact amplifies round-off by one over its speed
+    floor = min(CLOSING_GOAL, CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))
+    limit = floor
+    if now > floor:
+        rate = max(now / before, before / earlier_still)
         if not rate <= SLOWEST_RATE or now > CLOSING_GOAL:
             return SLOW, 0, 0, 0, False, np.inf
         limit = max(limit, now * rate / (1.0 - rate))
         if limit > LIMIT_DISTANCE:
             return SLOW, 0, 0, 0, False, np.inf
+    away = SEPARATION * LIMIT_DISTANCE
     for smaller in range(1, m):
-        if _separation(problem, ring, k, smaller, clearance, SEPARATION * limit) <= SEPARATION * limit:
+        if _separation(problem, ring, k, smaller, clearance, away) <= away:
             return SLOW, 0, 0, 0, False, np.inf
-    speed = least / (problem.omega * clearance)
     if speed * speed <= SEPARATION * limit:
         return GRAZES, 0, 0, 0, False, np.inf
     right, left = 0, 0

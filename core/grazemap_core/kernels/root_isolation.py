@@ -129,6 +129,8 @@ def isolate(
             kind, decay, discriminant, frequency_squared, value, slope, shift, middle
         )
         bound = curvature_bound(kind, decay, discriminant, frequency_squared, value, slope, shift, middle, radius)
+        if not bound >= 0.0:
+            bound = math.inf
         error = noise * (terms + middle * derivative_terms)
         if abs(function) > error + radius * (abs(derivative) + 0.5 * radius * bound):
             continue
@@ -157,6 +159,9 @@ def isolate(
                 uncertainty = min(2.0 * radius, error * math.exp(shift * (zero - middle)) / abs(steepness))
         elif right - left <= NEAR_DOUBLE_WIDTH * middle:
             zero, uncertainty, what = middle, 0.5 * (right - left), NEAR_DOUBLE
+        elif top + 2 > _STACK:
+            status = TOO_MANY_CELLS
+            break
         else:
             stack[top, 0], stack[top, 1] = middle, right
             stack[top + 1, 0], stack[top + 1, 1] = left, middle

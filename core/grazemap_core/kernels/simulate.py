@@ -100,7 +100,8 @@ def settle(
     reason : a code of `closing`; NAMED when the motion is known.
     period, impacts_right, impacts_left, symmetric, least_speed : as `name_motion`.
     settled_after : int
-        Forcing periods after which the orbit had closed; -1 unless NAMED.
+        Forcing periods after which the orbit had closed, or after which no contact was possible any more; -1 unless
+        NAMED.
     """
     work.cursor[0] = stop_left
     work.cursor[1] = 0
@@ -122,10 +123,10 @@ def settle(
         if problem.damped and work.cursor[0] == 0 and reach < CLEARED * clearance:
             # the envelope of everything to come stays between the stops: never again a contact, and all else decays
             return NAMED, 1, -1, -1, True, np.inf, (k + 1) // 2
-        reason, period, right, left, symmetric, least = name_motion(problem, ring, k, max_period, clearance)
+        reason, period, right, left, symmetric, least = name_motion(problem, ring, k, max_period, clearance, reach)
         if reason == NAMED:
-            window = 2 * period if not symmetric else period
-            return NAMED, period, right, left, symmetric, least, max(0, (k - 2 * window + 1) // 2)
+            window = period if symmetric else 2 * period  # half periods after which z returns
+            return NAMED, period, right, left, symmetric, least, max(0, (k - 3 * window + 1) // 2)
     return reason, 0, 0, 0, False, np.inf, -1
 
 

@@ -8,8 +8,11 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
+
+LEAST_NUMBER = 1e-60
+LARGEST_NUMBER = 1e60
 
 
 class Request(BaseModel):
@@ -43,9 +46,17 @@ def _as_list(value: Any) -> Any:
     return value
 
 
+def _sized(value: float) -> float:
+    """Refuse numbers whose powers would overflow or vanish; no unit makes a mechanical quantity so large or small."""
+    if value != 0.0 and not LEAST_NUMBER <= abs(value) <= LARGEST_NUMBER:
+        raise invalid("the number is too large or too small to compute with", "0, or 1e-60 to 1e60 in size")
+    return value
+
+
+Sized = AfterValidator(_sized)
 # Last in an Annotated: bounds written after it would not get into the JSON schema.
 Listable = BeforeValidator(_as_list)
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
-Float = Annotated[float, Listable]
-Positive = Annotated[float, Field(gt=0), Listable]
-NonNegative = Annotated[float, Field(ge=0), Listable]
+Float = Annotated[float, Sized, Listable]
+Positive = Annotated[float, Field(gt=0), Sized, Listable]
+NonNegative = Annotated[float, Field(ge=0), Sized, Listable]
