@@ -137,6 +137,7 @@ def test_first_writer_of_a_tile_wins(store: Store) -> None:
 
 def test_a_held_tile_is_nobody_elses_until_the_lease_runs_out(store: Store) -> None:
     job = submit_map(store)
+    store.register_worker("one", "f", LEASE, "1")
     assert store.claim(job.id, 0, "one", "f", 0.15)
     assert store.claim(job.id, 0, "two", "f", LEASE) is None
     assert (job.id, 0) not in list(store.pending("f"))

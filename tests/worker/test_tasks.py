@@ -11,7 +11,7 @@ from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
 from grazemap_worker.processes import Process
-from grazemap_worker.store import ASSEMBLY, Plan, Store
+from grazemap_worker.store import ASSEMBLY, Plan, Store, core_version
 
 REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
 TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3)
@@ -27,7 +27,7 @@ def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
 
 
 def submit(store: Store, plan: Plan = TWO) -> Job:
-    return store.submit("unfolding-maps", REQUEST, "1", plan, 100)[0]
+    return store.submit("unfolding-maps", REQUEST, core_version(), plan, 100)[0]
 
 
 def whole(store: Store, identity: str) -> bytes:
@@ -89,7 +89,7 @@ def test_what_the_core_refuses_is_the_clients_to_mend(worker: pytest.MonkeyPatch
         raise ParameterError("damping", "must be greater than 0 at a resonance")
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=refuse)})
-    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), "1", Plan(), 100)
+    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
     tasks.run_tile(job.id, 0)
     failed = store.job(job.id)
     assert failed is not None
@@ -106,7 +106,7 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
         return {"x": np.zeros(1)}
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
-    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), "1", Plan(), 100)
+    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
     tasks.run_tile(job.id, 0)
     reported = [event.data for event in store.events(job.id) if event.name == "progress"]
     assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]

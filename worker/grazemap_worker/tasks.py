@@ -18,7 +18,7 @@ from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.core_objects import request_pointer
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import ASSEMBLY, Claim, Store, refused_problem
+from grazemap_worker.store import ASSEMBLY, Claim, Store, core_version, refused_problem
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,9 @@ def run_tile(job_id: str, tile: int) -> None:
     context: Context | None = _context
     number: int | None = tile
     while context is not None and number is not None:
-        claim = context.store.claim(job_id, number, context.holder, context.numerics.fingerprint, LEASE_SECONDS)
+        claim = context.store.claim(
+            job_id, number, context.holder, context.numerics.fingerprint, LEASE_SECONDS, core_version()
+        )
         if claim is None:
             return
         structlog.contextvars.bind_contextvars(job_id=job_id, tile=number)

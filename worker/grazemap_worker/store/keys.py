@@ -13,6 +13,7 @@ All keys share one prefix, so that a Redis can hold other things beside grazemap
     results...          the least-recently-used order, sizes and total of the results
     worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
     workers             hash: name -> description
+    fingerprint:<f>, version:<v>   a worker had these numerics, this core version, not long ago
 """
 
 PREFIX = "grazemap:"
@@ -31,7 +32,8 @@ MOST_RECORDS = 10_000
 TILES_KEPT_AFTER_SUCCESS = 600
 # Tiles of a failed job are there when it is asked again.
 TILES_KEPT_AFTER_FAILURE = 86_400
-# A job stays bound to a fingerprint whose workers are all gone for this long, in seconds.
+# A job stays bound to a fingerprint whose workers are all gone for this long, in seconds; a job of a core version that
+# no worker has fails after it.
 FINGERPRINT_REMEMBERED = 60
 
 

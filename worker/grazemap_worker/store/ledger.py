@@ -11,7 +11,14 @@ from collections.abc import Iterator
 
 from grazemap.models import Estimate, parse_request
 from grazemap_worker.store.jobs import JobStore
-from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST, TILES_KEPT_AFTER_FAILURE, job_key
+from grazemap_worker.store.keys import (
+    ASSEMBLY,
+    FINGERPRINT_REMEMBERED,
+    MOST_EXCEPTIONS,
+    MOST_LOST,
+    TILES_KEPT_AFTER_FAILURE,
+    job_key,
+)
 from grazemap_worker.store.plan import Plan
 from grazemap_worker.store.problems import failure_problem, outdated_problem
 from grazemap_worker.store.records import Claim, FailureKind, Verdict
@@ -22,16 +29,24 @@ _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LO
 class LedgerStore(JobStore):
     """What workers and the reconciler ask for."""
 
-    def claim(self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
+    def claim(
+        self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float, core_version: str = ""
+    ) -> Claim | None:
         """Take a tile, or the assembly of a map whose tiles are all done.
+
+        Parameters
+        ----------
+        core_version : str
+            The holder's; jobs of another one are left alone. Empty: any.
 
         Returns
         -------
         Claim or None
-            None: the job is finished or gone, the tile is done, a live worker holds it, or the job is bound to
-            other numerics. An unbound job is bound to `fingerprint`.
+            None: the job is finished or gone, the tile is done, a live worker holds it, or the job is of another
+            version or bound to other numerics. An unbound job is bound to `fingerprint`.
         """
-        answer = self._scripts.run("claim", identity, tile, holder, fingerprint, round(1000 * lease_seconds), ASSEMBLY)
+        milliseconds = round(1000 * lease_seconds)
+        answer = self._scripts.run("claim", identity, tile, holder, fingerprint, milliseconds, ASSEMBLY, core_version)
         if answer is None:
             return None
         process, request, core_version, plan, estimate = (value.decode() for value in answer)
@@ -105,11 +120,11 @@ class LedgerStore(JobStore):
     def bind(self, fingerprint: str, core_version: str) -> list[str]:
         """Bind to `fingerprint` the unfinished jobs of a core version that have no live numerics; return their ids.
 
-        A job of another core version whose numerics are gone cannot be computed any more and fails.
+        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails.
         """
         bound = []
         for identity in self.unfinished():
-            answer = self._scripts.run("bind", identity, fingerprint, core_version)
+            answer = self._scripts.run("bind", identity, fingerprint, core_version, FINGERPRINT_REMEMBERED)
             if answer == 1:
                 bound.append(identity)
             elif answer == 2:

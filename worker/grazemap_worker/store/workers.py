@@ -22,7 +22,10 @@ class WorkerStore:
     def register_worker(self, name: str, fingerprint: str, ttl: float, core_version: str = "") -> None:
         """Announce a live worker, for `ttl` seconds unless it renews."""
         description = json.dumps({"fingerprint": fingerprint, "core_version": core_version})
-        self._scripts.run("register", name, fingerprint, round(1000 * ttl), FINGERPRINT_REMEMBERED, description)
+        milliseconds = round(1000 * ttl)
+        self._scripts.run(
+            "register", name, fingerprint, milliseconds, FINGERPRINT_REMEMBERED, description, core_version
+        )
 
     def renew(self, holder: str, lease_seconds: float) -> bool:
         """Renew a lease. Returns False when it had run out: register again, the tiles may be somebody else's."""

@@ -1,4 +1,5 @@
--- ARGV: prefix, id, tile, holder, fingerprint, lease in milliseconds, assembly tile number.
+-- ARGV: prefix, id, tile, holder, fingerprint, lease in milliseconds, assembly tile number,
+--       core version ('' = any).
 -- Returns {process, request, core version, plan, estimate} or nil.
 local id, tile, holder, fingerprint, lease = ARGV[2], ARGV[3], ARGV[4], ARGV[5], ARGV[6]
 local status = get(id, 'status')
@@ -6,7 +7,7 @@ if not (status and unfinished(status)) then
   return nil
 end
 local bound = get(id, 'fingerprint')
-if bound ~= '' and bound ~= fingerprint then
+if bound ~= '' and bound ~= fingerprint or ARGV[8] ~= '' and get(id, 'core_version') ~= ARGV[8] then
   return nil
 end
 if tile == ARGV[7] then
