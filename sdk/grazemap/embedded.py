@@ -21,6 +21,11 @@ from grazemap.errors import MissingExtra, StackError
 # What the stack cannot start without, beside the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
 _LOG_LINES_SHOWN = 20
+# Settings of an operator's service that would make another one of a private stack: keys that its client has not,
+# hosts that it does not ask for, another place to listen.
+_NOT_INHERITED = frozenset(
+    f"GRAZEMAP_{name}" for name in ("API_KEYS", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
+)
 
 
 class LocalClient(Client):
@@ -32,12 +37,17 @@ class LocalClient(Client):
 
     def close(self) -> None:
         """Close the connections and stop the stack; its temporary data are gone then."""
-        super().close()
-        self._stack.stop()
+        try:
+            super().close()
+        finally:
+            self._stack.stop()
 
 
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
     """Start service, queue and workers on a free loopback port, and return a client of them.
+
+    Of the environment's GRAZEMAP_ settings those about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_ALLOWED_HOSTS,
+    GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply to it; limits and GRAZEMAP_REDIS_URL do.
 
     Parameters
     ----------
@@ -96,7 +106,12 @@ class Stack:
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the stack
         # In a session of its own: Ctrl-C in a notebook or a prompt ends a wait, not the stack.
         self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log, start_new_session=True
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            env=_environment(),
+            start_new_session=True,
         )
         atexit.register(self.stop)
         try:
@@ -141,6 +156,12 @@ class Stack:
         if self._process.stdout is not None:
             self._process.stdout.close()
         self._log.close()
+
+
+def _environment() -> dict[str, str]:
+    """Return this process's environment without what is meant for an operator's service."""
+    # Upper case: the service reads its settings in any case.
+    return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 
 def _first_line(stream: IO[bytes], lines: queue.Queue[bytes]) -> None:

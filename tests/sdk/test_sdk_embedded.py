@@ -1,6 +1,7 @@
 """`local()` as a parent: what it says when the stack starts, does not, or is not installed. The stack is a stand-in."""
 
 import importlib.util
+import json
 import os
 import sys
 import tempfile
@@ -102,6 +103,29 @@ def test_without_the_server_parts_it_says_what_to_install(monkeypatch):
     with pytest.raises(MissingExtra, match=r'pip install "grazemap\[server\]"') as caught:
         grazemap.local()
     assert isinstance(caught.value, ImportError)
+
+
+def test_settings_of_an_operators_service_do_not_reach_it(stack, tmp_path, monkeypatch):
+    foreign = {
+        "API_KEYS": "abc",
+        "ALLOWED_HOSTS": "lab",
+        "CORS_ORIGINS": "*",
+        "HOST": "0.0.0.0",
+        "PORT": "1",
+        "FD": "0",
+    }
+    own = {"GRAZEMAP_REDIS_URL": "redis://elsewhere", "GRAZEMAP_MAX_POINTS": "7"}
+    for name, value in foreign.items():
+        monkeypatch.setenv(f"GRAZEMAP_{name}", value)
+        monkeypatch.setenv(f"grazemap_{name.lower()}", value)  # the service takes them in any case
+    for name, value in own.items():
+        monkeypatch.setenv(name, value)
+    seen = tmp_path / "seen"
+    stack(f"import json, os; json.dump(dict(os.environ), open({str(seen)!r}, 'w'));" + READY + "time.sleep(60)")
+    with grazemap.local():
+        environment = json.loads(seen.read_text())
+    assert {name: value for name, value in environment.items() if name.upper().startswith("GRAZEMAP_")} == own
+    assert "PATH" in environment
 
 
 def test_the_data_folder_may_be_a_path_or_a_text(stack, tmp_path):
