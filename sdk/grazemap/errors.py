@@ -18,9 +18,13 @@ GrazemapError
 ├── ResultFormatError           a file or an answer that is not a result (also a ValueError)
 ├── StackError                  the embedded stack did not start; the message ends with its log's last lines
 └── MissingExtra                an optional part is not installed (also an ImportError)
+
+Every one of them survives pickling, so that it can come back from a process pool.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 from grazemap.models import Job, Problem
 
@@ -80,6 +84,9 @@ class ServiceProblem(GrazemapError):
         self.request_id = request_id
         self.retry_after = retry_after
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.problem, self.request_id, self.retry_after), self.__dict__
+
     @property
     def status(self) -> int:
         """HTTP status of the problem."""
@@ -121,6 +128,9 @@ class JobError(GrazemapError):
         super().__init__(message)
         self.job = job
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.job), self.__dict__
+
 
 class JobFailed(JobError):
     """The computation failed; `problem` says why."""
@@ -160,7 +170,11 @@ class MissingExtra(GrazemapError, ImportError):
 
     def __init__(self, purpose: str, extra: str) -> None:
         super().__init__(f'{purpose} needs an optional part: pip install "grazemap[{extra}]"')
+        self.purpose = purpose
         self.extra = extra
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.purpose, self.extra), self.__dict__
 
 
 _BY_STATUS: dict[int, type[ServiceProblem]] = {
