@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -14,12 +15,18 @@ from contextlib import contextmanager
 from typing import Any
 
 import httpx2
+import numpy as np
 import pytest
+import redis.exceptions
 from starlette.testclient import TestClient
 
+from grazemap.codec import encode_npz
 from grazemap_service.redis_server import RedisServer
+from grazemap_worker.store import Store
+from grazemap_worker.store import Store
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
 
 
 def test_healthy_is_not_ready_without_a_worker(client: TestClient) -> None:
@@ -33,6 +40,11 @@ def test_healthy_is_not_ready_without_a_worker(client: TestClient) -> None:
 
 def test_ready_with_a_worker(client: TestClient, worker: Any) -> None:
     assert client.get("/readyz").json() == {"status": "ready", "workers": 1}
+
+
+def test_workers_of_another_release_do_not_make_it_ready(client: TestClient, store: Store) -> None:
+    store.register_worker("other", "f", 60, "another")
+    assert client.get("/readyz").status_code == 503
 
 
 def test_the_root_describes_the_service(client: TestClient) -> None:
@@ -63,6 +75,54 @@ def test_metrics_count_by_route(client: TestClient, worker: Any) -> None:
     assert "grazemap_store_up 1.0" in text
     assert re.search(r'grazemap_http_request_seconds_count\{method="POST",route="/v1/grazing-curves"\} 1.0', text)
     assert job["id"] not in text
+
+
+def test_every_address_that_can_be_read_can_be_looked_at(client: TestClient, worker: Any, store: Store) -> None:
+    job = client.post("/v1/unfolding-maps", json=MAP).json()
+    path = f"/v1/jobs/{job['id']}"
+    worker.begin(job["id"], 1)
+    store.commit_tile(job["id"], 1, encode_npz({"kind": np.zeros((2, 2))}, {}), "f00d")
+    for address in ("/v1", "/v1/jobs", path, f"{path}/result/tiles", f"{path}/result/tiles/1", "/metrics", "/healthz"):
+        whole, head = client.get(address), client.head(address)
+        assert (whole.status_code, head.status_code, head.content) == (200, 200, b""), address
+        assert head.headers["content-type"] == whole.headers["content-type"]
+    events = client.head(f"{path}/events")  # the stream of a job that goes on would not end
+    assert (events.status_code, events.content) == (200, b"")
+    assert events.headers["content-type"].startswith("text/event-stream")
+    assert client.head("/v1/jobs/" + "0" * 64 + "/events").status_code == 404
+
+
+@pytest.mark.parametrize("code", ["MISCONF", "OOM", "LOADING", "READONLY", "BUSY", "ERR Error running script: @x:1: -OOM"])
+def test_a_redis_that_takes_nothing_is_503(client: TestClient, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+    def refuse(*_: object) -> None:
+        raise redis.exceptions.ResponseError(f"{code} of some reason")
+
+    monkeypatch.setattr(client.app.state.context.store, "submit", refuse)  # type: ignore[attr-defined]
+    answer = client.post("/v1/grazing-curves", json=CURVE)
+    assert answer.status_code == 503
+    assert answer.json()["type"] == "urn:grazemap:problem:store-unavailable"
+
+
+def test_another_error_of_redis_is_ours(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise redis.exceptions.ResponseError("WRONGTYPE Operation against a key holding the wrong kind of value")
+
+    monkeypatch.setattr(client.app.state.context.store, "submit", refuse)  # type: ignore[attr-defined]
+    assert client.post("/v1/grazing-curves", json=CURVE).status_code == 500
+
+
+def test_a_redis_that_hangs_is_503_soon(serve: Any, own_redis_server: RedisServer) -> None:
+    client = serve(redis_url=own_redis_server.url)
+    assert client.get("/v1/jobs").status_code == 200
+    assert own_redis_server.pid is not None
+    os.kill(own_redis_server.pid, signal.SIGSTOP)
+    try:
+        began = time.monotonic()
+        answer = client.get("/v1/jobs")
+        assert time.monotonic() - began < 2.5
+    finally:
+        os.kill(own_redis_server.pid, signal.SIGCONT)
+    assert answer.status_code == 503
 
 
 def test_redis_may_go_and_come_back(serve: Any, own_redis_server: RedisServer) -> None:
