@@ -26,6 +26,33 @@ def test_a_single_tile_goes_before_a_map(store: Store) -> None:
     assert queueing.parse_entry(queueing.queue(store.redis, "f").get_job_ids()[0]) == (OTHER, 0)
 
 
+def test_single_tiles_do_not_starve_each_other_or_a_map(store: Store) -> None:
+    queue = queueing.queue(store.redis, "f")
+    queueing.enqueue(store.redis, ID, range(3), "f")
+    for number in range(2 * queueing.MOST_OVERTAKING):
+        queueing.enqueue(store.redis, f"{number:064}", [0], "f")
+    waiting = [queueing.parse_entry(entry) for entry in queue.get_job_ids()]
+    assert waiting[queueing.MOST_OVERTAKING] == (ID, 0)
+    assert waiting[-1] == (f"{2 * queueing.MOST_OVERTAKING - 1:064}", 0)
+    # under a load that never lets up, whatever waits is reached all the same
+    target = f"{2 * queueing.MOST_OVERTAKING - 1:064}"
+    for taken in range(10 * len(waiting)):
+        entry = queueing.parse_entry(str(queue.pop_job_id()))
+        assert entry is not None
+        if entry[0] == target:
+            break
+        queueing.enqueue(store.redis, f"{1000 + taken:064}", [0], "f")
+    else:
+        raise AssertionError("never reached")
+
+
+def test_the_assembly_goes_first(store: Store) -> None:
+    for number in range(2 * queueing.MOST_OVERTAKING):
+        queueing.enqueue(store.redis, f"{number:064}", [0], "f")
+    queueing.enqueue(store.redis, ID, [-1], "f")
+    assert queueing.parse_entry(queueing.queue(store.redis, "f").get_job_ids()[0]) == (ID, -1)
+
+
 def test_a_huge_map_is_queued_piece_by_piece(store: Store) -> None:
     assert queueing.enqueue(store.redis, ID, range(10**6), "f") == queueing.QUEUED_AHEAD
 

@@ -21,7 +21,7 @@ from rq.serializers import JSONSerializer
 from rq.utils import as_text
 from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
-from grazemap_worker.store.keys import queue_name
+from grazemap_worker.store.keys import ASSEMBLY, queue_name
 
 RUN_TILE = "grazemap_worker.tasks.run_tile"
 # A tile takes seconds; a long trajectory or a huge curve is one tile. Over this something hangs.
@@ -29,6 +29,8 @@ TILE_TIMEOUT = 3600
 FAILURE_TTL = 60
 # Entries of one job that are queued at a time; the reconciler adds the next ones as workers take them.
 QUEUED_AHEAD = 1000
+# Single tiles that may be put before what waits first; then it has to be taken before more may.
+MOST_OVERTAKING = 8
 # Between taking an entry and beginning it a worker only forks.
 TAKEN_SECONDS = 30.0
 
@@ -41,9 +43,11 @@ def queue(redis: Redis, fingerprint: str) -> Queue:
 def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -> int:
     """Queue tiles of a job, at most the first `QUEUED_AHEAD`; return how many.
 
-    A single tile goes to the front: a curve, or the last missing piece of a map, should not wait for another map.
+    The assembly of a map goes to the front. So does a single tile, as long as not too many have done so: a curve, or
+    the last missing piece of a map, should not wait for another map, nor keep it waiting for ever.
     """
     numbers = list(islice(tiles, QUEUED_AHEAD))
+    at_front = len(numbers) == 1 and (numbers[0] == ASSEMBLY or _may_overtake(redis, queue(redis, fingerprint)))
     entries = [
         Queue.prepare_data(
             RUN_TILE,
@@ -53,13 +57,34 @@ def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -
             timeout=TILE_TIMEOUT,
             result_ttl=0,
             failure_ttl=FAILURE_TTL,
-            at_front=len(numbers) == 1,
+            at_front=at_front,
         )
         for tile in numbers
     ]
     if entries:
         queue(redis, fingerprint).enqueue_many(entries)
     return len(entries)
+
+
+def _may_overtake(connection: Redis, target: Queue) -> bool:
+    """Return whether another entry may go to the front, and note that it did.
+
+    At most `MOST_OVERTAKING` go before the entry that was first when the first of them came; the next ones wait until
+    it is taken, so that each entry is reached. (Two that ask at once may go before it both: this is no promise.)
+    """
+    redis: Any = connection  # redis-py's types are those of bytes and of text at once
+    noted = target.key + ":overtaken"
+    head = redis.lrange(target.key, 0, 2 * MOST_OVERTAKING)
+    overtaken, count = redis.hmget(noted, "entry", "count")
+    if not head:
+        return False
+    if overtaken not in head:
+        redis.hset(noted, mapping={"entry": head[0], "count": 1})
+        return True
+    if int(count) >= MOST_OVERTAKING:
+        return False
+    redis.hincrby(noted, "count", 1)
+    return True
 
 
 def queued(redis: Redis, fingerprint: str) -> set[tuple[str, int]]:
