@@ -1,14 +1,17 @@
 """Results: arrays and records, saved and loaded without losing anything."""
 
 import dataclasses
+import io
 import json
+import random
+import warnings
 
 import numpy as np
 import pytest
 from sdk_documents import REQUESTS, npz
 
 import grazemap
-from grazemap.codec import encode_npz
+from grazemap.codec import CodecError, decode_npz, encode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results import Family, decode_result
 
@@ -97,6 +100,11 @@ def test_a_map_counts_its_motions_and_never_gives_the_unresolved_a_label():
         encode_npz({"omega": np.zeros(2)}, {"process": "grazing-curves", "request": {}}),
         encode_npz({}, {"process": "something-else"}),
         npz("trajectories")[:500],
+        b"{" + b'"a":[' * 100_000,
+        b'{"meta": {"process": []}}',
+        b'{"meta": {"process": "trajectories"}, "impacts": [1], "sticking": {}}',
+        b'{"meta": {"process": "codimension-two-points"}, "points": []}',
+        encode_npz({}, {"process": "grazing-curves", "x": 1})[:-30],
     ],
 )
 def test_what_is_no_result_is_refused(content, tmp_path):
@@ -104,6 +112,43 @@ def test_what_is_no_result_is_refused(content, tmp_path):
     path.write_bytes(content)
     with pytest.raises(ResultFormatError):
         grazemap.load(path)
+
+
+@pytest.mark.parametrize("ending", [".npz", ".json"])
+@EVERY_PROCESS
+def test_a_damaged_file_is_a_result_or_refused(process, ending, tmp_path):
+    path = decode_result(npz(process)).save(tmp_path / f"file{ending}")
+    whole, draw, refused = path.read_bytes(), random.Random(1), 0
+    for _ in range(200):
+        content = bytearray(whole)
+        content[draw.randrange(len(content))] = draw.randrange(256)
+        path.write_bytes(content)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # zipfile and numpy also warn of some damages
+            try:
+                grazemap.load(path)
+            except ResultFormatError:
+                refused += 1
+    assert refused > 100
+
+
+def test_npz_whose_structure_is_wrong_is_refused():
+    document = {"points": [{"kind": "recurrence", "families": [{"case": 1, "n": 2}]}, {"kind": "resonant"}]}
+    with np.load(io.BytesIO(encode_npz(document, {}))) as archive:
+        arrays = dict(archive)
+    meta = json.loads(str(arrays["meta"]))
+    for structure in ([], None, {**meta["structure"], "points": "scalar"}, {"points": 3}, {"none": "records"}):
+        changed = {**arrays, "meta": np.array(json.dumps({"structure": structure}))}
+        buffer = io.BytesIO()
+        np.savez(buffer, **changed)
+        with pytest.raises(CodecError):
+            decode_npz(buffer.getvalue())
+    # a plain column that is gone altogether is a field that no record has
+    for name in set(arrays) - {"meta", "points.kind", "points.families.values.case", "points.families.values.n"}:
+        buffer = io.BytesIO()
+        np.savez(buffer, **{other: array for other, array in arrays.items() if other != name})
+        with pytest.raises(CodecError):
+            decode_npz(buffer.getvalue())
 
 
 def test_pickles_are_never_loaded(tmp_path):

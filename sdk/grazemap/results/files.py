@@ -25,8 +25,10 @@ RESULTS: dict[str, type[Result]] = {
 def result_from(document: Document, meta: Mapping[str, Any]) -> Result:
     """Return the result object of a document. Raises ResultFormatError."""
     try:
-        return RESULTS[meta["process"]].from_document(document, dict(meta))
-    except (KeyError, TypeError, ValueError) as error:
+        result = RESULTS[meta["process"]].from_document(document, dict(meta))
+        _ = result.units  # pictures and Datasets need the request
+        return result
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise ResultFormatError("the document is no result that this version can read") from error
 
 
@@ -56,7 +58,7 @@ def load(path: str | os.PathLike[str]) -> Result:
         document = json.loads(data)
         meta = document.pop("meta")
         arrays = {name: _arrays(name, value) for name, value in document.items()}
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, RecursionError, OverflowError) as error:
         raise ResultFormatError("not a grazemap result") from error
     return result_from(arrays, meta)
 
