@@ -63,7 +63,7 @@ def trajectory(
         "samples_per_period": samples_per_period,
     }
     if initial is not None:
-        body["initial"] = initial if isinstance(initial, InitialState) else dict(initial)
+        body["initial"] = _plain(initial)
     return _request(TrajectoriesRequest, "trajectories", oscillator, body)
 
 
@@ -77,9 +77,10 @@ def unfolding_map(
     max_period: int,
 ) -> UnfoldingMapsRequest:
     """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
-    if shape is not None and len(shape) != 2:
-        raise parameter_error("/shape", "shape has two numbers", "(clearance points, omega points)")
-    rows, columns = shape if shape is not None else (None, None)
+    try:
+        rows, columns = shape if shape is not None else (None, None)
+    except (TypeError, ValueError):
+        raise parameter_error("/shape", "shape is not two numbers", "(clearance points, omega points)") from None
     body = {
         "omega": _grid("omega", omega, columns, "shape"),
         "clearance": _grid("clearance", clearance, rows, "shape"),
@@ -92,7 +93,7 @@ def unfolding_map(
 
 def _request(model: type[R], process: str, oscillator: OscillatorLike, body: dict[str, Any]) -> R:
     if oscillator is not None:
-        body["oscillator"] = oscillator if isinstance(oscillator, Oscillator) else dict(oscillator)
+        body["oscillator"] = _plain(oscillator)
     request = validated(process, body)
     if not isinstance(request, model):
         raise TypeError(f"{process} is not asked with a {model.__name__}")
@@ -106,15 +107,20 @@ def _grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
         raise parameter_error(f"/{name}", f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
     if pair:
         return {"start": values[0], "stop": values[1], "points": points}
-    if points is not None and isinstance(values, list | tuple | np.ndarray) and points != len(values):
-        detail = f"{name} has {len(values)} values, and {keyword} asks for another number"
+    if points is not None and isinstance(values, list | tuple | np.ndarray) and points != np.size(values):
+        detail = f"{name} has {np.size(values)} values, and {keyword} asks for another number"
         raise parameter_error(f"/{name}", detail, _VALUES)
     return dict(values) if isinstance(values, Mapping) else values
+
+
+def _plain(value: Any) -> Any:
+    """Return any mapping as a dict, which is what a model takes; what is no mapping is the model's to refuse."""
+    return dict(value) if isinstance(value, Mapping) else value
 
 
 def _interval(name: str, values: Any) -> Any:
     if isinstance(values, Mapping | Interval):
         return values
-    if not isinstance(values, list | tuple | np.ndarray) or len(values) != 2:
+    if not isinstance(values, list | tuple | np.ndarray) or np.shape(values) != (2,):
         raise parameter_error(f"/{name}", f"{name} is not an interval", "(start, stop) with stop > start > 0")
     return {"start": values[0], "stop": values[1]}

@@ -28,13 +28,15 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
     ParameterError
         No such process, or values that are not allowed; nothing has been sent.
     """
-    if process not in PROCESSES:
+    if not isinstance(process, str) or process not in PROCESSES:
         raise parameter_error("", "there is no such process", ", ".join(PROCESSES))
     model = PROCESSES[process]
     if isinstance(body, ProcessRequest):
         if not isinstance(body, model):
             raise parameter_error("", "the request belongs to another process", model.__name__)
         return body
+    if not isinstance(body, Mapping):
+        raise parameter_error("", "the request is not an object", "a mapping, as the HTTP interface takes it")
     try:
         return parse_request(process, dict(body))
     except ValidationError as error:

@@ -85,6 +85,31 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
     assert allowed in refused(validated, "trajectories", body)[pointer][1]
 
 
+@pytest.mark.parametrize(
+    ("call", "pointer"),
+    [
+        (lambda: questions.grazing_curve("x", (0.1, 0.2), 5, 8), "/oscillator"),
+        (lambda: questions.grazing_curve(5, (0.1, 0.2), 5, 8), "/oscillator"),
+        (lambda: questions.grazing_curve({1: 2}, (0.1, 0.2), 5, 8), "/oscillator/1"),
+        (lambda: questions.trajectory(None, 0.3, 1.5, "rest", 4, 0, 200), "/initial"),
+        (lambda: questions.grazing_curve(None, 0.3, None, 8), "/omega"),
+        (lambda: questions.grazing_curve(None, "0.3", 3, 8), "/omega"),
+        (lambda: questions.grazing_curve(None, np.array(0.3), 5, 8), "/omega"),
+        (lambda: questions.grazing_curve(None, np.array([[0.3, 0.4]]), None, 8), "/omega/0"),
+        (lambda: questions.codimension_two_points(None, np.array(0.3), 8, 4), "/omega"),
+        (lambda: questions.codimension_two_points(None, 0.3, 8, 4), "/omega"),
+        (lambda: umap((0.1, 0.2), (1, 2), 5), "/shape"),
+        (lambda: umap((0.1, 0.2), (1, 2), (5, 6, 7)), "/shape"),
+        (lambda: umap((0.1, 0.2), (1, 2), "ab"), "/omega/points"),
+        (lambda: validated("trajectories", None), ""),
+        (lambda: validated("trajectories", 5), ""),
+        (lambda: validated([], {}), ""),
+    ],
+)
+def test_arguments_of_a_wrong_kind_are_parameter_errors(call, pointer):
+    assert pointer in refused(call)
+
+
 def test_union_branches_do_not_show_in_pointers():
     body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
     assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
