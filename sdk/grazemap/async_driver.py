@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 
 import httpx2
 
-from grazemap.driver import link_broken, reply_of, stream_timeout
+from grazemap.driver import failure_of, reply_of, stream_timeout
 from grazemap.effects import CloseStream, Effect, Event, Flow, LinkBroken, NextLine, Now, OpenStream, Reply, Send, Sleep
+from grazemap.errors import ProtocolError
 
 T = TypeVar("T")
 
@@ -35,7 +36,7 @@ class AsyncDriver:
         """Run a flow, yielding its events as they come; its value is handed to `finish`."""
         stream = _Stream(self._http)
         outcome: Any = None
-        broken: LinkBroken | None = None
+        broken: LinkBroken | ProtocolError | None = None
         try:
             while True:
                 try:
@@ -49,8 +50,8 @@ class AsyncDriver:
                     continue
                 try:
                     outcome = await self._perform(effect, stream)
-                except httpx2.TransportError as error:
-                    broken = link_broken(error)
+                except httpx2.RequestError as error:
+                    broken = failure_of(error)
         finally:
             flow.close()
             await stream.close()

@@ -1,17 +1,21 @@
 """Results on the client's disk: by job id, used again only when the service confirms their ETag.
 
 A file is one line of JSON {etag, sha256} and then the npz bytes. It is written beside its place and moved there, so
-that a reader sees a whole file or none; a damaged one counts as absent.
+that a reader sees a whole file or none; a damaged one counts as absent. A cache is a help and no more: where the
+folder cannot be read or written the results come from the service, and the log says so.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,9 @@ class ResultCache:
             head, _, data = self._path(job_id).read_bytes().partition(b"\n")
         except FileNotFoundError:
             return None
+        except OSError as error:
+            _log.warning("the cached result is not used: %s", error)
+            return None
         try:
             described = json.loads(head)
             etag, digest = str(described["etag"]), described["sha256"]
@@ -47,7 +54,13 @@ class ResultCache:
         return CachedResult(etag, data) if hashlib.sha256(data).hexdigest() == digest else None
 
     def write(self, job_id: str, etag: str, data: bytes) -> None:
-        """Keep a result. Raises OSError where the folder cannot be written."""
+        """Keep a result, where that can be done."""
+        try:
+            self._write(job_id, etag, data)
+        except OSError as error:
+            _log.warning("the result is not kept on disk: %s", error)
+
+    def _write(self, job_id: str, etag: str, data: bytes) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         head = json.dumps({"etag": etag, "sha256": hashlib.sha256(data).hexdigest()}).encode()
         handle, name = tempfile.mkstemp(dir=self.folder, prefix=".writing-")

@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
 
     up = commands.add_parser("up", help="keep a service with its workers up on this machine")
     up.add_argument("--host", default="127.0.0.1")
-    up.add_argument("--port", type=int, default=8000)
+    up.add_argument("--port", type=_port, default=8000)
     up.add_argument(
         "--data", type=Path, help="folder that keeps jobs and results (default: a temporary one, gone at the end)"
     )
@@ -89,6 +89,12 @@ def _parser() -> argparse.ArgumentParser:
 def _positive(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError("must be a whole number of at least 1")
+    return int(text)
+
+
+def _port(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) > 65535:
+        raise argparse.ArgumentTypeError("must be a whole number from 0 to 65535")
     return int(text)
 
 
@@ -160,9 +166,11 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _request(source: str) -> dict[str, Any]:
-    text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
     try:
+        text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
         request = json.loads(text)
+    except RecursionError:
+        raise _Invalid("the request is not JSON that can be read: its values are nested too deeply") from None
     except ValueError as error:
         raise _Invalid(f"the request is not JSON: {error}") from error
     if not isinstance(request, dict):

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import ipaddress
 import os
+import re
 from dataclasses import dataclass
 from urllib.parse import urlsplit
+
+import httpx2
 
 from grazemap.cache import ResultCache
 from grazemap.flows import Settings
 from grazemap.version import __version__
+
+_ADDRESS = "base_url must look like http://host:port or https://host"
+# A header can carry no more than this; an empty key is none.
+_HEADER_TEXT = re.compile(r"[!-~]*")
 
 
 @dataclass(frozen=True)
@@ -31,11 +38,17 @@ class Connection:
         retries: int,
     ) -> Connection:
         """Check the arguments; nothing is sent. Raises ValueError."""
-        parts = urlsplit(base_url)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise ValueError("base_url must look like http://host:port or https://host")
-        if parts.username or parts.password:
+        try:
+            parts = httpx2.URL(base_url)
+            port_fits = parts.port is None or parts.port < 1 << 16
+        except (httpx2.InvalidURL, TypeError, ValueError):
+            raise ValueError(_ADDRESS) from None
+        if parts.scheme not in ("http", "https") or not parts.host or not port_fits:
+            raise ValueError(_ADDRESS)
+        if parts.userinfo:
             raise ValueError("base_url must not hold a user or a password; use api_key")
+        if api_key is not None and not _HEADER_TEXT.fullmatch(api_key):
+            raise ValueError("api_key must be printable ASCII without spaces")
         if timeout <= 0 or retries < 0:
             raise ValueError("timeout must be > 0 and retries >= 0")
         cache = ResultCache(cache_dir) if cache_dir is not None else None

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import httpx2
 
 from grazemap.effects import CloseStream, Effect, Event, Flow, LinkBroken, NextLine, Now, OpenStream, Reply, Send, Sleep
+from grazemap.errors import ProtocolError
 
 T = TypeVar("T")
 
@@ -36,7 +37,7 @@ class Driver:
         """Run a flow, yielding its events as they come; its value is the generator's."""
         stream = _Stream(self._http)
         outcome: Any = None
-        broken: LinkBroken | None = None
+        broken: LinkBroken | ProtocolError | None = None
         try:
             while True:
                 try:
@@ -50,8 +51,8 @@ class Driver:
                     continue
                 try:
                     outcome = self._perform(effect, stream)
-                except httpx2.TransportError as error:
-                    broken = link_broken(error)
+                except httpx2.RequestError as error:
+                    broken = failure_of(error)
         finally:
             stream.close()
             flow.close()
@@ -108,8 +109,10 @@ def reply_of(response: httpx2.Response, content: bytes) -> Reply:
     return Reply(response.status_code, {name.lower(): value for name, value in response.headers.items()}, content)
 
 
-def link_broken(error: httpx2.TransportError) -> LinkBroken:
-    """Return what the flows are told of a transport error; a wrong kind of address is not tried twice."""
+def failure_of(error: httpx2.RequestError) -> LinkBroken | ProtocolError:
+    """Return what the flows are told of an error on the way; a wrong kind of address is not tried twice."""
+    if not isinstance(error, httpx2.TransportError):
+        return ProtocolError(f"the answer cannot be read: {error}")
     return LinkBroken(str(error) or type(error).__name__, retryable=not isinstance(error, httpx2.UnsupportedProtocol))
 
 

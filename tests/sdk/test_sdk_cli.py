@@ -61,6 +61,17 @@ def test_what_is_invalid_gives_2_and_sends_nothing(url, service, tmp_path, capsy
     assert service.requests == []
 
 
+@pytest.mark.parametrize("content", [b'{"omega": "\xff"}', b'{"omega":' + b"[" * 100_000, b"1" * 5000])
+@pytest.mark.parametrize("source", ["file", "stdin"])
+def test_a_request_that_cannot_be_read_gives_2(tmp_path, monkeypatch, capsys, content, source):
+    path = tmp_path / "request.json"
+    path.write_bytes(content)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content), encoding="utf-8"))
+    given = str(path) if source == "file" else "-"
+    assert cli.main(["run", "trajectories", "--json", given, "-o", str(tmp_path / "t.npz"), "--url", "http://x"]) == 2
+    assert "the request is not JSON" in capsys.readouterr().err
+
+
 def test_a_failed_job_gives_1_with_its_reason(url, service, request_file, tmp_path, capsys):
     service.ending = "failed"
     arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / "m.npz"), "--url", url]
@@ -69,7 +80,9 @@ def test_a_failed_job_gives_1_with_its_reason(url, service, request_file, tmp_pa
     assert not (tmp_path / "m.npz").exists()
 
 
-@pytest.mark.parametrize("arguments", [[], ["fly"], ["run", "no-such-process"], ["up", "--workers", "0"]])
+@pytest.mark.parametrize(
+    "arguments", [[], ["fly"], ["run", "no-such-process"], ["up", "--workers", "0"], ["up", "--port", "99999"]]
+)
 def test_a_wrong_command_gives_2(arguments, capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main(arguments)
@@ -102,6 +115,14 @@ def test_status_without_a_service_gives_1(monkeypatch, capsys):
 def test_a_bad_address_gives_2(capsys):
     assert cli.main(["status", "--url", "localhost"]) == 2
     assert "http://" in capsys.readouterr().err
+    assert cli.main(["status", "--url", "http://127.0.0.1:abc"]) == 2
+    assert "base_url must" in capsys.readouterr().err
+
+
+def test_a_key_that_cannot_be_sent_gives_2(monkeypatch, capsys):
+    monkeypatch.setenv("GRAZEMAP_API_KEY", "k\u00e9y")
+    assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 2
+    assert "api_key must" in capsys.readouterr().err
 
 
 def test_plot_draws_beside_the_result(tmp_path, capsys):

@@ -140,6 +140,17 @@ def test_a_cached_result_is_used_when_its_tag_is_confirmed(make_client, service,
     assert "if-none-match" not in service.requests[-1].headers
 
 
+def test_a_cache_that_cannot_be_used_costs_no_result(make_client, service, tmp_path, caplog):
+    (tmp_path / "file").write_text("in the way")
+    client = make_client(cache_dir=tmp_path / "file" / "cache")
+    assert client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False).clearance[0] == 1.5
+    assert "is not kept" in caplog.text
+    folder = tmp_path / "cache"
+    handle = client.submit("grazing-curves", CURVE)
+    (folder / f"{handle.id}.result").mkdir(parents=True)
+    assert make_client(cache_dir=folder).job(handle.id).result().clearance[0] == 1.5
+
+
 def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, tmp_path):
     client = make_client(cache_dir=tmp_path)
     handle = client.submit("grazing-curves", CURVE).wait()
@@ -150,6 +161,26 @@ def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, t
         assert handle.result().clearance[0] == 7.0
     assert service.requests[-1].headers["if-none-match"] == '"new"'
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_an_answer_that_cannot_be_decoded_is_told(client, service):
+    broken = {"content-encoding": "gzip"}
+    service.upcoming = [httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)]
+    with pytest.raises(errors.ProtocolError):
+        client.jobs()
+
+
+def test_an_event_stream_that_cannot_be_decoded_is_done_without(client, service):
+    handle = client.submit("grazing-curves", CURVE)
+    follow = service.__class__._events
+    broken = {"content-encoding": "gzip", "content-type": "text/event-stream"}
+
+    def undecodable(job):
+        follow(service, job)
+        return httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)
+
+    service._events = undecodable
+    assert handle.wait().status == "successful"
 
 
 @pytest.mark.parametrize("content", [b"", b"not a result", b"PK\x03\x04"])
@@ -172,10 +203,19 @@ def test_something_else_at_the_address_is_told(client, service):
         {"base_url": "localhost:8000"},
         {"base_url": "ftp://x"},
         {"base_url": "http://u:p@x"},
+        {"base_url": "http://127.0.0.1:abc"},
+        {"base_url": "http://127.0.0.1:99999"},
+        {"base_url": "http://[::1"},
+        {"base_url": "http://line\nbreak"},
+        {"base_url": None},
+        {"api_key": "k\u00e9y"},
+        {"api_key": "two\nlines"},
         {"timeout": 0},
         {"retries": -1},
     ],
 )
 def test_impossible_settings_are_refused_at_once(keywords):
-    with pytest.raises(ValueError, match="must"):
+    with pytest.raises(ValueError, match="must") as caught:
         Client(**keywords)
+    assert type(caught.value) is ValueError
+    assert keywords.get("api_key", "secret") not in str(caught.value)
