@@ -15,6 +15,9 @@ from grazemap_worker.numerics import Numerics
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
+# Jobs that a round looks at, about: a long backlog is toured in several rounds, so that none keeps Redis or a signal
+# waiting.
+JOBS_A_ROUND = 1000
 _LEAD_SECONDS = 4.0
 
 
@@ -25,28 +28,33 @@ class Reconciler:
         self._store = store
         self._fingerprint = numerics.fingerprint
         self._name = name
+        self._cursor = 0
 
     def reconcile(self) -> int:
         """Do one round; return how many tiles were queued. Raises redis.exceptions.RedisError."""
         store, log = self._store, structlog.get_logger("grazemap_worker")
         if not store.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
             return 0
+        queued = 0
         for job_id, tile, holder in store.lost_claims():
             verdict = store.record_failure(job_id, tile, "lost", "lease ran out", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
-        store.bind(self._fingerprint, core_version())
+            if verdict == "retry" and store.fingerprint_of(job_id) == self._fingerprint:
+                queued += queueing.enqueue(store.redis, job_id, [tile], self._fingerprint)
+        self._cursor, jobs = store.some_unfinished(self._cursor, JOBS_A_ROUND)
+        store.bind(self._fingerprint, core_version(), jobs)
         queueing.sweep(store.redis, self._fingerprint)
 
         waiting = queueing.queued(store.redis, self._fingerprint)
         missing: dict[str, list[int]] = defaultdict(list)
-        for job_id, tile in store.pending(self._fingerprint, limit=2 * queueing.QUEUED_AHEAD):
+        for job_id, tile in store.pending(self._fingerprint, 2 * queueing.QUEUED_AHEAD, jobs):
             if (job_id, tile) not in waiting:
                 missing[job_id].append(tile)
         per_job = Counter(job_id for job_id, _ in waiting)
-        queued = 0
         for job_id, tiles in missing.items():
             room = max(0, queueing.QUEUED_AHEAD - per_job[job_id])
             queued += queueing.enqueue(store.redis, job_id, tiles[:room], self._fingerprint)
         if queued:
-            log.info("tiles queued again", tiles=queued, jobs=len(missing))
+            # DEBUG: also a tile that a worker has taken and not yet claimed, and the next piece of a long map
+            log.debug("tiles queued again", tiles=queued, jobs=len(missing))
         return queued

@@ -162,13 +162,13 @@ class JobStore(WorkerStore):
         pipeline = self._redis.pipeline(transaction=False)
         for name in names:
             pipeline.zcard(f"{PREFIX}status:{name}")
-        pipeline.hvals(f"{PREFIX}unfinished")
+        pipeline.get(f"{PREFIX}unfinished:tiles")
         pipeline.zcard(f"{PREFIX}results")
         pipeline.get(f"{PREFIX}results:bytes")
         *by_status, remaining, results, result_bytes = pipeline.execute()
         return Counts(
             jobs=dict(zip(names, by_status, strict=True)),
-            pending_tiles=sum(int(count) for count in remaining),
+            pending_tiles=int(remaining or 0),
             workers=len(self.workers()),
             results=results,
             result_bytes=int(result_bytes or 0),

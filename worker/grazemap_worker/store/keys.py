@@ -9,6 +9,9 @@ All keys share one prefix, so that a Redis can hold other things beside grazemap
     job:<id>:events     stream: progress, tile, done
     jobs, status:<s>    sorted sets of ids by sequence number, all of them and one per status
     unfinished          hash: id -> tiles that remain, of accepted and running jobs
+    unfinished:tiles    number: their sum
+    held:<name>         set of "id|tile": where to look for the claims of a worker; what it holds is in the claims
+    holders             set of the names that have one
     result:<id>:<f>     string: npz bytes; f is the fingerprint of the numerics that made it
     results...          the least-recently-used order, sizes and total of the results
     worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value

@@ -7,7 +7,7 @@ same tile finds it claimed or done.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from grazemap.models import Estimate, parse_request
 from grazemap_worker.store.jobs import JobStore
@@ -16,6 +16,7 @@ from grazemap_worker.store.keys import (
     FINGERPRINT_REMEMBERED,
     MOST_EXCEPTIONS,
     MOST_LOST,
+    PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
@@ -23,6 +24,7 @@ from grazemap_worker.store.plan import Plan
 from grazemap_worker.store.problems import failure_problem, outdated_problem
 from grazemap_worker.store.records import Claim, FailureKind, Verdict
 
+_JOBS_A_SCRIPT = 500
 _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST}
 
 
@@ -117,28 +119,43 @@ class LedgerStore(JobStore):
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
         return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
 
-    def bind(self, fingerprint: str, core_version: str) -> list[str]:
-        """Bind to `fingerprint` the unfinished jobs of a core version that have no live numerics; return their ids.
+    def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
+        """Return the next cursor and about so many unfinished jobs; cursor 0 begins a tour of all, and ends it."""
+        after, found = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
+        return int(after), [identity.decode() for identity in found]
 
-        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails.
+    def bind(self, fingerprint: str, core_version: str, identities: Sequence[str] | None = None) -> list[str]:
+        """Bind to `fingerprint` the jobs of a core version that have no live numerics; return their ids.
+
+        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails. Left out, the
+        jobs are all unfinished ones.
         """
-        bound = []
-        for identity in self.unfinished():
-            answer = self._scripts.run("bind", identity, fingerprint, core_version, FINGERPRINT_REMEMBERED)
-            if answer == 1:
-                bound.append(identity)
-            elif answer == 2:
-                self.fail(identity, outdated_problem())
+        bound: list[str] = []
+        for some in self._in_chunks(identities):
+            found, outdated = self._scripts.run("bind", fingerprint, core_version, FINGERPRINT_REMEMBERED, *some)
+            bound += [identity.decode() for identity in found]
+            for identity in outdated:
+                self.fail(identity.decode(), outdated_problem())
         return bound
 
-    def pending(self, fingerprint: str, limit: int = 1 << 30) -> Iterator[tuple[str, int]]:
+    def pending(
+        self, fingerprint: str, limit: int = 1 << 30, identities: Sequence[str] | None = None
+    ) -> Iterator[tuple[str, int]]:
         """Yield (id, tile) of what is neither done nor held by a live worker, of the jobs bound to `fingerprint`.
 
-        At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done.
+        At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done. Left out, the
+        jobs are all unfinished ones.
         """
-        for identity in self.unfinished():
-            for tile in self._scripts.run("pending", identity, fingerprint, ASSEMBLY, limit):
-                yield identity, int(tile)
+        for some in self._in_chunks(identities):
+            answers = self._scripts.run("pending", fingerprint, ASSEMBLY, limit, *some)
+            for identity, tiles in zip(some, answers, strict=True):
+                yield from ((identity, int(tile)) for tile in tiles)
+
+    def _in_chunks(self, identities: Sequence[str] | None) -> Iterator[Sequence[str]]:
+        """Yield so many at a time that a script over them is short."""
+        everything = list(self.unfinished()) if identities is None else identities
+        for start in range(0, len(everything), _JOBS_A_SCRIPT):
+            yield everything[start : start + _JOBS_A_SCRIPT]
 
     def tile_index(self, identity: str) -> list[int]:
         """Return the numbers of the finished tiles, increasing; empty for jobs of one tile."""

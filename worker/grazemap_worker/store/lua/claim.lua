@@ -25,6 +25,8 @@ if other and other ~= holder then
   redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':lost', 1)
 end
 redis.call('HSET', key('job', id, 'claims'), tile, holder .. '|' .. now())
+redis.call('SADD', key('held', holder), id .. '|' .. tile)
+redis.call('SADD', key('holders'), holder)
 redis.call('SET', key('worker', holder), fingerprint, 'PX', lease)
 if bound == '' then
   redis.call('HSET', key('job', id), 'fingerprint', fingerprint)

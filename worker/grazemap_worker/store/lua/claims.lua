@@ -1,14 +1,20 @@
 -- ARGV: prefix, holder. Returns id, tile, holder, ... of every claim of that holder; without one ('') of every holder
 -- that no longer renews its lease.
+local holders = { ARGV[2] }
+if ARGV[2] == '' then
+  holders = redis.call('SMEMBERS', key('holders'))
+end
 local found = {}
-for _, id in ipairs(redis.call('HKEYS', key('unfinished'))) do
-  local claims = redis.call('HGETALL', key('job', id, 'claims'))
-  for i = 1, #claims, 2 do
-    local holder = split_claim(claims[i + 1])
-    if holder == ARGV[2] or (ARGV[2] == '' and not alive(holder)) then
-      found[#found + 1] = id
-      found[#found + 1] = claims[i]
+for _, holder in ipairs(holders) do
+  if ARGV[2] ~= '' or not alive(holder) then
+    local claims = claims_of(holder)
+    for _, claim in ipairs(claims) do
+      found[#found + 1] = claim[1]
+      found[#found + 1] = claim[2]
       found[#found + 1] = holder
+    end
+    if #claims == 0 then
+      redis.call('SREM', key('holders'), holder)
     end
   end
 end

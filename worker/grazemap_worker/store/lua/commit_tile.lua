@@ -12,7 +12,7 @@ end
 local claims = key('job', id, 'claims')
 if redis.call('HSETNX', key('job', id, 'tiles'), tile, ARGV[4]) == 1 then
   local done = redis.call('HINCRBY', key('job', id), 'done', 1)
-  redis.call('HSET', key('unfinished'), id, total - done)
+  set_remaining(id, total - done)
   local _, since = claimed_by(id, tile)
   if since then
     -- Time to go: mean time of the tiles so far, shared among those that now work on this job.

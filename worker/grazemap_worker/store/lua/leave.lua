@@ -2,13 +2,10 @@
 redis.call('DEL', key('worker', ARGV[2]))
 redis.call('HDEL', key('workers'), ARGV[2])
 if ARGV[3] == '1' then
-  for _, id in ipairs(redis.call('HKEYS', key('unfinished'))) do
-    local claims = redis.call('HGETALL', key('job', id, 'claims'))
-    for i = 1, #claims, 2 do
-      if split_claim(claims[i + 1]) == ARGV[2] then
-        redis.call('HDEL', key('job', id, 'claims'), claims[i])
-      end
-    end
+  for _, claim in ipairs(claims_of(ARGV[2])) do
+    redis.call('HDEL', key('job', claim[1], 'claims'), claim[2])
   end
+  redis.call('DEL', key('held', ARGV[2]))
+  redis.call('SREM', key('holders'), ARGV[2])
 end
 return 1

@@ -67,6 +67,32 @@ local function claimed_by(id, tile)
   return split_claim(claim)
 end
 
+-- What remains of an unfinished job (0: its assembly; nil: it is over), and with it the sum over all jobs.
+local function set_remaining(id, tiles)
+  local before = tonumber(redis.call('HGET', key('unfinished'), id) or 0)
+  if tiles then
+    redis.call('HSET', key('unfinished'), id, tiles)
+  else
+    redis.call('HDEL', key('unfinished'), id)
+  end
+  redis.call('INCRBY', key('unfinished', 'tiles'), (tiles or 0) - before)
+end
+
+-- The claims of a holder, as {{id, tile}, ...}. Its index may name some that ended or went to another holder; those
+-- are taken out of it here, and nowhere else.
+local function claims_of(holder)
+  local found = {}
+  for _, entry in ipairs(redis.call('SMEMBERS', key('held', holder))) do
+    local id, tile = string.match(entry, '^(.*)|([^|]*)$')
+    if claimed_by(id, tile) == holder then
+      found[#found + 1] = { id, tile }
+    else
+      redis.call('SREM', key('held', holder), entry)
+    end
+  end
+  return found
+end
+
 local function result_key(id)
   return key('result', id, get(id, 'fingerprint') or '')
 end
@@ -84,7 +110,7 @@ local function finish(id, status, tile_ttl)
   set_status(id, status)
   redis.call('HSET', key('job', id), 'finished', now())
   redis.call('HDEL', key('job', id), 'eta')
-  redis.call('HDEL', key('unfinished'), id)
+  set_remaining(id, nil)
   redis.call('DEL', key('job', id, 'claims'), key('job', id, 'failures'))
   if tile_ttl == 0 then
     redis.call('DEL', key('job', id, 'tiles'))

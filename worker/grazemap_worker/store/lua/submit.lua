@@ -15,10 +15,7 @@ local kept = 0
 if status == 'failed' and fingerprint ~= '' and get(id, 'fingerprint') == fingerprint then
   kept = redis.call('HLEN', key('job', id, 'tiles'))
 end
-local waiting = 0
-for _, remaining in ipairs(redis.call('HVALS', key('unfinished'))) do
-  waiting = waiting + tonumber(remaining)
-end
+local waiting = tonumber(redis.call('GET', key('unfinished', 'tiles')) or 0)
 if waiting + total - kept > limit then
   return { 2, waiting }
 end
@@ -38,21 +35,25 @@ redis.call('HSET', key('job', id), 'seq', seq, 'process', ARGV[3], 'request', AR
   'created', now())
 set_status(id, 'accepted')
 redis.call('ZADD', key('jobs'), seq, id)
-redis.call('HSET', key('unfinished'), id, total - kept)
+set_remaining(id, total - kept)
 progress_event(id)
 
--- Forget the oldest finished jobs when there are too many records; what is unfinished stays.
-local excess = redis.call('ZCARD', key('jobs')) - tonumber(ARGV[11])
-if excess > 0 then
-  for _, old in ipairs(redis.call('ZRANGE', key('jobs'), 0, excess + 10)) do
-    local old_status = get(old, 'status')
-    if excess > 0 and not unfinished(old_status) then
-      drop_result(result_key(old))
-      redis.call('ZREM', key('status', old_status), old)
-      redis.call('ZREM', key('jobs'), old)
-      redis.call('DEL', key('job', old), key('job', old, 'events'), key('job', old, 'tiles'))
-      excess = excess - 1
+-- Forget the oldest finished jobs when there are too many records, some of them at a time; what is unfinished stays.
+local excess = math.min(10, redis.call('ZCARD', key('jobs')) - tonumber(ARGV[11]))
+for _ = 1, excess do
+  local old, old_status, oldest = nil, nil, math.huge
+  for _, finished in ipairs({ 'successful', 'failed', 'dismissed' }) do
+    local first = redis.call('ZRANGE', key('status', finished), 0, 0, 'WITHSCORES')
+    if first[1] and tonumber(first[2]) < oldest then
+      old, old_status, oldest = first[1], finished, tonumber(first[2])
     end
   end
+  if not old then
+    break
+  end
+  drop_result(result_key(old))
+  redis.call('ZREM', key('status', old_status), old)
+  redis.call('ZREM', key('jobs'), old)
+  redis.call('DEL', key('job', old), key('job', old, 'events'), key('job', old, 'tiles'))
 end
 return { 1 }

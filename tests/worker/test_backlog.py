@@ -1,0 +1,131 @@
+"""A long backlog: what one request or one tile costs does not grow with the jobs that wait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap_worker import queueing
+from grazemap_worker.numerics import Numerics
+from grazemap_worker.reconciler import Reconciler
+from grazemap_worker.store import Plan, QueueFull, Store
+
+LEASE = 5.0
+FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
+
+
+def submit(store: Store, number: int, most: int = 10**6) -> Job:
+    return store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), most)[0]
+
+
+def submit_map(store: Store, number: int = 0) -> Job:
+    request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
+    return store.submit("unfolding-maps", request, "1", FOUR, 10**6)[0]
+
+
+def commands(store: Store, step: Callable[[], object]) -> int:
+    """Commands that Redis performs for a step, those in scripts included."""
+    store.redis.config_resetstat()
+    step()
+    return sum(found["calls"] for found in store.redis.info("commandstats").values())
+
+
+@pytest.fixture
+def backlog(store: Store) -> list[Job]:
+    """Some hundred jobs that wait, a few of them claimed."""
+    store.register_worker("w", "f", LEASE, "1")
+    jobs = [submit(store, number) for number in range(300)]
+    for job in jobs[:3]:
+        store.claim(job.id, 0, "w", "f", LEASE)
+    return jobs
+
+
+def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Store, backlog: list[Job]) -> None:
+    expected = sorted((job.id, 0, "w") for job in backlog[:3])
+    assert sorted(store.claims_of("w")) == expected
+    assert commands(store, lambda: store.claims_of("w")) < 20
+    assert commands(store, store.lost_claims) < 20
+    store.release(backlog[0].id, 0, "w")
+    store.commit_result(backlog[1].id, b"", "f")
+    assert store.claims_of("w") == [(backlog[2].id, 0, "w")]
+    store.remove_worker("w")
+    assert store.lost_claims() == [(backlog[2].id, 0, "w")]
+    store.record_failure(backlog[2].id, 0, "lost", holder="w")
+    assert store.lost_claims() == []
+    assert list(store.redis.scan_iter("grazemap:held*")) == []
+
+
+def test_a_claim_that_another_took_over_is_no_longer_ones_own(store: Store) -> None:
+    job = submit(store, 0)
+    store.claim(job.id, 0, "one", "f", LEASE)
+    store.remove_worker("one")
+    store.claim(job.id, 0, "two", "f", LEASE)
+    assert store.claims_of("one") == store.lost_claims() == []
+    assert store.claims_of("two") == [(job.id, 0, "two")]
+    store.remove_worker("two", return_claims=True)
+    assert store.claims_of("two") == store.lost_claims() == []
+    assert list(store.redis.scan_iter("grazemap:held*")) == []
+
+
+def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> None:
+    store.register_worker("w", "f", LEASE, "1")
+    job = submit_map(store)
+    submit_map(store, 1)
+    submit(store, 0)
+    store.claim(job.id, 0, "w", "f", LEASE)
+    store.commit_tile(job.id, 0, b"", "f")
+    store.commit_tile(job.id, 0, b"", "f")
+    assert store.counts().pending_tiles == 3 + 4 + 1
+    for _ in range(3):
+        store.claim(job.id, 3, "w", "f", LEASE)
+        store.record_failure(job.id, 3, "exception", holder="w")
+    assert store.counts().pending_tiles == 4 + 1
+    assert submit_map(store).status == "accepted"  # goes on from the tile that it has
+    assert store.counts().pending_tiles == 3 + 4 + 1
+    store.redis.delete("grazemap:fingerprint:f")
+    assert job.id in store.bind("g", "1")  # and starts over with other numerics
+    assert store.counts().pending_tiles == 4 + 4 + 1
+    with pytest.raises(QueueFull):
+        submit(store, 1, most=9)
+    submit(store, 1, most=10)
+    for found in store.jobs()[0]:
+        store.dismiss(found.id)
+    assert store.counts().pending_tiles == 0
+
+
+def test_forgetting_old_records_does_not_look_through_those_that_wait(
+    store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = commands(store, lambda: submit(store, 999))
+    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORDS", 100)
+    assert commands(store, lambda: submit(store, 1000)) < before + 10
+    store.dismiss(backlog[0].id)
+    submit(store, 1001)
+    assert store.job(backlog[0].id) is None
+
+
+def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("grazemap_worker.reconciler.JOBS_A_ROUND", 300)
+    for number in range(1500):
+        submit(store, number)
+    numerics = Numerics("0", "0", "0", "0", "planted", "f")
+    monkeypatch.setattr("grazemap_worker.reconciler.core_version", lambda: "1")
+    reconciler = Reconciler(store, numerics, "me")
+    assert 0 < reconciler.reconcile() < 1500
+    for _ in range(8):
+        reconciler.reconcile()
+    assert len(queueing.queued(store.redis, "f")) == 1500
+
+
+def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grazemap_worker.reconciler.core_version", lambda: "1")
+    monkeypatch.setattr(store, "some_unfinished", lambda cursor, about: (cursor, []))  # before its turn comes
+    job = submit(store, 0)
+    store.claim(job.id, 0, "dead", "f", LEASE)
+    store.remove_worker("dead")
+    Reconciler(store, Numerics("0", "0", "0", "0", "planted", "f"), "me").reconcile()
+    assert queueing.queued(store.redis, "f") == {(job.id, 0)}
