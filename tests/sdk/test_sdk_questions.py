@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from grazemap import Oscillator, questions
 from grazemap.errors import ParameterError
@@ -36,6 +37,13 @@ def test_lists_and_arrays_are_the_values_themselves(values):
 def test_numpy_scalars_are_numbers():
     request = questions.trajectory({"restitution": np.float64(0.5)}, np.float64(0.3), 1.5, None, np.int64(4), 0, 200)
     assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
+
+
+def test_a_refused_oscillator_does_not_repeat_what_was_given():
+    with pytest.raises(ValidationError) as caught:
+        Oscillator(restitution=271828)
+    assert "271828" not in str(caught.value)
+    assert "restitution" in str(caught.value)
 
 
 def test_shape_is_clearances_by_omegas():

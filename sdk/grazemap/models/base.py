@@ -18,7 +18,7 @@ LARGEST_NUMBER = 1e60
 class Request(BaseModel):
     """A request body, or a part of one."""
 
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid", frozen=True)
+    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid", frozen=True, hide_input_in_errors=True)
 
 
 class Response(BaseModel):
