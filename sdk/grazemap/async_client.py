@@ -136,10 +136,14 @@ class AsyncClient:
         policy: str = "rest",
         max_periods: int = 1000,
         max_period: int = 32,
+        initial_conditions: int = 16,
+        seed: int = 0,
         progress: bool = True,
     ) -> UnfoldingMap:
         """As `Client.unfolding_map`."""
-        request = questions.unfolding_map(oscillator, omega, clearance, shape, policy, max_periods, max_period)
+        request = questions.unfolding_map(
+            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed
+        )
         return await self._answer(UnfoldingMap, request, progress)
 
     async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:

@@ -225,6 +225,8 @@ class Client:
         policy: str = "rest",
         max_periods: int = 1000,
         max_period: int = 32,
+        initial_conditions: int = 16,
+        seed: int = 0,
         progress: bool = True,
     ) -> UnfoldingMap:
         """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
@@ -241,13 +243,17 @@ class Client:
             Forcing periods after which a motion counts as unresolved.
         max_period : int
             The longest period that is looked for, in forcing periods.
+        initial_conditions, seed : int
+            Of the policy "ensemble" only, which this version does not compute yet; no part of any other question.
         progress : bool
 
         Raises
         ------
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = questions.unfolding_map(oscillator, omega, clearance, shape, policy, max_periods, max_period)
+        request = questions.unfolding_map(
+            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed
+        )
         return self._answer(UnfoldingMap, request, progress)
 
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:

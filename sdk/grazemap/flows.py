@@ -13,12 +13,19 @@ from urllib.parse import parse_qs, urlsplit
 from grazemap.cache import ResultCache
 from grazemap.constants import API_PREFIX
 from grazemap.effects import Flow, Reply, Send
-from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
+from grazemap.errors import JobDismissed, JobFailed, NotFound, ProtocolError, ServiceProblem, problem_text
 from grazemap.exchange import exchange, read_model, read_object
 from grazemap.following import follow
-from grazemap.models import Job, JobList, ProcessRequest, canonical
+from grazemap.models import Job, JobList, Problem, ProcessRequest, canonical
 from grazemap.results import Result, decode_result
 
+# The service's own words for the same problem.
+_UNKNOWN_JOB = Problem(
+    type="urn:grazemap:problem:unknown-job",
+    title="Unknown job",
+    status=404,
+    detail="There is no job with this id.",
+)
 # Job ids become parts of addresses and of file names in the cache.
 _JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
 
@@ -32,9 +39,9 @@ class Settings:
 
 
 def job_path(job_id: str) -> str:
-    """Return a job's address below the base URL. Raises ProtocolError for what cannot be a job id."""
-    if not _JOB_ID.fullmatch(job_id):
-        raise ProtocolError("not a job id")
+    """Return a job's address below the base URL. Raises NotFound for what cannot be a job id."""
+    if not isinstance(job_id, str) or not _JOB_ID.fullmatch(job_id):
+        raise NotFound(_UNKNOWN_JOB)
     return f"{API_PREFIX}/jobs/{job_id}"
 
 
@@ -48,7 +55,8 @@ def submit(settings: Settings, process: str, request: ProcessRequest, prefer_wai
         Send("POST", f"{API_PREFIX}/{process}", headers=headers, body=body), settings.retries
     )
     job = read_model(Job, reply)
-    job_path(job.id)
+    if not _JOB_ID.fullmatch(job.id):
+        raise ProtocolError("the service answered with an impossible job id")
     return job
 
 
@@ -119,9 +127,9 @@ def fetch(settings: Settings, job_id: str) -> Flow[Result]:
         return result
 
 
-def watch(settings: Settings, job_id: str, timeout: float | None = None) -> Flow[Job]:
-    """Hand on a job's events until it is finished, however it ends. Raises WaitTimeout."""
-    return (yield from follow(job_path(job_id), settings.retries, timeout))
+def watch(settings: Settings, job_id: str, timeout: float | None = None, replay: bool = False) -> Flow[Job]:
+    """Hand on a job's events until it is finished, however it ends; `replay` as in `follow`. Raises WaitTimeout."""
+    return (yield from follow(job_path(job_id), settings.retries, timeout, replay=replay))
 
 
 def follow_to_success(

@@ -10,7 +10,7 @@ from grazemap.exchange import exchange, pause, read_model
 from grazemap.models import FINISHED, Job
 
 
-def follow(path: str, retries: int, timeout: float | None, job: Job | None = None) -> Flow[Job]:
+def follow(path: str, retries: int, timeout: float | None, job: Job | None = None, replay: bool = False) -> Flow[Job]:
     """Hand on a job's events until it is finished, and return it as it is then.
 
     A broken stream is taken up again where it ended (Last-Event-ID). A stream cannot be left between two of its
@@ -26,6 +26,9 @@ def follow(path: str, retries: int, timeout: float | None, job: Job | None = Non
         Seconds to wait for the end.
     job : Job, optional
         The job as it was a moment ago.
+    replay : bool
+        Hand on the events of a finished job too, as far as the service still has them; else there is nothing to
+        wait for, and its end is all that is told.
 
     Raises
     ------
@@ -36,7 +39,7 @@ def follow(path: str, retries: int, timeout: float | None, job: Job | None = Non
     if job is None:
         job = yield from follower.look()
     broken = 0
-    while job.status not in FINISHED:
+    while job.status not in FINISHED or (replay and not follower.done):
         if broken >= constants.STREAM_ATTEMPTS or (yield from follower.near_deadline()):
             return (yield from follower.poll(job))
         before = follower.heard
@@ -45,8 +48,9 @@ def follow(path: str, retries: int, timeout: float | None, job: Job | None = Non
         broken = 0 if follower.heard > before else broken + 1
         if job.status not in FINISHED:
             follower.done = False  # that was the end of an earlier computation of the same question
-            if 0 < broken < constants.STREAM_ATTEMPTS and not (yield from follower.near_deadline()):
-                yield Sleep(pause(broken - 1))
+        retried = not follower.done and 0 < broken < constants.STREAM_ATTEMPTS
+        if retried and not (yield from follower.near_deadline()):
+            yield Sleep(pause(broken - 1))
     if not follower.done:
         yield Event("", "progress", job.progress.model_dump())
         yield Event("", "done", {"status": job.status})

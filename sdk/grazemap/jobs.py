@@ -74,8 +74,13 @@ class JobHandle(_Handle):
         return self
 
     def events(self, timeout: float | None = None) -> Generator[Event]:
-        """Yield the job's events, from its beginning until it is finished. Raises WaitTimeout."""
-        self._job = yield from self._driver.events(flows.watch(self._settings, self.id, timeout))
+        """Yield the job's events, from its beginning until it is finished. Raises WaitTimeout.
+
+        A finished job tells them again as long as the service has them; at the least there are its last progress
+        and done. Where less time is left than a stream may be silent (45 s), the job is polled: progress and done
+        are all that comes then.
+        """
+        self._job = yield from self._driver.events(flows.watch(self._settings, self.id, timeout, replay=True))
 
     def wait(self, timeout: float | None = None, progress: bool = False) -> JobHandle:
         """Wait until the job is successful, and return the handle.
@@ -128,7 +133,7 @@ class AsyncJobHandle(_Handle):
 
     async def events(self, timeout: float | None = None) -> AsyncGenerator[Event]:
         """As `JobHandle.events`."""
-        flow = flows.watch(self._settings, self.id, timeout)
+        flow = flows.watch(self._settings, self.id, timeout, replay=True)
         async with aclosing(self._driver.events(flow, self._see)) as events:
             async for event in events:
                 yield event

@@ -75,6 +75,8 @@ def unfolding_map(
     policy: str,
     max_periods: int,
     max_period: int,
+    initial_conditions: int = 16,
+    seed: int = 0,
 ) -> UnfoldingMapsRequest:
     """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
     try:
@@ -87,6 +89,8 @@ def unfolding_map(
         "policy": policy,
         "max_periods": max_periods,
         "max_period": max_period,
+        "initial_conditions": initial_conditions,
+        "seed": seed,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
 

@@ -25,6 +25,14 @@ def test_each_process_has_its_method(client, service):
     assert service.computed == 4
 
 
+def test_what_is_for_ensembles_only_is_taken_and_no_part_of_another_question(client, service):
+    for keywords in ({}, {"initial_conditions": 4, "seed": 3}):
+        client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False, **keywords)
+    assert service.computed == 1
+    with pytest.raises(errors.ParameterError, match="/seed"):
+        client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), seed=-1)
+
+
 def test_making_a_client_sends_nothing(client, service):
     assert service.requests == []
     assert client.base_url == "http://fake:1"
@@ -53,6 +61,8 @@ def test_events_come_as_they_are_and_end_with_done(client):
     assert [event.name for event in events] == ["progress", "tile", "progress", "done"]
     assert events[1].data == {"index": 0, "rows": [0, 1]}
     assert handle.status == "successful"
+    # and a finished job tells them again
+    assert list(client.job(handle.id).events()) == events
 
 
 def test_a_cancelled_job_is_dismissed_and_waiting_for_it_says_so(client):
@@ -86,11 +96,19 @@ def test_an_unknown_job_is_not_found(client):
         client.job("0" * 64)
 
 
-@pytest.mark.parametrize("name", ["../../../etc/passwd", "a/b", "", "a" * 200])
+@pytest.mark.parametrize("name", ["../../../etc/passwd", "a/b", "x/../y", "", "a" * 200, None, 5])
 def test_what_cannot_be_a_job_id_is_neither_sent_nor_written(client, service, name):
-    with pytest.raises(errors.ProtocolError):
+    with pytest.raises(errors.NotFound) as caught:
         client.job(name)
+    assert caught.value.status == 404
     assert service.requests == []
+
+
+def test_an_answer_with_an_impossible_job_id_is_told(client, service):
+    job = {"id": "../x", "process": "grazing-curves", "request": {}, "status": "running"}
+    service.upcoming = [httpx2.Response(201, json=job)]
+    with pytest.raises(errors.ProtocolError):
+        client.submit("grazing-curves", CURVE)
 
 
 def test_trouble_on_the_way_is_survived_without_computing_twice(client, service):

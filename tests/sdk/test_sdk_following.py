@@ -46,8 +46,8 @@ class Service:
                     self.done = True
                 return line
 
-    def follow(self, timeout=None):
-        return self.script.run(follow("/v1/jobs/j", 5, timeout))
+    def follow(self, timeout=None, **keywords):
+        return self.script.run(follow("/v1/jobs/j", 5, timeout, **keywords))
 
     @property
     def names(self):
@@ -66,6 +66,28 @@ def test_events_are_handed_on_until_done():
     assert service.follow().status == "successful"
     assert service.names == ["progress", "tile", "done"]
     assert service.script.events[1].data == {"index": 0}
+
+
+def test_a_finished_job_tells_its_events_again_when_asked_to():
+    service = Service([*event(1), LinkBroken("reset")], [*event(2, "tile", index=0), *END], finished_after=0)
+    assert service.follow(replay=True).status == "successful"
+    assert service.names == ["progress", "tile", "done"]
+    assert [opened.headers.get("last-event-id") for opened in service.opened] == [None, "1-0"]
+
+
+def test_waiting_for_a_finished_job_opens_no_stream():
+    service = Service([*event(1), *END], finished_after=0)
+    assert service.follow().status == "successful"
+    assert service.opened == []
+
+
+@pytest.mark.parametrize("streams", [[], [[]] * 9, [event(1)] + [[]] * 9])
+def test_a_finished_job_whose_stream_is_gone_still_ends_with_done(streams):
+    service = Service(*streams, finished_after=0)
+    service.follow(replay=True)
+    assert service.names[-2:] == ["progress", "done"]
+    assert service.names.count("done") == 1
+    assert len(service.opened) <= 1 + constants.STREAM_ATTEMPTS
 
 
 def test_a_broken_stream_is_taken_up_where_it_ended():
