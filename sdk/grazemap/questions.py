@@ -106,25 +106,41 @@ def _request(model: type[R], process: str, oscillator: OscillatorLike, body: dic
 
 def _grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
     """Return a range or the values as they are; the model judges them. A tuple of two numbers is (start, stop)."""
-    pair = isinstance(values, tuple) and len(values) == 2
-    if pair and points is None:
-        raise parameter_error(f"/{name}", f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
-    if pair:
+    if isinstance(values, tuple) and len(values) == 2:
+        if points is None:
+            raise parameter_error(f"/{name}", f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
         return {"start": values[0], "stop": values[1], "points": points}
-    if points is not None and isinstance(values, list | tuple | np.ndarray) and points != np.size(values):
-        detail = f"{name} has {np.size(values)} values, and {keyword} asks for another number"
+    values = _plain(values)
+    count = _count(values)
+    if points is not None and count is not None and points != count:
+        detail = f"{name} has {count} values, and {keyword} asks for another number"
         raise parameter_error(f"/{name}", detail, _VALUES)
-    return dict(values) if isinstance(values, Mapping) else values
-
-
-def _plain(value: Any) -> Any:
-    """Return any mapping as a dict, which is what a model takes; what is no mapping is the model's to refuse."""
-    return dict(value) if isinstance(value, Mapping) else value
+    return values
 
 
 def _interval(name: str, values: Any) -> Any:
-    if isinstance(values, Mapping | Interval):
+    values = _plain(values)
+    if isinstance(values, dict | Interval):
         return values
-    if not isinstance(values, list | tuple | np.ndarray) or np.shape(values) != (2,):
+    if not isinstance(values, list) or len(values) != 2:
         raise parameter_error(f"/{name}", f"{name} is not an interval", "(start, stop) with stop > start > 0")
     return {"start": values[0], "stop": values[1]}
+
+
+def _plain(value: Any) -> Any:
+    """Return mappings as dicts, sequences and whatever numpy reads as lists; the rest is the model's to refuse."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if hasattr(value, "__array__"):
+        return np.asarray(value).tolist()
+    return list(value) if isinstance(value, Sequence) and not isinstance(value, str | bytes) else value
+
+
+def _count(values: Any) -> int | None:
+    """Return how many values a range or a list has, None for what is neither."""
+    if isinstance(values, Range):
+        return values.points
+    if isinstance(values, dict):
+        points = values.get("points")
+        return points if isinstance(points, int) else None
+    return len(values) if isinstance(values, list) else None

@@ -1,7 +1,10 @@
 """Keywords become the wire model of a question, or an exception that names the place."""
 
+from array import array
+
 import numpy as np
 import pytest
+import xarray
 from pydantic import ValidationError
 
 from grazemap import Oscillator, questions
@@ -32,6 +35,28 @@ def test_a_pair_with_a_number_of_points_is_a_range():
 @pytest.mark.parametrize("values", [[0.1, 0.2], (0.1, 0.2, 0.4), np.array([0.1, 0.2])])
 def test_lists_and_arrays_are_the_values_themselves(values):
     assert questions.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
+
+
+@pytest.mark.parametrize(
+    "values", [range(1, 4), range(1, 3), array("d", [1.0, 2.0, 3.0]), xarray.DataArray([1.0, 2.0])]
+)
+def test_any_sequence_and_anything_numpy_reads_is_the_values(values):
+    assert questions.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
+    assert list(refused(questions.grazing_curve, None, values, 9, 8)) == ["/omega"]
+
+
+@pytest.mark.parametrize("values", [Range(start=0.1, stop=0.2, points=5), {"start": 0.1, "stop": 0.2, "points": 5}])
+def test_points_must_agree_with_those_of_a_range(values):
+    for points in (None, 5):
+        assert questions.grazing_curve(None, values, points, 8).omega.points == 5
+    assert "another number" in refused(questions.grazing_curve, None, values, 9, 8)["/omega"][0]
+
+
+def test_a_damping_may_be_any_kind_of_number_or_list():
+    for one in (0.1, np.float64(0.1), np.array(0.1)):
+        assert Oscillator(damping=one).damping == 0.1
+    for several in ([0.1, 0.2, 0.3], (0.1, 0.2, 0.3), np.array([0.1, 0.2, 0.3])):
+        assert Oscillator(damping=several).damping == [0.1, 0.2, 0.3]
 
 
 def test_numpy_scalars_are_numbers():

@@ -10,7 +10,9 @@ from grazemap.models.base import Float, Listable, NonNegative, Positive, Request
 
 
 def _damping_tag(value: Any) -> str:
-    return "[per link]" if isinstance(value, list | tuple) or hasattr(value, "__len__") else "[proportional]"
+    # an array without dimensions is a number, though it has __len__
+    several = hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0
+    return "[per link]" if several else "[proportional]"
 
 
 Damping = Annotated[
