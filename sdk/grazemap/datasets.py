@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _SI_UNITS = {
     "omega": "rad/s",
+    "omega_error": "rad/s",
     "clearance": "m",
     "phase": "rad",
     "time": "s",
@@ -24,6 +25,8 @@ _SI_UNITS = {
     "least_impact_velocity": "m/s",
     "impact_time": "s",
     "impact_velocity": "m/s",
+    "sticking_start": "s",
+    "sticking_stop_time": "s",
     "settled_after": "forcing periods",
     "period": "forcing periods",
 }
@@ -32,7 +35,10 @@ _ALWAYS = {"phase", "settled_after", "period"}
 
 
 def dataset(result: Result) -> xarray.Dataset:
-    """Return a result as a Dataset; its attributes hold the process, the version and the request as JSON.
+    """Return a result as a Dataset; its attributes hold the process, the version, and the request as JSON.
+
+    A trajectory's motion is an attribute too, as JSON. The families of codimension-two points are columns of their
+    own, one entry for each family: `family_point` is the place of its point, `family_case` and `family_n` name it.
 
     Raises
     ------
@@ -49,6 +55,8 @@ def dataset(result: Result) -> xarray.Dataset:
         "core_version": str(result.meta.get("core_version", "")),
         "request": json.dumps(result.meta.get("request", {}), sort_keys=True),
     }
+    if isinstance(result, Trajectory):
+        attributes["motion"] = result.motion.model_dump_json()
     made = xarray.Dataset(variables, coordinates, attributes)
     for name in made.variables:
         unit = _unit(str(name), result.units)
@@ -82,9 +90,9 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
 
 
 def _points(result: CodimensionTwoPoints) -> tuple[Variables, Variables]:
-    def column(name: str, missing: Any) -> NDArray[Any]:
+    def column(name: str, missing: float | int | bool | str) -> NDArray[Any]:
         values = (getattr(point, name) for point in result.points)
-        return np.array([missing if value is None else value for value in values])
+        return np.array([missing if value is None else value for value in values], dtype=type(missing))
 
     variables: Variables = {
         name: (("point",), column(name, missing))
@@ -97,8 +105,14 @@ def _points(result: CodimensionTwoPoints) -> tuple[Variables, Variables]:
             ("symmetric", False),
             ("bifurcation", ""),
             ("residual", np.nan),
+            ("status", ""),
+            ("omega_error", np.nan),
         )
     }
+    families = [(place, family) for place, point in enumerate(result.points) for family in point.families]
+    variables["family_point"] = (("family",), np.array([place for place, _ in families], dtype=np.int64))
+    variables["family_case"] = (("family",), np.array([family.case for _, family in families], dtype=np.int64))
+    variables["family_n"] = (("family",), np.array([family.n for _, family in families], dtype=np.int64))
     return variables, {"omega": (("point",), column("omega", np.nan))}
 
 
@@ -110,6 +124,9 @@ def _trajectory(result: Trajectory) -> tuple[Variables, Variables]:
         "impact_stop": (("impact",), impacts.stop),
         "impact_velocity": (("impact",), impacts.velocity),
         "impact_kind": (("impact",), impacts.kind),
+        "sticking_start": (("interval",), result.sticking.start),
+        "sticking_stop_time": (("interval",), result.sticking.stop_time),
+        "sticking_stop": (("interval",), result.sticking.stop),
     }
     coordinates: Variables = {
         "time": (("time",), result.time),
@@ -124,5 +141,6 @@ def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:
     plane = ("clearance", "omega")
     variables: Variables = {name: (plane, getattr(result, name)) for name in whole}
     variables["kind"] = (plane, np.array(result.kinds)[result.kind])
+    variables["reason"] = (plane, np.array(result.reasons)[result.reason])
     variables["label"] = (plane, result.labels())
     return variables, {"omega": (("omega",), result.omega), "clearance": (("clearance",), result.clearance)}

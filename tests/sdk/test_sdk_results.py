@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
-from sdk_documents import REQUESTS, npz
+from sdk_documents import POINTS, REQUESTS, npz
 
 import grazemap
 from grazemap.codec import CodecError, decode_npz, encode_npz
@@ -158,6 +158,17 @@ def test_pickles_are_never_loaded(tmp_path):
         grazemap.load(path)
 
 
+def test_a_trajectory_without_impacts_is_the_same_from_json(tmp_path):
+    empty = {"time": [], "stop": np.zeros(0, np.int8), "velocity": [], "kind": np.array([], dtype="<U6")}
+    impacts = {name: np.asarray(values) for name, values in empty.items()}
+    result = decode_result(npz("trajectories", {"impacts": impacts}))
+    loaded = grazemap.load(result.save(tmp_path / "none.json"))
+    for one in (result, loaded):
+        assert len(one.impacts) == 0
+        assert one.impacts.kind.dtype.kind == "U"
+        assert one.impacts.stop.dtype == np.int64
+
+
 def test_only_known_endings_are_written(tmp_path):
     with pytest.raises(ValueError, match=r"\.npz or \.json"):
         decode_result(npz("grazing-curves")).save(tmp_path / "curve.csv")
@@ -175,4 +186,34 @@ def test_a_dataset_has_coordinates_units_and_labels():
     assert made["label"].sel(omega=0.25, clearance=1.6).item() == "unresolved"
     assert made["omega"].attrs["units"] == "nondimensional"
     assert made["settled_after"].attrs["units"] == "forcing periods"
+    assert made["reason"].sel(omega=0.25, clearance=1.6).item() == "not closed"
+    assert made["reason"].sel(omega=0.3, clearance=1.6).item() == ""
     assert decode_result(npz("trajectories")).to_xarray()["velocity"].sel(mass=2, time=10.0) == 1.0
+
+
+def test_a_dataset_of_a_trajectory_has_its_sticking_and_its_motion():
+    intervals = {"start": np.array([1.0]), "stop_time": np.array([3.5]), "stop": np.array([-1], dtype=np.int8)}
+    made = decode_result(npz("trajectories", {"sticking": intervals})).to_xarray()
+    assert [made[name].item() for name in ("sticking_start", "sticking_stop_time", "sticking_stop")] == [1.0, 3.5, -1]
+    assert made["sticking_start"].dims == ("interval",)
+    assert made["sticking_start"].attrs["units"] == "nondimensional"
+    assert json.loads(made.attrs["motion"])["label"] == "1-1r-1l"
+
+
+def test_a_dataset_of_codimension_two_points_has_families_and_certainty():
+    points = [{**POINTS[0], "omega_error": 1e-15, "status": "near-double"}, POINTS[1]]
+    made = decode_result(npz("codimension-two-points", {"points": points})).to_xarray()
+    assert made["status"].values.tolist() == ["near-double", "simple"]
+    np.testing.assert_array_equal(made["omega_error"], [1e-15, np.nan])
+    # one entry for each family, with the place of its point
+    families = [made[name].values.tolist() for name in ("family_point", "family_case", "family_n")]
+    assert families == [[0, 0], [1, 4], [1, 0]]
+
+
+def test_a_dataset_of_no_points_has_every_column_empty_and_of_its_kind():
+    made = decode_result(npz("codimension-two-points", {"points": []})).to_xarray()
+    full = decode_result(npz("codimension-two-points")).to_xarray()
+    assert {name: made[name].size for name in made.variables} == dict.fromkeys(full.variables, 0)
+    assert {name: made[name].dtype.kind for name in made.variables} == {
+        name: full[name].dtype.kind for name in full.variables
+    }

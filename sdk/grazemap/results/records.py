@@ -94,14 +94,14 @@ class Impacts:
         +1: stop A (right), -1: stop C (left).
     velocity : ndarray of shape (impacts,)
         Signed velocity of mass 1 before the impact; nondimensional, or m/s.
-    kind : ndarray of shape (impacts,)
+    kind : ndarray of str, shape (impacts,)
         What kind of contact it was.
     """
 
     time: FloatArray
     stop: IntArray
     velocity: FloatArray
-    kind: NDArray[Any]
+    kind: NDArray[np.str_]
 
     def __len__(self) -> int:
         return len(self.time)

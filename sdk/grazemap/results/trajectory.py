@@ -51,7 +51,7 @@ class Trajectory(Result):
                 floats(impacts["time"]),
                 integers(impacts["stop"]),
                 floats(impacts["velocity"]),
-                np.asarray(impacts["kind"]),
+                np.asarray(impacts["kind"], dtype=np.str_),
             ),
             "sticking": Sticking(floats(sticking["start"]), floats(sticking["stop_time"]), integers(sticking["stop"])),
             "motion": Motion.model_validate(document["motion"]),
