@@ -143,13 +143,14 @@ def _status(options: argparse.Namespace) -> int:
             print(f"{name:<9} {value}")
     for handle in jobs:
         progress = handle.progress
-        print(f"job       {handle.id[:12]}  {handle.process:<22} {handle.status:<10} {progress.done}/{progress.total}")
+        print(f"job       {handle.id}  {handle.process:<22} {handle.status:<10} {progress.done}/{progress.total}")
     return DONE
 
 
 def _run(options: argparse.Namespace) -> int:
     if options.output.suffix not in (*_RESULTS, *_PICTURES):
         raise _Invalid(f"the output must end in one of {', '.join((*_RESULTS, *_PICTURES))}")
+    _check_output(options.output)
     request = _request(options.json)
     url = options.url or os.environ.get("GRAZEMAP_URL")
     with closing(_client(url) if url else local()) as client:
@@ -163,6 +164,20 @@ def _run(options: argparse.Namespace) -> int:
         save_picture(result, options.output)
     print(options.output)
     return DONE
+
+
+def _check_output(path: Path) -> None:
+    """Raise before hours of computing what would be raised after them."""
+    if path.is_dir():
+        raise _Invalid(f"the output {path} is a folder")
+    if not path.parent.is_dir():
+        raise _Invalid(f"the output's folder {path.parent} does not exist")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise _Invalid(f"the output {path} cannot be written")
+    if path.suffix in _PICTURES:
+        from grazemap.plots.axes import new_figure
+
+        new_figure(1.0, 1.0)
 
 
 def _request(source: str) -> dict[str, Any]:

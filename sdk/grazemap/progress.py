@@ -69,19 +69,30 @@ _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed
 
 class _TqdmBar:
     def __init__(self, title: str, tqdm: Any) -> None:
-        self._bar = tqdm(desc=title, file=sys.stderr, dynamic_ncols=True, bar_format=_FORMAT)
+        self._title = title
+        self._tqdm = tqdm
+        self._bar: Any = None
 
     def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
+        if self._bar is None:  # not earlier: a new bar is drawn at once, and would say that it knows no total
+            self._bar = self._tqdm(
+                desc=self._title,
+                total=total,
+                unit=f" {unit}",
+                file=sys.stderr,
+                dynamic_ncols=True,
+                bar_format=_FORMAT,
+            )
         self._bar.total = total
-        self._bar.unit = f" {unit}"
         if eta_seconds is not None:
             self._bar.set_postfix_str(f"about {eta_seconds:.0f} s left", refresh=False)
         self._bar.update(done - self._bar.n)
         self._bar.refresh()
 
     def close(self) -> None:
-        self._bar.set_postfix_str("", refresh=False)
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.set_postfix_str("", refresh=False)
+            self._bar.close()
 
 
 class PlainLine:

@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 
 import pytest
 from sdk_documents import REQUESTS, npz
@@ -72,6 +73,28 @@ def test_a_request_that_cannot_be_read_gives_2(tmp_path, monkeypatch, capsys, co
     assert "the request is not JSON" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("output", ["none/map.npz", "file/map.npz", "folder.npz"])
+def test_an_output_that_cannot_be_written_is_told_before_anything_is_asked(
+    url, service, request_file, tmp_path, capsys, output
+):
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "folder.npz").mkdir()
+    arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / output), "--url", url]
+    assert cli.main(arguments) == 2
+    assert "the output" in capsys.readouterr().err
+    assert service.requests == []
+
+
+def test_a_picture_without_matplotlib_is_told_before_anything_is_asked(
+    url, service, request_file, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / "map.png"), "--url", url]
+    assert cli.main(arguments) == 1
+    assert "grazemap[plot]" in capsys.readouterr().err
+    assert service.requests == []
+
+
 def test_a_failed_job_gives_1_with_its_reason(url, service, request_file, tmp_path, capsys):
     service.ending = "failed"
     arguments = ["run", "unfolding-maps", "--json", request_file, "-o", str(tmp_path / "m.npz"), "--url", url]
@@ -97,13 +120,15 @@ def test_version(capsys):
     assert capsys.readouterr().out == f"grazemap {grazemap.__version__}\n"
 
 
-def test_status_shows_the_service_and_its_jobs(url, capsys):
+def test_status_shows_the_service_and_its_jobs(url, service, capsys):
     with grazemap.Client(url) as client:
         client.submit("grazing-curves", REQUESTS["grazing-curves"])
     assert cli.main(["status", "--url", url]) == 0
     written = capsys.readouterr().out
     assert "version" in written
     assert "grazing-curves" in written
+    # an id as commands and addresses take it
+    assert next(iter(service.jobs)) in written.split()
 
 
 def test_status_without_a_service_gives_1(monkeypatch, capsys):

@@ -156,3 +156,10 @@ def test_the_largest_square_of_a_rectangle(rows, columns, expected):
 
 def test_an_empty_region_has_no_square():
     assert largest_square(np.zeros((3, 3), dtype=bool))[2] == 0
+
+
+def test_no_codimension_two_points_are_a_picture_too():
+    # a legend of nothing would be a warning, which is an error here
+    axes = decode_result(npz("codimension-two-points", {"points": []})).plot()
+    assert axes.get_legend() is None
+    assert "Codimension-two" in axes.get_title()

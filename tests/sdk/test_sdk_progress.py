@@ -32,6 +32,14 @@ def test_the_bar_shows_title_count_and_end(display, capsys):
     assert written.endswith("\n")
 
 
+def test_it_knows_the_total_from_its_first_line_on(display, capsys):
+    with Listener("x") as listener:
+        listener(progress(0))
+    written = capsys.readouterr().err
+    assert "0/4" in written
+    assert "?" not in written
+
+
 def test_a_repeated_event_does_not_move_it_back(display, capsys):
     with Listener("x") as listener:
         for done in (3, 1, 2):

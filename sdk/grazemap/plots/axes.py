@@ -49,5 +49,7 @@ def label_plane(ax: Axes, units: str) -> None:
 
 
 def legend_outside(ax: Axes, **options: object) -> None:
-    """Put the legend to the right of the axes, where it hides nothing."""
+    """Put the legend, if there is anything to explain, to the right of the axes, where it hides nothing."""
+    if not ax.get_legend_handles_labels()[0]:
+        return
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8, **options)
