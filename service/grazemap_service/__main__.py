@@ -15,10 +15,10 @@ from pydantic import ValidationError
 from grazemap_service.app import create_app
 from grazemap_service.logs import configure, get_logger
 from grazemap_service.settings import Settings, SettingsError
+from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
 
 # Seconds for answers in progress when asked to stop; event streams do not end by themselves.
 GRACE_SECONDS = 2
-USAGE_ERROR = 2
 
 
 def main() -> int:
@@ -62,8 +62,7 @@ def _listener(settings: Settings) -> socket.socket:
 def _text(error: SettingsError | ValidationError) -> str:
     if isinstance(error, SettingsError):
         return str(error)
-    # not the values: keys are among them
-    return "; ".join(f"GRAZEMAP_{str(item['loc'][0]).upper()}: {item['msg']}" for item in error.errors())
+    return refusal_text(error)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from grazemap_service.routers import (
     unfolding_maps,
 )
 from grazemap_service.settings import VERSION, Settings
-from grazemap_worker.store import Store, connect, core_version
+from grazemap_worker.store import Store, core_version
 
 _ROUTERS = (
     grazing_curves,
@@ -53,7 +53,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     Redis is not asked before the first request; it may come and go.
     """
     settings = settings or Settings()
-    connection = connect(settings.redis_url)
+    connection = settings.connect()
     store = Store(connection)
     context = Context(settings, core_version(), store, Metrics(store), HotResults(settings.hot_bytes))
 

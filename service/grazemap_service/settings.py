@@ -11,7 +11,9 @@ from importlib.metadata import version
 from typing import Annotated, Any
 
 from pydantic import Field, SecretStr, field_validator
-from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+from pydantic_settings import NoDecode
+
+from grazemap_worker.redis_settings import RedisSettings
 
 VERSION = version("grazemap")
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
@@ -21,15 +23,12 @@ class SettingsError(ValueError):
     """The settings contradict each other; the service refuses to start."""
 
 
-class Settings(BaseSettings):
+class Settings(RedisSettings):
     """What an operator may decide. Lists are written with commas: ``GRAZEMAP_API_KEYS=one,two``."""
-
-    model_config = SettingsConfigDict(env_prefix="GRAZEMAP_", frozen=True, extra="ignore")
 
     host: str = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8000
     fd: Annotated[int | None, Field(ge=0, description="An inherited listening socket; wins over host and port.")] = None
-    redis_url: str = "redis://127.0.0.1:6379/0"
 
     api_keys: Annotated[tuple[SecretStr, ...], NoDecode] = ()
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = LOOPBACK_HOSTS
@@ -48,7 +47,6 @@ class Settings(BaseSettings):
 
     hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's own copies of results.")] = 64 << 20
     poll_seconds: Annotated[float, Field(gt=0, description="How often a waiting answer looks at the store.")] = 0.1
-    log_level: str = "INFO"
 
     @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
     @classmethod
@@ -56,13 +54,6 @@ class Settings(BaseSettings):
         if isinstance(value, str):
             return tuple(item for item in (part.strip() for part in value.split(",")) if item)
         return value
-
-    @field_validator("log_level")
-    @classmethod
-    def _level(cls, value: str) -> str:
-        if value.upper() not in {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}:
-            raise ValueError("one of DEBUG, INFO, WARNING, ERROR, CRITICAL")
-        return value.upper()
 
     def check_exposed(self, host: str) -> None:
         """Raise SettingsError when `host`, the address that is listened on, is not loopback and there are no keys."""

@@ -28,12 +28,12 @@ import structlog
 from grazemap_service.redis_server import NoRedisError, RedisServer
 from grazemap_service.stack_children import PythonChild, RedisChild, Watched
 from grazemap_worker import logs
+from grazemap_worker.redis_settings import USAGE_ERROR
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
 # A child that dies this often before the stack was ever ready will not come up.
 _MOST_EARLY_DEATHS = 3
-_USAGE_ERROR = 2
 
 
 class StackError(RuntimeError):
@@ -81,6 +81,7 @@ class Stack:
         if not environment.get("GRAZEMAP_REDIS_URL"):
             server = RedisServer(data / "redis")
             environment["GRAZEMAP_REDIS_URL"] = server.url
+            environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # that of another one
             children.append(RedisChild(server))
         environment["GRAZEMAP_FD"] = str(self._listener.fileno())
         if workers is not None:
@@ -122,7 +123,7 @@ class Stack:
                 continue
             child = watched.child
             if not self._ready:
-                refused = isinstance(child, PythonChild) and child.status == _USAGE_ERROR
+                refused = isinstance(child, PythonChild) and child.status == USAGE_ERROR
                 if refused or watched.deaths >= _MOST_EARLY_DEATHS:
                     raise StackError(f"the {child.name} process does not start:\n{child.last_words()}")
             self._log.warning("child ended, starting it again", child=child.name, deaths=watched.deaths)

@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from grazemap_worker.environment import one_thread
 
@@ -18,12 +19,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = {name: value for name, value in vars(parser.parse_args(arguments)).items() if value is not None}
 
     one_thread()
+    from pydantic import ValidationError
+
     from grazemap_worker import kernel_cache, logs
+    from grazemap_worker.redis_settings import refusal_text
     from grazemap_worker.settings import WorkerSettings
 
-    settings = WorkerSettings(**given)
-    logs.configure(settings.log_level)
-    folder = kernel_cache.use_folder(settings.cache_dir)
+    try:
+        settings = WorkerSettings(**given)
+        logs.configure(settings.log_level)
+        folder = kernel_cache.use_folder(settings.cache_dir)
+    except ValidationError as error:
+        _refuse(refusal_text(error))
+    except kernel_cache.CacheFolderError as error:
+        _refuse(str(error))
+    except OSError as error:
+        _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
     from grazemap_core.warmup import warm_up
     from grazemap_worker import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
@@ -34,6 +45,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     kernel_cache.warm_up(folder, warm_up)
     Supervisor(settings, numerics()).run()
+
+
+def _refuse(reason: str) -> NoReturn:
+    from grazemap_worker.redis_settings import USAGE_ERROR
+
+    sys.stderr.write(f"grazemap_worker: {reason}\n")
+    sys.exit(USAGE_ERROR)
 
 
 if __name__ == "__main__":

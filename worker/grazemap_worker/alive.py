@@ -8,18 +8,22 @@ from __future__ import annotations
 import socket
 import sys
 
+from pydantic import ValidationError
 from redis.exceptions import RedisError
 
-from grazemap_worker.settings import WorkerSettings
-from grazemap_worker.store import Store, connect
+from grazemap_worker.redis_settings import RedisSettings, refusal_text
+from grazemap_worker.store import Store, trouble
 
 
 def main() -> int:
     """Return the exit status."""
     try:
-        workers = Store(connect(WorkerSettings().redis_url)).workers()
+        workers = Store(RedisSettings().connect()).workers()
+    except ValidationError as error:
+        sys.stderr.write(f"grazemap_worker.alive: {refusal_text(error)}\n")
+        return 1
     except RedisError as error:
-        sys.stderr.write(f"grazemap_worker.alive: Redis is away: {error}\n")
+        sys.stderr.write(f"grazemap_worker.alive: {trouble(error)}: {error}\n")
         return 1
     # a worker is called <host>-<supervisor>-<worker>
     if any(worker.name.rsplit("-", 2)[0] == socket.gethostname() for worker in workers):

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from grazemap_worker.redis_settings import RedisSettings
 
 # A worker renews its lease every second while it works and every three while it waits; one that is killed loses its
 # tile when the lease runs out.
@@ -24,12 +25,9 @@ def default_cache_dir() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
 
 
-class WorkerSettings(BaseSettings):
+class WorkerSettings(RedisSettings):
     """What an operator may decide about the workers of one machine."""
 
-    model_config = SettingsConfigDict(env_prefix="GRAZEMAP_", frozen=True, extra="ignore")
-
-    redis_url: str = "redis://127.0.0.1:6379/0"
     workers: Annotated[int, Field(ge=1, le=1024, description="Worker processes.")] = Field(
         default_factory=available_cores
     )
@@ -37,4 +35,3 @@ class WorkerSettings(BaseSettings):
         default_factory=default_cache_dir
     )
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
-    log_level: str = "INFO"

@@ -24,7 +24,7 @@ from grazemap_worker.lifeline import adopt_orphans, die_with_parent
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.settings import WorkerSettings
-from grazemap_worker.store import Store, connect
+from grazemap_worker.store import Store, trouble
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 2.0
@@ -53,7 +53,7 @@ class Supervisor:
         self._settings = settings
         self._numerics = numerics
         self._name = f"{socket.gethostname()}-{secrets.token_hex(4)}"
-        self._store = Store(connect(settings.redis_url), settings.result_bytes)
+        self._store = Store(settings.connect(), settings.result_bytes)
         self._reconciler = Reconciler(self._store, numerics, self._name)
         self._slots = [_Slot() for _ in range(settings.workers)]
         self._stopping = False
@@ -80,7 +80,7 @@ class Supervisor:
                     redis_away = False
                 except RedisError as error:
                     if not redis_away:
-                        self._log.warning("Redis is away", error=type(error).__name__)
+                        self._log.warning(trouble(error), error=type(error).__name__)
                     redis_away = True
             time.sleep(_POLL_SECONDS)
         self._stop_workers()
@@ -100,6 +100,8 @@ class Supervisor:
             try:
                 _be_a_worker(self._settings, self._numerics, slot.name, parent)
                 status = 0
+            except RedisError as error:
+                self._log.warning("worker ended", reason=trouble(error), error=type(error).__name__)
             except BaseException:
                 self._log.exception("worker ended")
             finally:
@@ -165,5 +167,5 @@ def _be_a_worker(settings: WorkerSettings, numerics: Numerics, name: str, parent
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_DFL)
     os.setpgrp()  # an interrupt from the terminal is the supervisor's affair
-    store = Store(connect(settings.redis_url, tries=_WORKER_TRIES), settings.result_bytes)
+    store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
     LeasedWorker(store, numerics, name).work(logging_level=None)

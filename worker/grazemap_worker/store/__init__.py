@@ -9,7 +9,7 @@ from importlib.metadata import version
 
 from redis import Redis
 
-from grazemap_worker.store.connection import Scripts, connect
+from grazemap_worker.store.connection import Scripts, connect, trouble
 from grazemap_worker.store.keys import ASSEMBLY, queue_name
 from grazemap_worker.store.plan import Plan, Tile, plan
 from grazemap_worker.store.problems import refused_problem
@@ -70,4 +70,5 @@ __all__ = [
     "plan",
     "queue_name",
     "refused_problem",
+    "trouble",
 ]

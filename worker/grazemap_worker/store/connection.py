@@ -8,6 +8,7 @@ from typing import Any
 
 from redis import Redis
 from redis.backoff import ExponentialBackoff
+from redis.exceptions import AuthenticationError, RedisError
 from redis.retry import Retry
 
 from grazemap_worker.store.keys import PREFIX
@@ -16,7 +17,7 @@ from grazemap_worker.store.keys import PREFIX
 SOCKET_TIMEOUT = 5.0
 
 
-def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1) -> Redis:
+def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, password: str | None = None) -> Redis:
     """Return a client for a redis://, rediss:// or unix:// URL; nothing is sent yet.
 
     Parameters
@@ -25,14 +26,22 @@ def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1) ->
         1: a command fails at once when Redis is away, and whoever asks decides what then (the service). More: it is
         sent again after 0.05, 0.1, ... 1 s (workers, which would rather wait than lose a finished tile; every step
         of the store may be repeated).
+    password : str, optional
+        One in the URL wins.
     """
     return Redis.from_url(
         url,
+        password=password,
         socket_timeout=socket_timeout,
         socket_connect_timeout=socket_timeout,
         retry=Retry(ExponentialBackoff(cap=1.0, base=0.05), tries - 1),
         decode_responses=False,
     )
+
+
+def trouble(error: RedisError) -> str:
+    """Return in a few words what is the matter with Redis, for logs."""
+    return "Redis refuses the password" if isinstance(error, AuthenticationError) else "Redis is away"
 
 
 @cache
