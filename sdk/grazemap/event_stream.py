@@ -48,7 +48,7 @@ class EventDecoder:
             return None
         try:
             content = json.loads(data)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise ProtocolError("an event of the job is not JSON") from error
         if not isinstance(content, dict):
             raise ProtocolError("an event of the job is not a JSON object")

@@ -109,7 +109,7 @@ def read_object(reply: Reply) -> dict[str, Any]:
     """Return an answer's body as a JSON object. Raises ProtocolError."""
     try:
         value = json.loads(reply.content)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ProtocolError("the answer is not JSON") from error
     if not isinstance(value, dict):
         raise ProtocolError("the answer is not a JSON object")

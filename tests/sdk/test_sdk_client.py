@@ -181,6 +181,12 @@ def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, t
     assert len(list(tmp_path.iterdir())) == 1
 
 
+def test_a_bottomless_answer_is_told(client, service):
+    service.upcoming = [httpx2.Response(200, content=b"[" * 100_000)]
+    with pytest.raises(errors.ProtocolError):
+        client.describe()
+
+
 def test_an_answer_that_cannot_be_decoded_is_told(client, service):
     broken = {"content-encoding": "gzip"}
     service.upcoming = [httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)]

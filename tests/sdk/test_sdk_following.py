@@ -97,6 +97,12 @@ def test_a_broken_stream_is_taken_up_where_it_ended():
     assert [event.id for event in service.script.events] == ["1-0", "2-0", "9-0"]
 
 
+def test_an_event_that_is_no_json_breaks_the_stream_only():
+    service = Service(["event: progress", "data: " + "[" * 100_000, ""], [*event(2), *END])
+    assert service.follow().status == "successful"
+    assert service.names == ["progress", "done"]
+
+
 def test_a_stream_that_ends_early_is_opened_again():
     service = Service(event(1), event(2), event(3), event(4), [*event(5), *END])
     service.follow()
