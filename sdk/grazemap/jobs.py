@@ -33,8 +33,8 @@ class _Handle:
         return self._job.process
 
     @property
-    def request(self) -> dict[str, Any]:
-        """The canonical request: every default filled in."""
+    def request(self) -> dict[str, Any] | None:
+        """The canonical request, every default filled in; None for a long one in a list, until `refresh`."""
         return self._job.request
 
     @property

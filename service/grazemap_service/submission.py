@@ -16,7 +16,7 @@ from fastapi import Depends, Header
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import Response
 
-from grazemap.models import FINISHED, Job, ProcessRequest, parse_request
+from grazemap.models import FINISHED, Job, ProcessRequest, Status, parse_request
 from grazemap_service.dependencies import Context, CurrentContext
 from grazemap_service.limits import checked_plan
 from grazemap_service.links import job_path, with_links
@@ -33,11 +33,12 @@ class Submission:
         self,
         context: CurrentContext,
         prefer: Annotated[
-            str | None, Header(description="`wait=5` lets the answer wait up to 5 seconds (30 at most) for the end.")
+            list[str] | None,
+            Header(description="`wait=5` lets the answer wait up to 5 seconds (30 at most) for the end."),
         ] = None,
     ) -> None:
         self.context = context
-        self.wait = _waiting_time(prefer, context.settings.max_wait_seconds)
+        self.wait = _waiting_time(", ".join(prefer or ()), context.settings.max_wait_seconds)
 
     async def post(self, process: str, request: ProcessRequest) -> Response:
         """Return 201 and the new job, or 200 and the one that is there already.
@@ -59,11 +60,14 @@ class Submission:
     async def _finished(self, job: Job, seconds: float) -> Job:
         """Return the job as it is at its end, or when the time is over."""
         deadline = time.monotonic() + seconds
-        while job.status not in FINISHED and time.monotonic() < deadline:
+        status: Status | None = job.status
+        while status is not None and status not in FINISHED and time.monotonic() < deadline:
             await anyio.sleep(self.context.settings.poll_seconds)
-            current = await run_in_threadpool(self.context.store.job, job.id)
-            job = current or job
-        return job
+            # the status alone: a question may be a megabyte long
+            status = await run_in_threadpool(self.context.store.status, job.id)
+        if status == job.status:
+            return job
+        return await run_in_threadpool(self.context.store.job, job.id) or job
 
 
 NewSubmission = Annotated[Submission, Depends()]
@@ -83,7 +87,7 @@ def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job
 
 def submit_again(context: Context, job: Job) -> Job:
     """Have the result of a finished job computed once more, after it was evicted (blocking)."""
-    return submit(context, job.process, parse_request(job.process, job.request))[0]
+    return submit(context, job.process, parse_request(job.process, job.request or {}))[0]
 
 
 def _enqueue(context: Context, job: Job, tiles: int) -> None:
@@ -106,7 +110,7 @@ def job_response(job: Job, status: int, headers: dict[str, str] | None = None) -
     )
 
 
-def _waiting_time(prefer: str | None, most: float) -> int | None:
+def _waiting_time(prefer: str, most: float) -> int | None:
     """Return the seconds that a Prefer header (RFC 7240) asks to wait, at most the limit."""
-    match = _WAIT.search(prefer or "")
+    match = _WAIT.search(prefer)
     return min(int(match[1]), int(most)) if match else None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from datetime import UTC, datetime
+from time import monotonic
 from typing import Any
 
 import structlog
@@ -22,6 +23,7 @@ from grazemap_worker.lifeline import die_with_parent
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, core_version
+from grazemap_worker.store.records import FailureKind
 
 # RQ waits for work this long less 15 s before it renews its heartbeat, and our lease with it.
 WORKER_TTL = 18
@@ -91,9 +93,12 @@ class LeasedWorker(Worker):
             structlog.get_logger("grazemap_worker").warning("job refused", rq_job=job.id, reason=reason)
             queueing.drop(self.connection, job.id, self._numerics.fingerprint)
             return
+        began = monotonic()
         super().execute_job(job, queue)
+        # compiled code notices no signal: RQ kills such a work-horse some time after its limit
+        kind: FailureKind = "timeout" if monotonic() - began > (job.timeout or queueing.TILE_TIMEOUT) else "lost"
         for job_id, tile, holder in self._store.claims_of(self.name):
-            self._store.record_failure(job_id, tile, "lost", "work-horse ended", holder)
+            self._store.record_failure(job_id, tile, kind, "work-horse ended", holder)
 
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """Enter the work-horse, tied to the worker's life."""

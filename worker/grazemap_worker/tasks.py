@@ -11,6 +11,7 @@ from typing import Any
 
 import structlog
 from redis.exceptions import RedisError
+from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.models import canonical
@@ -18,7 +19,7 @@ from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.core_objects import request_pointer
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import ASSEMBLY, Claim, Store, core_version, refused_problem
+from grazemap_worker.store import ASSEMBLY, Claim, ResultTooLarge, Store, core_version, is_away, refused_problem
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,19 @@ def _run(claim: Claim, context: Context) -> int | None:
     store = context.store
     try:
         remaining = _compute(claim, context)
-    except RedisError:
-        raise
+    except JobTimeoutException:
+        store.record_failure(claim.job_id, claim.tile, "timeout", "over its time", claim.holder)
+        return None
+    except ResultTooLarge as error:
+        store.fail(claim.job_id, refused_problem(str(error)))
+        return None
     except CoreError as error:
         pointer = request_pointer(claim.request, getattr(error, "name", None))
         store.fail(claim.job_id, refused_problem(str(error), pointer))
         return None
     except Exception as error:
+        if isinstance(error, RedisError) and is_away(error):
+            raise
         log = structlog.get_logger("grazemap_worker")
         verdict = store.record_failure(claim.job_id, claim.tile, "exception", type(error).__name__, claim.holder)
         log.exception("tile failed", process=claim.process, verdict=verdict)

@@ -54,11 +54,11 @@ class Link(Response):
 
 
 class Job(Response):
-    """A question that was asked, and how far its answer is."""
+    """A question that was asked, and how far its answer is. Lists of jobs leave out long requests (None)."""
 
     id: str
     process: str
-    request: dict[str, Any]
+    request: dict[str, Any] | None
     status: Status
     progress: Progress = Progress()
     estimate: Estimate = Estimate()

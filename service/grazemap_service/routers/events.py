@@ -8,7 +8,7 @@ from typing import Annotated
 
 import anyio
 import redis.exceptions
-from fastapi import APIRouter, Depends, Header
+from fastapi import APIRouter, Depends, Header, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
@@ -41,6 +41,12 @@ def resume_point(
     return last_event_id
 
 
+@router.head("/v1/jobs/{job_id}/events", include_in_schema=False)
+async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_point)]) -> Response:
+    """Give the headers of a stream, without beginning one that may not end."""
+    return Response(media_type="text/event-stream")
+
+
 @router.get(
     "/v1/jobs/{job_id}/events",
     operation_id="get_events",
@@ -60,7 +66,7 @@ async def get_events(
     while True:
         try:
             # the state is read before the events: an end that is seen has its event in what is read next
-            current = await run_in_threadpool(store.job, job.id)
+            status = await run_in_threadpool(store.status, job.id)
             events = await run_in_threadpool(store.events, job.id, after)
         except redis.exceptions.RedisError:
             get_logger().warning("events wait for the store", exc_info=True)
@@ -73,11 +79,10 @@ async def get_events(
                 return
         if events:
             continue
-        if current is None or current.status in FINISHED:
+        if status is None or status in FINISHED:
             if ending:
                 # resumed after the last event, or the stream is gone: say the end all the same
-                status = current.status if current is not None else "dismissed"
-                yield ServerSentEvent(event="done", data={"status": status})
+                yield ServerSentEvent(event="done", data={"status": status or "dismissed"})
                 return
             ending = True
             continue

@@ -26,6 +26,7 @@ router = APIRouter(tags=["jobs"])
     response_model=JobList,
     responses=problem_responses("invalid-request"),
 )
+@router.head("/v1/jobs", include_in_schema=False)
 async def list_jobs(
     context: CurrentContext,
     status: Annotated[Status | None, Query(description="Only jobs of this status.")] = None,
@@ -34,20 +35,31 @@ async def list_jobs(
     ] = None,
     limit: Annotated[int, Query(ge=1, le=500, description="Jobs on one page.")] = 50,
     cursor: Annotated[str | None, Query(max_length=64, description="From the link `next` of a page.")] = None,
-) -> JobList:
-    """List the jobs that the service remembers, a page at a time."""
+) -> Response:
+    """List the jobs that the service remembers, a page at a time; requests over 4 kB are left out (null)."""
     if process is not None and process not in PROCESSES:
         raise _refused("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
+
+    def listed() -> bytes:
+        found, following = context.store.jobs(status, process, limit, cursor)
+        page = JobList(jobs=[with_links(job) for job in found], links=_links(status, process, limit, following))
+        return page.model_dump_json().encode()
+
     try:
-        found, following = await run_in_threadpool(context.store.jobs, status, process, limit, cursor)
+        text = await run_in_threadpool(listed)
     except ValueError as error:
         raise _refused("?cursor", "Not a cursor", "the link `next` of a page") from error
+    return Response(text, media_type="application/json", headers={"Cache-Control": "no-store"})
+
+
+def _links(status: Status | None, process: str | None, limit: int, following: str | None) -> list[Link]:
+    """Return the links of a page: the first one, and the next one if there is one."""
     links = [Link(href=f"{PREFIX}/jobs", rel="first")]
     if following is not None:
         query = {"status": status, "process": process, "limit": limit, "cursor": following}
         text = urlencode({name: value for name, value in query.items() if value is not None})
         links.append(Link(href=f"{PREFIX}/jobs?{text}", rel="next"))
-    return JobList(jobs=[with_links(job) for job in found], links=links)
+    return links
 
 
 @router.get(
@@ -57,6 +69,7 @@ async def list_jobs(
     response_model=Job,
     responses=problem_responses("unknown-job"),
 )
+@router.head("/v1/jobs/{job_id}", include_in_schema=False)
 async def get_job(job: KnownJob) -> Response:
     """Give a job's request, status, progress and links."""
     return job_response(job, 200)

@@ -9,8 +9,8 @@ from importlib.metadata import version
 
 from redis import Redis
 
-from grazemap_worker.store.connection import Scripts, connect, trouble
-from grazemap_worker.store.keys import ASSEMBLY, queue_name
+from grazemap_worker.store.connection import Scripts, connect, is_away, trouble
+from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
 from grazemap_worker.store.plan import Plan, Tile, plan
 from grazemap_worker.store.problems import refused_problem
 from grazemap_worker.store.records import (
@@ -19,6 +19,7 @@ from grazemap_worker.store.records import (
     Event,
     QueueFull,
     ResultInfo,
+    ResultTooLarge,
     StoreError,
     WorkerInfo,
 )
@@ -55,18 +56,21 @@ def core_version() -> str:
 
 __all__ = [
     "ASSEMBLY",
+    "MOST_RESULT_BYTES",
     "Claim",
     "Counts",
     "Event",
     "Plan",
     "QueueFull",
     "ResultInfo",
+    "ResultTooLarge",
     "Store",
     "StoreError",
     "Tile",
     "WorkerInfo",
     "connect",
     "core_version",
+    "is_away",
     "plan",
     "queue_name",
     "refused_problem",

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
 from redis import Redis
 from redis.backoff import ExponentialBackoff
-from redis.exceptions import AuthenticationError, RedisError
+from redis.exceptions import (
+    AuthenticationError,
+    ConnectionError,
+    OutOfMemoryError,
+    ReadOnlyError,
+    RedisError,
+    TimeoutError,
+)
 from redis.retry import Retry
 
 from grazemap_worker.store.keys import PREFIX
 
 # Longer than any script takes, shorter than a client's patience. RQ's workers set their own for blocking reads.
 SOCKET_TIMEOUT = 5.0
+_AWAY = re.compile(r"\b(?:MISCONF|OOM|LOADING|READONLY|BUSY|MASTERDOWN|NOREPLICAS|TRYAGAIN)\b")
 
 
 def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, password: str | None = None) -> Redis:
@@ -49,6 +58,14 @@ def script_text(name: str) -> str:
     """Return the text of a script, what all scripts share in front."""
     folder = files("grazemap_worker.store").joinpath("lua")
     return "\n".join(folder.joinpath(f"{part}.lua").read_text("utf-8") for part in ("prelude", name))
+
+
+def is_away(error: RedisError) -> bool:
+    """Return whether an error says that Redis takes nothing for now; any other one would come back."""
+    if isinstance(error, ConnectionError | TimeoutError | OutOfMemoryError | ReadOnlyError):
+        return True
+    # an error inside a script carries the code somewhere in its text
+    return _AWAY.search(str(error)) is not None
 
 
 class Scripts:

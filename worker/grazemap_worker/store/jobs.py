@@ -11,13 +11,19 @@ from typing import Any, get_args
 
 from grazemap.models import Job, Problem, ProcessRequest, Status, canonical, job_id
 from grazemap_worker.store.connection import Scripts
-from grazemap_worker.store.keys import MOST_RECORDS, PREFIX, TILES_KEPT_AFTER_FAILURE, job_key
+from grazemap_worker.store.keys import (
+    LISTED_REQUEST_BYTES,
+    MOST_RECORD_BYTES,
+    MOST_RECORDS,
+    PREFIX,
+    TILES_KEPT_AFTER_FAILURE,
+    job_key,
+)
 from grazemap_worker.store.plan import TILE_SECONDS, Plan
 from grazemap_worker.store.records import Counts, Event, QueueFull, read_job, text_fields
 from grazemap_worker.store.workers import WorkerStore
 
 _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
-_LIST_CHUNK = 200
 
 
 class JobStore(WorkerStore):
@@ -44,7 +50,8 @@ class JobStore(WorkerStore):
         Raises
         ------
         QueueFull
-            The unfinished tiles of all jobs would be more than `max_pending_tiles`; nothing was left behind.
+            The unfinished tiles of all jobs would be more than `max_pending_tiles`, or their requests more than
+            `MOST_RECORD_BYTES`; nothing was left behind.
         """
         identity = job_id(process, request, core_version)
         live = self.workers()
@@ -61,6 +68,7 @@ class JobStore(WorkerStore):
             max_pending_tiles,
             fingerprint,
             MOST_RECORDS,
+            MOST_RECORD_BYTES,
         )
         if answer[0] == 2:
             excess = answer[1] + plan.count - max_pending_tiles
@@ -76,6 +84,11 @@ class JobStore(WorkerStore):
         fields = self._redis.hgetall(job_key(identity))
         return read_job(identity, text_fields(fields)) if fields else None
 
+    def status(self, identity: str) -> Status | None:
+        """Return how far a job is without reading the rest of it, or None when there is no such job."""
+        value = self._redis.hget(job_key(identity), "status")
+        return value.decode() if value else None
+
     def fingerprint_of(self, identity: str) -> str | None:
         """Return the fingerprint that a job is bound to; None: to none yet, or no such job."""
         value = self._redis.hget(job_key(identity), "fingerprint")
@@ -90,7 +103,8 @@ class JobStore(WorkerStore):
     ) -> tuple[list[Job], str | None]:
         """Return one page of jobs, newest first, and the cursor of the next page (None: this is the last one).
 
-        Jobs that are submitted between two pages do not move the pages after them.
+        Jobs that are submitted between two pages do not move the pages after them. Requests over
+        `LISTED_REQUEST_BYTES` are left out (None).
 
         Raises
         ------
@@ -101,24 +115,12 @@ class JobStore(WorkerStore):
             raise ValueError("not a cursor of a job list")
         index = f"{PREFIX}status:{status}" if status else f"{PREFIX}jobs"
         before = f"({cursor}" if cursor else "+inf"
-        found: list[Job] = []
-        last = 0
-        while True:
-            page = self._redis.zrevrangebyscore(index, before, "-inf", start=0, num=_LIST_CHUNK, withscores=True)
-            if not page:
-                return found, None
-            pipeline = self._redis.pipeline(transaction=False)
-            for identity, _ in page:
-                pipeline.hgetall(job_key(identity.decode()))
-            for (identity, sequence), record in zip(page, pipeline.execute(), strict=True):
-                fields = text_fields(record)
-                if not fields or (process and fields["process"] != process) or (status and fields["status"] != status):
-                    continue
-                if len(found) == limit:
-                    return found, str(last)
-                found.append(read_job(identity.decode(), fields))
-                last = int(sequence)
-            before = f"({int(page[-1][1])}"
+        page = self._scripts.run("page", index, before, limit + 1, process or "", LISTED_REQUEST_BYTES)
+        found = [
+            read_job(identity.decode(), text_fields(dict(zip(fields[::2], fields[1::2], strict=True))))
+            for identity, _, fields in page[:limit]
+        ]
+        return found, page[limit - 1][1].decode() if len(page) > limit else None
 
     def dismiss(self, identity: str) -> Job | None:
         """End an unfinished job and free its tiles; leave a finished one as it is. None: no such job."""

@@ -7,6 +7,7 @@ All keys share one prefix, so that a Redis can hold other things beside grazemap
     job:<id>:claims     hash: tile number -> "holder|seconds since the epoch"
     job:<id>:failures   hash: "<tile>:<kind>" -> how often
     job:<id>:events     stream: progress, tile, done
+    records:bytes       number: length of the requests in all records
     jobs, status:<s>    sorted sets of ids by sequence number, all of them and one per status
     unfinished          hash: id -> tiles that remain, of accepted and running jobs
     unfinished:tiles    number: their sum
@@ -29,8 +30,14 @@ ASSEMBLY = -1
 MOST_EXCEPTIONS = 3
 MOST_LOST = 10
 
-# Job records that are kept; over it the oldest finished ones are forgotten, results included.
+# Job records that are kept; over it, in number or in bytes of their requests, the oldest finished ones are forgotten,
+# results included. Requests that are unfinished and fill the bytes alone are refused like a full queue.
 MOST_RECORDS = 10_000
+MOST_RECORD_BYTES = 256 << 20
+# A longer request is left out of lists of jobs.
+LISTED_REQUEST_BYTES = 4096
+# A result or a tile, as npz. Redis takes no value over 512 MB, and whoever asks holds it in memory.
+MOST_RESULT_BYTES = 256 << 20
 # Tiles of a map that is whole are still there for clients that followed it tile by tile, then only the result is.
 TILES_KEPT_AFTER_SUCCESS = 600
 # Tiles of a failed job are there when it is asked again.

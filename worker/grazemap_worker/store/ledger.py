@@ -16,16 +16,17 @@ from grazemap_worker.store.keys import (
     FINGERPRINT_REMEMBERED,
     MOST_EXCEPTIONS,
     MOST_LOST,
+    MOST_RESULT_BYTES,
     PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
 from grazemap_worker.store.plan import Plan
 from grazemap_worker.store.problems import failure_problem, outdated_problem
-from grazemap_worker.store.records import Claim, FailureKind, Verdict
+from grazemap_worker.store.records import Claim, FailureKind, ResultTooLarge, Verdict
 
 _JOBS_A_SCRIPT = 500
-_LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST}
+_LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST, "timeout": 1}
 
 
 class LedgerStore(JobStore):
@@ -75,7 +76,14 @@ class LedgerStore(JobStore):
         int
             Tiles that remain; 0: somebody has to claim the assembly. -1: the job no longer wants the tile
             (finished, gone, or bound to other numerics), nothing was stored.
+
+        Raises
+        ------
+        ResultTooLarge
+            Over `MOST_RESULT_BYTES`.
         """
+        if len(data) > MOST_RESULT_BYTES:
+            raise ResultTooLarge(len(data), MOST_RESULT_BYTES)
         plan = self._plan_of(identity)
         if plan is None:
             return -1
@@ -90,8 +98,9 @@ class LedgerStore(JobStore):
 
         Parameters
         ----------
-        kind : {"exception", "lost"}
-            Counted apart: an exception comes back (3 tries), a worker that died may have been bad luck (10).
+        kind : {"exception", "lost", "timeout"}
+            Counted apart: an exception comes back (3 tries), a worker that died may have been bad luck (10), what took
+            too long would take too long again (1).
         detail : str
             For nobody but the log of the caller; the problem that clients see does not contain it.
         holder : str

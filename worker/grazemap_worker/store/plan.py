@@ -32,6 +32,8 @@ PERIODS_PER_PIXEL = 250
 # |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
 REFERENCE_STIFFNESS = 10.0
 TILE_SECONDS = 2.0
+# And no more than this when none of its pixels settles before max_periods: a tile has a time limit.
+WORST_TILE_SECONDS = 900.0
 # One sample of a grazing curve, per order looked at and mass.
 CURVE_SECONDS = 5.0e-8
 # The codimension-two points per unit of omega and mass; their number grows with the square of the orders looked at.
@@ -150,7 +152,9 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
     periods_per_pixel = min(request.max_periods, PERIODS_PER_PIXEL)
     pixel_seconds = periods_per_pixel * cost / PERIODS_PER_SECOND
-    side = max(1, math.isqrt(max(1, round(TILE_SECONDS / pixel_seconds))))
+    at_worst = request.max_periods * cost / PERIODS_PER_SECOND
+    pixels_per_tile = min(TILE_SECONDS / pixel_seconds, WORST_TILE_SECONDS / at_worst)
+    side = max(1, math.isqrt(max(1, round(pixels_per_tile))))
     # A narrow grid: what the tile cannot have in one direction it gets in the other.
     tile_columns = _even(columns, side * max(1, side // rows))
     tile_rows = _even(rows, side * max(1, side // columns))

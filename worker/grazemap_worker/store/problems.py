@@ -38,9 +38,12 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
     if kind == "exception":
         name, title = "computation-failed", "Computation failed"
         detail = f"{where} failed {MOST_EXCEPTIONS} times; the worker's log has the reason."
+    elif kind == "timeout":
+        name, title = "computation-too-long", "Computation too long"
+        detail = f"{where} did not end within the time that a worker gives to one part."
     else:
         name, title = "worker-lost", "Worker lost"
-        detail = f"{where} lost its worker {MOST_LOST} times, most likely for want of memory."
+        detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log says more."
     return Problem(type=TYPE_PREFIX + name, title=title, status=500, detail=detail[0].upper() + detail[1:])
 
 

@@ -12,7 +12,7 @@ from grazemap.models import Estimate, Job, Problem, ProcessRequest, Progress
 from grazemap_worker.store.keys import ASSEMBLY
 from grazemap_worker.store.plan import Plan, Tile
 
-FailureKind = Literal["exception", "lost"]
+FailureKind = Literal["exception", "lost", "timeout"]
 Verdict = Literal["retry", "failed"]
 
 
@@ -26,6 +26,13 @@ class QueueFull(StoreError):
     def __init__(self, retry_after: int) -> None:
         super().__init__(f"the queue is full; try again in {retry_after} s")
         self.retry_after = retry_after
+
+
+class ResultTooLarge(StoreError):
+    """A result that the store does not take; it was not sent."""
+
+    def __init__(self, size: int, most: int) -> None:
+        super().__init__(f"the result takes {size} bytes; at most {most} are stored: ask for fewer values")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +117,7 @@ def read_job(job_id: str, fields: Mapping[str, str]) -> Job:
         {
             "id": job_id,
             "process": fields["process"],
-            "request": json.loads(fields["request"]),
+            "request": json.loads(fields["request"]) if "request" in fields else None,
             "status": fields["status"],
             "progress": Progress(
                 done=int(fields.get("steps_done" if steps else "done", 0)),

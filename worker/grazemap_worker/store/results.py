@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 
 from grazemap_worker.store.connection import Scripts
-from grazemap_worker.store.keys import TILES_KEPT_AFTER_SUCCESS
+from grazemap_worker.store.keys import MOST_RESULT_BYTES, TILES_KEPT_AFTER_SUCCESS, job_key
 from grazemap_worker.store.ledger import LedgerStore
-from grazemap_worker.store.records import ResultInfo
+from grazemap_worker.store.records import ResultInfo, ResultTooLarge
 
 
 class ResultStore(LedgerStore):
@@ -30,7 +30,14 @@ class ResultStore(LedgerStore):
         -------
         bool
             Whether this call ended the job; False when it is finished, gone, or bound to other numerics.
+
+        Raises
+        ------
+        ResultTooLarge
+            Over `MOST_RESULT_BYTES`.
         """
+        if len(data) > MOST_RESULT_BYTES:
+            raise ResultTooLarge(len(data), MOST_RESULT_BYTES)
         etag = hashlib.sha256(data).hexdigest()
         return bool(
             self._scripts.run(
@@ -44,6 +51,15 @@ class ResultStore(LedgerStore):
         return data
 
     def result_info(self, identity: str) -> ResultInfo | None:
-        """Return size and entity tag of a job's result without loading it, or None."""
+        """Return size and entity tag of a job's result without loading it, or None.
+
+        To ask is to use: the result becomes the most recently used one, since a client that has it, or a copy in the
+        service's memory, does not ask for the bytes.
+        """
         answer = self._scripts.run("result_info", identity)
         return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None
+
+    def etag(self, identity: str) -> str | None:
+        """Return the entity tag of a job's result, evicted or not, or None when it has not ended with one."""
+        value = self._redis.hget(job_key(identity), "etag")
+        return value.decode() if value else None

@@ -1,5 +1,5 @@
 -- ARGV: prefix, id, process, request, core version, plan, estimate, tiles, most unfinished tiles, fingerprint,
---       most records.
+--       most records, most bytes of requests.
 -- Returns {0} when the job is there already, {1} when it was started, {2, unfinished tiles} when the queue is full.
 local id, total, limit, fingerprint = ARGV[2], tonumber(ARGV[8]), tonumber(ARGV[9]), ARGV[10]
 local status = get(id, 'status')
@@ -9,6 +9,42 @@ end
 if status == 'successful' and redis.call('EXISTS', result_key(id)) == 1 then
   return { 0 }
 end
+
+local function forget(old)
+  drop_result(result_key(old))
+  redis.call('DECRBY', key('records', 'bytes'), redis.call('HSTRLEN', key('job', old), 'request'))
+  redis.call('ZREM', key('status', get(old, 'status')), old)
+  redis.call('ZREM', key('jobs'), old)
+  redis.call('DEL', key('job', old), key('job', old, 'events'), key('job', old, 'tiles'))
+end
+
+-- Returns whether there was a finished job; what is unfinished stays.
+local function forget_oldest()
+  local oldest, least = nil, math.huge
+  for _, finished in ipairs({ 'successful', 'failed', 'dismissed' }) do
+    local first = redis.call('ZRANGE', key('status', finished), 0, 0, 'WITHSCORES')
+    if first[1] and tonumber(first[2]) < least then
+      oldest, least = first[1], tonumber(first[2])
+    end
+  end
+  if oldest then
+    forget(oldest)
+  end
+  return oldest ~= nil
+end
+
+-- Forget the oldest finished jobs when the requests take too many bytes.
+local size = string.len(ARGV[4])
+local function bytes_after()
+  local bytes = tonumber(redis.call('GET', key('records', 'bytes')) or 0)
+  return bytes + size - redis.call('HSTRLEN', key('job', id), 'request')
+end
+while bytes_after() > tonumber(ARGV[12]) do
+  if not forget_oldest() then
+    return { 2, tonumber(redis.call('GET', key('unfinished', 'tiles')) or 0) }
+  end
+end
+status = get(id, 'status') -- it may have been the oldest itself
 
 -- A failed job goes on from the tiles that it has, as long as the same numerics will do the rest.
 local kept = 0
@@ -20,6 +56,7 @@ if waiting + total - kept > limit then
   return { 2, waiting }
 end
 
+redis.call('SET', key('records', 'bytes'), bytes_after())
 local seq = redis.call('INCR', key('sequence'))
 if status then
   redis.call('ZREM', key('status', status), id)
@@ -38,22 +75,10 @@ redis.call('ZADD', key('jobs'), seq, id)
 set_remaining(id, total - kept)
 progress_event(id)
 
--- Forget the oldest finished jobs when there are too many records, some of them at a time; what is unfinished stays.
-local excess = math.min(10, redis.call('ZCARD', key('jobs')) - tonumber(ARGV[11]))
-for _ = 1, excess do
-  local old, old_status, oldest = nil, nil, math.huge
-  for _, finished in ipairs({ 'successful', 'failed', 'dismissed' }) do
-    local first = redis.call('ZRANGE', key('status', finished), 0, 0, 'WITHSCORES')
-    if first[1] and tonumber(first[2]) < oldest then
-      old, old_status, oldest = first[1], finished, tonumber(first[2])
-    end
-  end
-  if not old then
+-- And when there are too many of them, some at a time.
+for _ = 1, math.min(10, redis.call('ZCARD', key('jobs')) - tonumber(ARGV[11])) do
+  if not forget_oldest() then
     break
   end
-  drop_result(result_key(old))
-  redis.call('ZREM', key('status', old_status), old)
-  redis.call('ZREM', key('jobs'), old)
-  redis.call('DEL', key('job', old), key('job', old, 'events'), key('job', old, 'tiles'))
 end
 return { 1 }
