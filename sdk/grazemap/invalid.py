@@ -2,13 +2,11 @@
 
 The client says the same about a request as the service would, before anything is sent; `errors_of` is the one text
 of both. `allowed` is read off the request model's own JSON schema at the place of the error, so that it cannot
-disagree with what is validated. No value that was sent is repeated; the name of an unknown field is, and only when
-it looks like a field's name.
+disagree with what is validated. Nothing that was sent is repeated, names of unknown fields included.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
@@ -19,7 +17,6 @@ from grazemap.models import ProblemError
 
 Schema = Mapping[str, Any]
 MAX_ERRORS = 20
-_HARMLESS = re.compile(r"[a-z_][a-z0-9_]{0,31}")
 # Messages of these types hold no input; every other type gets a sentence of our own.
 _QUOTABLE = {
     "greater_than",
@@ -42,6 +39,8 @@ _SENTENCES = {
     "model_type": "Input should be an object",
     "model_attributes_type": "Input should be an object",
 }
+# Query parameters have no schema here.
+_PARSED = {"int_parsing": "an integer"}
 
 
 def errors_of(errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None) -> list[ProblemError]:
@@ -72,19 +71,16 @@ def schema_of(model: type[BaseModel]) -> Schema:
 def _error(error: Mapping[str, Any], schema: Schema) -> ProblemError:
     source, *rest = error["loc"] or ("body",)
     kind = str(error["type"])
-    name = rest.pop() if kind == "extra_forbidden" else None
+    if kind == "extra_forbidden":
+        rest.pop()  # the name is the client's: its object is pointed at, with the names that are known
     # the names of union branches, such as "[range]", are no part of the body
     where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
     context = error.get("ctx") or {}
+    where += context.get("at", ())
     detail = str(error["msg"]) if kind in _QUOTABLE else _SENTENCES.get(kind, "Input is not valid here")
-    if kind == "extra_forbidden":
-        allowed = _describe(_at(schema, where), schema)
-        if isinstance(name, str) and _HARMLESS.fullmatch(name):
-            where.append(name)
-        return ProblemError(pointer=_pointer(source, where), detail=detail, allowed=allowed)
     allowed = str(context["allowed"]) if "allowed" in context else _describe(_at(schema, where), schema)
     if source != "body" and not allowed:
-        allowed = _allowed_of_context(context)
+        allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
     return ProblemError(pointer=_pointer(source, where), detail=detail, allowed=allowed)
 
 
@@ -147,8 +143,8 @@ def _describe_one(schema: Schema, root: Schema) -> str:
 
 
 def _bounds(schema: Schema) -> str:
-    low = f">= {schema['minimum']:g}" if "minimum" in schema else ""
-    low = f"> {schema['exclusiveMinimum']:g}" if "exclusiveMinimum" in schema else low
-    high = f"<= {schema['maximum']:g}" if "maximum" in schema else ""
-    high = f"< {schema['exclusiveMaximum']:g}" if "exclusiveMaximum" in schema else high
+    low = f">= {schema['minimum']:.15g}" if "minimum" in schema else ""
+    low = f"> {schema['exclusiveMinimum']:.15g}" if "exclusiveMinimum" in schema else low
+    high = f"<= {schema['maximum']:.15g}" if "maximum" in schema else ""
+    high = f"< {schema['exclusiveMaximum']:.15g}" if "exclusiveMaximum" in schema else high
     return " and ".join(filter(None, (low, high)))

@@ -1,4 +1,4 @@
-"""How a request body becomes JSON: only application/json, only UTF-8, not too deep, no name twice.
+"""How a request body becomes JSON: only application/json, only UTF-8, not too deep, no name twice, few names.
 
 A route of class `JsonRoute` reads its body this way. NaN, Infinity and 1e999 pass here as floats, so that the
 models refuse them with the field's name.
@@ -10,11 +10,17 @@ import json
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
 from starlette.requests import Request
 from starlette.responses import Response
 
 from grazemap_service.problems import ProblemException
+
+# Bytes; more is parsed in a thread, so that other requests have their turn.
+_PARSED_AT_ONCE = 1 << 16
+# No object of a request has more than some ten; each unknown name would be reported.
+_MOST_NAMES = 100
 
 
 class JsonRequest(Request):
@@ -34,7 +40,10 @@ class JsonRequest(Request):
 
     async def json(self) -> Any:
         """Return the body as Python values. Raises ProblemException."""
-        return parse_json(await self.body(), self.app.state.context.settings.max_depth)
+        data, depth = await self.body(), self.app.state.context.settings.max_depth
+        if len(data) <= _PARSED_AT_ONCE:
+            return parse_json(data, depth)
+        return await run_in_threadpool(parse_json, data, depth)
 
 
 class JsonRoute(APIRoute):
@@ -63,8 +72,8 @@ def parse_json(data: bytes, max_depth: int) -> Any:
     Raises
     ------
     ProblemException
-        "malformed-json": not UTF-8, not JSON, too deep, a name twice in one object, a lone surrogate, or an integer
-        of thousands of digits.
+        "malformed-json": not UTF-8, not JSON, too deep, a name twice or very many names in one object, a lone
+        surrogate, or an integer of thousands of digits.
     """
     try:
         value = json.loads(data.decode("utf-8"), object_pairs_hook=_unique)
@@ -83,6 +92,8 @@ def _too_deep(max_depth: int) -> ProblemException:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(pairs) > _MOST_NAMES:
+        raise ProblemException("malformed-json", f"An object of the body has more than {_MOST_NAMES} names.")
     members = dict(pairs)
     if len(members) != len(pairs):
         raise ProblemException("malformed-json", "An object of the body has the same name twice.")

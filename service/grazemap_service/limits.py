@@ -10,8 +10,10 @@ import numpy as np
 
 from grazemap.models import (
     GrazingCurvesRequest,
+    Grid,
     ProblemError,
     ProcessRequest,
+    Range,
     TrajectoriesRequest,
     UnfoldingMapsRequest,
     grid_points,
@@ -19,10 +21,15 @@ from grazemap.models import (
 )
 from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
+from grazemap_worker.queueing import TILE_TIMEOUT
+from grazemap_worker.store import MOST_RESULT_BYTES
 from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, period_costs, plan
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
+# A job of one tile that is estimated to take longer might be cut off at the end: machines differ.
+MOST_TILE_SECONDS = TILE_TIMEOUT / 4
+_BYTES_PER_NUMBER = 8
 
 
 def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> Plan:
@@ -54,26 +61,39 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     # written so that a nan, from an estimate that overflowed, is refused too
     if not planned.estimate.periods <= settings.max_work:
         raise _too_much("", "forcing periods", planned.estimate.periods, settings.max_work)
-    if not planned.estimate.seconds <= settings.max_seconds:
-        raise _too_much("", "seconds", planned.estimate.seconds, settings.max_seconds)
+    most_seconds = min(settings.max_seconds, MOST_TILE_SECONDS) if planned.count == 1 else settings.max_seconds
+    if not planned.estimate.seconds <= most_seconds:
+        raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)
     return planned
 
 
 def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str, int, int]]:
     """Return what can be counted without a plan: pointer, quantity, count, limit."""
     if isinstance(request, GrazingCurvesRequest):
-        return [("/omega", "points", grid_points(request.omega), settings.max_points)]
+        return [(_of_points("omega", request.omega), "points", grid_points(request.omega), settings.max_points)]
     if isinstance(request, UnfoldingMapsRequest):
-        pixels = grid_points(request.omega) * grid_points(request.clearance)
-        return [("", "points", pixels, settings.max_pixels)]
+        across, down = grid_points(request.omega), grid_points(request.clearance)
+        longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
+        return [(_of_points(*longer), "points", across * down, settings.max_pixels)]
     if isinstance(request, TrajectoriesRequest):
         periods = request.periods + request.transient_periods
         samples = request.periods * request.samples_per_period
         return [
             ("/periods", "periods", periods, settings.max_tile_periods),
             ("/samples_per_period", "samples", samples, settings.max_points),
+            ("/samples_per_period", "bytes", samples * _sample_bytes(request), MOST_RESULT_BYTES),
         ]
     return []
+
+
+def _of_points(name: str, grid: Grid) -> str:
+    """Return the pointer to what says how many points a grid has."""
+    return f"/{name}/points" if isinstance(grid, Range) else f"/{name}"
+
+
+def _sample_bytes(request: TrajectoriesRequest) -> int:
+    """Return the bytes of one sample: its time, and displacement and velocity of every mass."""
+    return _BYTES_PER_NUMBER * (1 + 2 * request.oscillator.size)
 
 
 def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
@@ -93,11 +113,11 @@ def _too_much(pointer: str, quantity: str, estimate: float, limit: float) -> Pro
     reported = float(f"{estimate:.10g}") if estimate < _MOST_REPORTED else _MOST_REPORTED
     word = "about" if estimate < _MOST_REPORTED else "at least"
     allowed = f"at most {limit:.10g} {quantity}"
-    detail = f"The job would take {word} {reported:.10g} {quantity}; allowed are {allowed}."
+    detail = f"The job would take {word} {reported:.10g} {quantity}"
     name = quantity.replace(" ", "_")
     return ProblemException(
         "too-much-work",
-        detail,
+        f"{detail}; allowed are {allowed}.",
         errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)],
         extensions={"estimate": {name: reported}, "limit": {name: limit}},
     )

@@ -18,10 +18,11 @@ from fastapi.exceptions import HTTPException, RequestValidationError
 from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.routing import Match
 
 from grazemap.invalid import errors_of
 from grazemap.models import PROCESSES, Problem, ProblemError
-from grazemap_worker.store import QueueFull
+from grazemap_worker.store import QueueFull, is_away
 
 MEDIA_TYPE = "application/problem+json"
 TYPE_PREFIX = "urn:grazemap:problem:"
@@ -37,7 +38,9 @@ class Kind(NamedTuple):
 
 
 KINDS: dict[str, Kind] = {
-    "malformed-json": Kind("Malformed JSON", 400, "The body is not JSON in UTF-8, too deep, or repeats a name."),
+    "malformed-json": Kind(
+        "Malformed JSON", 400, "The body is not JSON in UTF-8, too deep, or repeats a name or has too many."
+    ),
     "host-not-allowed": Kind("Host not allowed", 400, "The Host header names none of the allowed hosts."),
     "bad-request": Kind("Bad request", 400, "The request cannot be understood."),
     "key-required": Kind("Key required", 401, "The header Authorization: Bearer <key> is missing or wrong."),
@@ -53,7 +56,7 @@ KINDS: dict[str, Kind] = {
     "unsupported-media-type": Kind("Unsupported media type", 415, "The body must be application/json."),
     "invalid-request": Kind("Invalid request", 422, "Values are missing, unknown or out of range; see errors."),
     "too-much-work": Kind("Too much work", 422, "The job is estimated to cost more than the limit; see errors."),
-    "queue-full": Kind("Queue full", 429, "Too many tiles are waiting; try again after Retry-After seconds."),
+    "queue-full": Kind("Queue full", 429, "Too much work is waiting; try again after Retry-After seconds."),
     "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),
     "store-unavailable": Kind("Store unavailable", 503, "Redis is away; try again after Retry-After seconds."),
     "not-ready": Kind("Not ready", 503, "No worker is alive yet; try again after Retry-After seconds."),
@@ -124,10 +127,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(StarletteHTTPException, _routed)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(QueueFull, _full)
-    app.add_exception_handler(redis.exceptions.ConnectionError, _store_away)
-    app.add_exception_handler(redis.exceptions.TimeoutError, _store_away)
-    app.add_exception_handler(redis.exceptions.OutOfMemoryError, _store_away)
-    app.add_exception_handler(redis.exceptions.ReadOnlyError, _store_away)
+    app.add_exception_handler(redis.exceptions.RedisError, _store_away)
 
 
 async def _raised(request: Request, exception: Exception) -> Response:
@@ -141,8 +141,21 @@ async def _routed(request: Request, exception: Exception) -> Response:
     if status == 404 and re.fullmatch(r"/v1/[^/]+", request.url.path) and request.method == "POST":
         names = ", ".join(sorted(PROCESSES))
         return problem_response(make_problem("unknown-process", f"The processes are {names}."))
+    if status == 405:
+        return problem_response(make_problem("method-not-allowed"), headers={"Allow": ", ".join(_methods(request))})
     kind = _OF_STATUS.get(status, "bad-request" if status < 500 else "internal-error")
     return problem_response(make_problem(kind).model_copy(update={"status": status}), headers=exception.headers)
+
+
+def _methods(request: Request) -> list[str]:
+    """Return every method that the address takes; the framework names those of one route only."""
+    candidates = ("GET", "HEAD", "POST", "DELETE")
+    routes = request.app.router.routes
+    return [
+        method
+        for method in candidates
+        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
+    ]
 
 
 async def _invalid(request: Request, exception: Exception) -> Response:
@@ -158,4 +171,7 @@ async def _full(request: Request, exception: Exception) -> Response:
 
 
 async def _store_away(request: Request, exception: Exception) -> Response:
+    assert isinstance(exception, redis.exceptions.RedisError)
+    if not is_away(exception):
+        raise exception
     return problem_response(make_problem("store-unavailable"), headers={"Retry-After": str(STORE_RETRY_SECONDS)})

@@ -68,6 +68,17 @@ def test_the_same_question_in_other_words_is_the_same_job(client: TestClient) ->
     assert other.json()["id"] != answers[0].json()["id"]
 
 
+def test_rest_written_out_is_the_same_question(client: TestClient) -> None:
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 5}
+    zeros = [0, 0.0, -0.0]
+    initials = [{}, {"phase": 0}, {"displacement": zeros}, {"displacement": zeros, "velocity": zeros, "phase": 0.0}]
+    answers = [client.post("/v1/trajectories", json=body)]
+    answers += [client.post("/v1/trajectories", json={**body, "initial": initial}) for initial in initials]
+    assert [answer.status_code for answer in answers] == [201, 200, 200, 200, 200]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    assert client.post("/v1/trajectories", json={**body, "initial": {"phase": 1}}).status_code == 201
+
+
 def test_fifty_at_once_are_one_computation(live_url: str, store: Store, worker: Any) -> None:
     def post(_: int) -> httpx2.Response:
         return httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP, timeout=30)
@@ -108,12 +119,28 @@ def test_prefer_wait_answers_at_the_end(client: TestClient, worker: Any) -> None
     assert answer.headers["preference-applied"] == "wait=20"
 
 
+def test_waiting_does_not_read_the_question_again_and_again(
+    client: TestClient, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reads = []
+    whole = type(store).job
+    monkeypatch.setattr(type(store), "job", lambda self, identity: reads.append(identity) or whole(self, identity))
+    client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
+    assert len(reads) <= 2  # once as submitted, once at the end; it was 100 times in this second
+
+
 def test_prefer_wait_gives_up_after_its_time(client: TestClient) -> None:
     began = time.monotonic()
     answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
     assert 0.9 < time.monotonic() - began < 3
     assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
     assert answer.headers["preference-applied"] == "wait=1"
+
+
+def test_prefer_may_come_in_lines(serve: Any) -> None:
+    headers = [("Prefer", "respond-async"), ("Prefer", "wait=7")]
+    answer = serve(max_wait_seconds=0).post("/v1/grazing-curves", json=CURVE, headers=headers)
+    assert answer.headers["preference-applied"] == "wait=0"
 
 
 @pytest.mark.parametrize(("prefer", "applied"), [("wait=3600", "wait=0"), ("wait=x", None), ("waiting=5", None)])

@@ -27,12 +27,12 @@ class Response(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
 
 
-def invalid(message: str, allowed: str) -> PydanticCustomError:
-    """Return the error that a validator raises: what is wrong, and what would be right.
+def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
+    """Return the error that a validator raises: what is wrong, what would be right, and in which field below.
 
     Neither text may contain the value that was sent.
     """
-    return PydanticCustomError("not_allowed", "{reason}", {"reason": message, "allowed": allowed})
+    return PydanticCustomError("not_allowed", "{reason}", {"reason": message, "allowed": allowed, "at": at})
 
 
 def _as_list(value: Any) -> Any:

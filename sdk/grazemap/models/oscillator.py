@@ -62,6 +62,7 @@ class Oscillator(Request):
                 raise invalid(
                     f"{name} has {len(values)} numbers and masses has {count}",
                     "masses, stiffnesses, forcing and a list of dampings of one length",
+                    name,
                 )
         return self
 

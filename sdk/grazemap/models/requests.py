@@ -67,10 +67,24 @@ class TrajectoriesRequest(ProcessRequest):
                 raise invalid(
                     f"initial.{name} has {len(values)} numbers and the oscillator has {count} masses",
                     "one number per mass",
+                    "initial",
+                    name,
                 )
         if self.initial.displacement is not None and abs(self.initial.displacement[0]) > self.clearance:
-            raise invalid("initial.displacement of mass 1 lies outside the stops", "|displacement[0]| <= clearance")
+            raise invalid(
+                "initial.displacement of mass 1 lies outside the stops",
+                "|displacement[0]| <= clearance",
+                "initial",
+                "displacement",
+            )
+        self._write_out_rest(count)
         return self
+
+    def _write_out_rest(self, count: int) -> None:
+        """Put zeros where the initial state was left out, so that the same question is the same text."""
+        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self.initial, name) is None}
+        # the model is frozen for others; this is still its validation
+        object.__setattr__(self, "initial", self.initial.model_copy(update=rest))
 
 
 class UnfoldingMapsRequest(ProcessRequest):
