@@ -7,18 +7,18 @@ append-only file in the data folder that the next start reads again.
 from __future__ import annotations
 
 import importlib.util
-import os
 import re
 import shutil
 import signal
 import subprocess
-import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
 import redis
 
+from grazemap_service.temporary import TemporaryFolder
 from grazemap_worker.lifeline import tied
 from grazemap_worker.store import connect
 
@@ -69,14 +69,17 @@ class RedisServer:
         Where the append-only file lies; made when it is missing.
     program : Path, optional
         The server's program; left out: `find_redis_server`.
+    inherited : sequence of int
+        File descriptors that the server keeps open: of locks that must be held for as long as it lives.
     """
 
-    def __init__(self, data_folder: Path, program: Path | None = None) -> None:
+    def __init__(self, data_folder: Path, program: Path | None = None, inherited: Sequence[int] = ()) -> None:
         self._data_folder = data_folder
         self._program = program or find_redis_server()
         self._process: subprocess.Popen[bytes] | None = None
-        self._socket_folder = Path(_short_private_folder())
-        self.socket = self._socket_folder / "redis.sock"
+        self._inherited = tuple(inherited)
+        self._folder = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/redis.sock"))
+        self.socket = self._folder.path / "redis.sock"
 
     @property
     def url(self) -> str:
@@ -110,6 +113,7 @@ class RedisServer:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            pass_fds=(*self._inherited, self._folder.fileno()),
             start_new_session=True,
             preexec_fn=tied(signal.SIGTERM),
         )
@@ -156,7 +160,7 @@ class RedisServer:
     def close(self) -> None:
         """Stop the server and remove its socket."""
         self.stop()
-        shutil.rmtree(self._socket_folder, ignore_errors=True)
+        self._folder.close()
 
     def __enter__(self) -> RedisServer:
         self.start()
@@ -178,14 +182,6 @@ class RedisServer:
         if not log.is_file():
             return "(it wrote no log)"
         return "\n".join(log.read_text("utf-8", "replace").splitlines()[-5:])
-
-
-def _short_private_folder() -> str:
-    folder = tempfile.mkdtemp(prefix="grazemap-")
-    if len(os.fsencode(folder)) + len("/redis.sock") > LONGEST_SOCKET_PATH:
-        os.rmdir(folder)
-        folder = tempfile.mkdtemp(prefix="grazemap-", dir="/tmp")
-    return folder
 
 
 def _version(program: str) -> tuple[int, int]:

@@ -8,30 +8,34 @@ that must last lies in the data folder; without one, a temporary folder is used 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import fcntl
 import http.client
 import json
+import math
 import os
-import shutil
 import signal
 import socket
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
+from typing import TextIO
 
 import structlog
 
 from grazemap_service.redis_server import NoRedisError, RedisServer
 from grazemap_service.stack_children import PythonChild, RedisChild, Watched
+from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
 from grazemap_worker.redis_settings import USAGE_ERROR
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
+# The Redis of a stack that was killed writes what it has before it ends.
+_LOCK_SECONDS = 4.0
+# Then a person is told what the stack waits for.
+_PATIENCE_SECONDS = 10.0
 # A child that dies this often before the stack was ever ready will not come up.
 _MOST_EARLY_DEATHS = 3
 
@@ -62,12 +66,8 @@ class Stack:
     """
 
     def __init__(self, host: str, port: int, data: Path, workers: int | None = None) -> None:
-        data.mkdir(parents=True, exist_ok=True, mode=0o700)
-        self._lock = (data / "lock").open("w")
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise StackError(f"another stack runs on the data folder {data}") from None
+        self._data = data
+        self._lock = _locked(data)
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             self._listener = socket.create_server((host.strip("[]"), port), family=family)
@@ -75,11 +75,13 @@ class Stack:
             raise StackError(f"cannot listen on {host} port {port}: {error.strerror}") from None
         self._log = structlog.get_logger("grazemap_service.stack")
         self._ready = False
+        self._missing = ""
+        self._patient_until = math.inf
 
         environment = dict(os.environ)
         children: list[RedisChild | PythonChild] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
-            server = RedisServer(data / "redis")
+            server = RedisServer(data / "redis", inherited=(self._lock.fileno(),))
             environment["GRAZEMAP_REDIS_URL"] = server.url
             environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # that of another one
             children.append(RedisChild(server))
@@ -107,6 +109,7 @@ class Stack:
 
     def start(self) -> None:
         """Start everything; does not wait."""
+        self._patient_until = time.monotonic() + _PATIENCE_SECONDS
         for watched in self._watched:
             watched.start()
 
@@ -132,6 +135,9 @@ class Stack:
         """Return whether an answer can be had: the service is healthy, Redis answers and a worker lives."""
         if not self._ready:
             self._ready = all(self._answers(path) for path in ("/healthz", "/readyz"))
+            if not self._ready and time.monotonic() > self._patient_until:
+                self._patient_until = math.inf
+                self._log.warning("not ready yet", reason=self._missing, logs=str(self._data))
         return self._ready
 
     def stop(self) -> None:
@@ -150,11 +156,42 @@ class Stack:
         allowed = os.environ.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         try:
             connection.request("GET", path, headers={"Host": allowed} if allowed not in ("", "*") else {})
-            return connection.getresponse().status == http.HTTPStatus.OK
-        except (OSError, http.client.HTTPException):
+            answer = connection.getresponse()
+            content = answer.read()
+        except (OSError, http.client.HTTPException) as error:
+            self._missing = f"the service does not answer: {error or type(error).__name__}"
             return False
         finally:
             connection.close()
+        if answer.status == http.HTTPStatus.OK:
+            return True
+        try:
+            self._missing = str(json.loads(content)["detail"])
+        except (ValueError, LookupError, TypeError):
+            self._missing = f"{path} answers {answer.status}"
+        return False
+
+
+def _locked(data: Path) -> TextIO:
+    """Make the data folder and return its lock, held: here, and by the Redis on it, which may outlive a killed stack.
+
+    Raises StackError.
+    """
+    try:
+        data.mkdir(parents=True, exist_ok=True, mode=0o700)
+        lock = (data / "lock").open("w")
+    except OSError as error:
+        raise StackError(f"cannot use the data folder {data}: {error.strerror}") from None
+    deadline = time.monotonic() + _LOCK_SECONDS
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return lock
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                lock.close()
+                raise StackError(f"another stack runs on the data folder {data}") from None
+            time.sleep(_POLL_SECONDS)
 
 
 class _Until:
@@ -215,16 +252,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logs.configure("INFO" if given.verbose else "WARNING")
 
     until = _Until(given.die_with_parent)
-    data = given.data.resolve() if given.data else Path(tempfile.mkdtemp(prefix="grazemap-data-"))
+    remove_abandoned()
+    temporary = None if given.data else TemporaryFolder("data")
+    data = temporary.path if temporary else given.data.resolve()
     try:
         run(Stack(given.host, given.port, data, given.workers), until, given.ready_file)
     except (StackError, NoRedisError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1
     finally:
-        if given.data is None:
-            with contextlib.suppress(OSError):
-                shutil.rmtree(data)
+        if temporary:
+            temporary.close()
     return 0
 
 

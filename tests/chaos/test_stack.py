@@ -217,6 +217,33 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
     again.stop()
 
 
+def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., RunningStack], tmp_path: Path) -> None:
+    options = ["--data", str(tmp_path / "data")]
+    running = start(*options)
+    redis = running.child("redis-server")
+    redis.suspend()  # so that it cannot end with its parent
+    running.process.kill()
+    running.popen.wait()
+    command = [sys.executable, "-m", "grazemap_service.stack", "--workers", "1", *options]
+    try:
+        refused = subprocess.run(command, capture_output=True, timeout=20, check=False)
+        assert refused.returncode == 1
+        assert b"another stack" in refused.stderr
+        again = subprocess.Popen(command, stdout=subprocess.PIPE)
+        time.sleep(1)
+        assert again.poll() is None
+        redis.resume()
+        assert again.stdout is not None
+        assert json.loads(again.stdout.readline())["url"]
+        assert not living([redis])
+        again.terminate()
+        assert again.wait(8) == 0
+        again.stdout.close()
+    finally:
+        if redis.is_running():
+            redis.kill()
+
+
 def test_a_stack_that_is_asked_to_ends_with_its_parent(tmp_path: Path) -> None:
     script = (
         "import subprocess, sys, time\n"
@@ -236,6 +263,40 @@ def test_a_stack_that_is_asked_to_ends_with_its_parent(tmp_path: Path) -> None:
     until(lambda: not living(everything), 6)
     assert list(tmp_path.iterdir()) == []
     parent.stdout.close()
+
+
+def test_a_folder_that_cannot_be_made_is_said_so(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for folder in ("/proc/grazemap", str(tmp_path / "file"), str(tmp_path / "file" / "below")):
+        answer = subprocess.run(
+            [sys.executable, "-m", "grazemap_service.stack", "--data", folder],
+            capture_output=True,
+            timeout=20,
+            check=False,
+        )
+        assert answer.returncode == 1
+        assert folder.encode() in answer.stderr
+        assert b"Traceback" not in answer.stderr
+
+
+def test_a_stack_that_is_long_in_coming_says_what_it_waits_for(tmp_path: Path) -> None:
+    # nobody answers at this address of Redis
+    environment = {**os.environ, "GRAZEMAP_REDIS_URL": f"unix://{tmp_path}/none"}
+    stack = subprocess.Popen(
+        [sys.executable, "-m", "grazemap_service.stack", "--data", str(tmp_path / "data"), "--workers", "1"],
+        env=environment,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        assert stack.stderr is not None
+        line = json.loads(stack.stderr.readline())
+        assert line["level"] == "warning"
+        assert line["reason"].startswith("Redis is away")
+    finally:
+        stack.terminate()
+        assert stack.wait(8) == 0
+        assert stack.stderr is not None
+        stack.stderr.close()
 
 
 def test_a_stack_that_cannot_start_says_why(tmp_path: Path) -> None:

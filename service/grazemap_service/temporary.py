@@ -1,0 +1,70 @@
+"""Temporary folders that are gone after their user, even one that was killed.
+
+Each holds a file that its user keeps locked; whoever starts next removes the folders whose lock nobody holds. Other
+folders are never touched, whatever their name.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import shutil
+import stat
+import tempfile
+import time
+from pathlib import Path
+
+PREFIX = "grazemap-"
+LOCK = "in-use"
+# A younger folder may have been made by somebody who is about to lock it.
+YOUNG_SECONDS = 60.0
+
+
+class TemporaryFolder:
+    """A private folder, removed by `close`, or by `remove_abandoned` once this process and its heirs are gone.
+
+    Parameters
+    ----------
+    purpose : str
+        Goes into its name.
+    longest : int, optional
+        Bytes that the path may have; a longer one is made in /tmp instead.
+    """
+
+    def __init__(self, purpose: str = "", longest: int | None = None) -> None:
+        name = f"{PREFIX}{purpose}-" if purpose else PREFIX
+        path = tempfile.mkdtemp(prefix=name)
+        if longest is not None and len(os.fsencode(path)) > longest:
+            os.rmdir(path)
+            path = tempfile.mkdtemp(prefix=name, dir="/tmp")
+        self.path = Path(path)
+        self._lock = (self.path / LOCK).open("w")
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+
+    def fileno(self) -> int:
+        """Return the descriptor of the lock; a child that inherits it keeps the folder alive."""
+        return self._lock.fileno()
+
+    def close(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        self._lock.close()
+
+
+def remove_abandoned() -> None:
+    """Remove this user's temporary folders that nobody uses any more."""
+    for base in {tempfile.gettempdir(), "/tmp"}:
+        for folder in Path(base).glob(f"{PREFIX}*"):
+            with contextlib.suppress(OSError):  # another one removes it, or it is somebody else's
+                _remove_if_abandoned(folder)
+
+
+def _remove_if_abandoned(folder: Path) -> None:
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or time.time() - found.st_mtime < YOUNG_SECONDS:
+        return
+    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_NOFOLLOW)
+    with os.fdopen(descriptor) as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        shutil.rmtree(folder)

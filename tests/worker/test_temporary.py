@@ -1,0 +1,63 @@
+"""Temporary folders and locks: what a killed stack leaves is tidied by the next one, and by nobody too early."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from grazemap_service import temporary
+from grazemap_service.redis_server import RedisServer
+from grazemap_service.temporary import LOCK, TemporaryFolder, remove_abandoned
+
+
+@pytest.fixture(autouse=True)
+def base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder for temporary folders of the test's own; /tmp is looked at as well."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def age(folder: Path) -> None:
+    os.utime(folder, (1, 1))
+
+
+def test_only_what_is_abandoned_is_removed(base: Path) -> None:
+    used, closed, abandoned, young = (TemporaryFolder(name) for name in ("used", "closed", "abandoned", "young"))
+    closed.close()
+    assert not closed.path.exists()
+    for folder in (abandoned, young):
+        folder._lock.close()
+    ours = base / "grazemap-my-data"  # given by a person: no lock of ours in it
+    ours.mkdir()
+    (ours / "lock").touch()
+    link = base / "grazemap-link"
+    link.symlink_to(ours)
+    for path in (used.path, abandoned.path, ours):
+        age(path)
+    remove_abandoned()
+    assert {path.name for path in base.iterdir()} == {used.path.name, young.path.name, ours.name, link.name}
+    used.close()
+
+
+def test_a_folder_in_use_by_redis_stays(base: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(temporary, "YOUNG_SECONDS", -1.0)
+    with (base / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        server = RedisServer(base / "redis", inherited=(lock.fileno(),))
+        server.start()
+        server.wait()
+    server._folder._lock.close()  # as if this process had been killed
+    remove_abandoned()
+    assert server.socket.exists()
+    with (base / "lock").open("w") as lock, pytest.raises(BlockingIOError):
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    server.stop()
+    with (base / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    assert (server.socket.parent / LOCK).exists()
+    remove_abandoned()
+    assert not server.socket.parent.exists()
