@@ -96,7 +96,7 @@ def test_a_pair_without_points_says_what_is_missing():
         ({"omega": True, "clearance": 1.0, "periods": 1}, "/omega", "number"),
         ({"omega": "0.3", "clearance": 1.0, "periods": 1}, "/omega", "number"),
         ({"omega": 0.3, "clearance": 1.0}, "/periods", "integer"),
-        ({"omega": 0.3, "clearance": 1.0, "periods": 1, "wobble": 1}, "/wobble", "samples_per_period"),
+        ({"omega": 0.3, "clearance": 1.0, "periods": 1, "wobble": 1}, "", "samples_per_period"),
         (
             {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"restitution": 2}},
             "/oscillator/restitution",
@@ -146,6 +146,13 @@ def test_arguments_of_a_wrong_kind_are_parameter_errors(call, pointer):
 def test_union_branches_do_not_show_in_pointers():
     body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
     assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
+
+
+def test_the_name_of_an_unknown_field_is_not_repeated():
+    with pytest.raises(ParameterError) as caught:
+        validated("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"wobble": 1}})
+    assert "wobble" not in str(caught.value)
+    assert [error.pointer for error in caught.value.problem.errors] == ["/oscillator"]
 
 
 def test_an_unknown_process_lists_the_known_ones():
