@@ -13,6 +13,7 @@ import uvicorn
 from pydantic import ValidationError
 
 from grazemap_service.app import create_app
+from grazemap_service.connections import bounded
 from grazemap_service.logs import configure, get_logger
 from grazemap_service.settings import Settings, SettingsError
 from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
@@ -36,6 +37,7 @@ def main() -> int:
     server = uvicorn.Server(
         uvicorn.Config(
             create_app(settings),
+            http=bounded(),
             log_config=None,
             access_log=False,
             server_header=False,

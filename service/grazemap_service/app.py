@@ -11,7 +11,7 @@ from grazemap_service import middleware, openapi, problems
 from grazemap_service.dependencies import Context
 from grazemap_service.metrics import Metrics
 from grazemap_service.observe import Observe
-from grazemap_service.representations import HotResults
+from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.routers import (
     codimension_two_points,
     docs,
@@ -27,6 +27,8 @@ from grazemap_service.routers import (
 from grazemap_service.settings import VERSION, Settings
 from grazemap_worker.store import Store, core_version
 
+# A Redis that hangs is told to clients almost as soon as one that is away, before all threads wait for it.
+STORE_SECONDS = 1.0
 _ROUTERS = (
     grazing_curves,
     codimension_two_points,
@@ -53,9 +55,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     Redis is not asked before the first request; it may come and go.
     """
     settings = settings or Settings()
-    connection = settings.connect()
+    connection = settings.connect(socket_timeout=STORE_SECONDS)
     store = Store(connection)
-    context = Context(settings, core_version(), store, Metrics(store), HotResults(settings.hot_bytes))
+    hot = HotResults(settings.hot_bytes)
+    context = Context(settings, core_version(), store, Metrics(store), hot, Renderings(hot))
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:

@@ -13,7 +13,7 @@ from grazemap.models import Job
 from grazemap_service.logs import bind_job
 from grazemap_service.metrics import Metrics
 from grazemap_service.problems import ProblemException
-from grazemap_service.representations import HotResults
+from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
 
@@ -29,6 +29,7 @@ class Context:
     store: Store
     metrics: Metrics
     hot: HotResults
+    renderings: Renderings
 
 
 async def get_context(request: Request) -> Context:

@@ -14,6 +14,7 @@ from fastapi import FastAPI
 from pydantic import SecretStr
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware.cors import CORSMiddleware
+from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.problems import ProblemException, response_of
@@ -37,7 +38,7 @@ def install(app: FastAPI, settings: Settings) -> None:
     app.add_middleware(KeyCheck, keys=settings.api_keys)
     if settings.cors_origins:
         app.add_middleware(
-            CORSMiddleware,
+            Cors,
             allow_origins=list(settings.cors_origins),
             allow_methods=["GET", "HEAD", "POST", "DELETE"],
             allow_headers=["Authorization", "Content-Type", "Prefer", "Last-Event-ID", "If-None-Match"],
@@ -45,6 +46,21 @@ def install(app: FastAPI, settings: Settings) -> None:
         )
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
     app.add_middleware(SecurityHeaders)
+
+
+class Cors(CORSMiddleware):
+    """Starlette's, with a problem for what it refuses."""
+
+    def preflight_response(self, request_headers: Headers) -> Response:
+        """Answer a preflight request."""
+        response = super().preflight_response(request_headers)
+        if response.status_code < 400:
+            return response
+        headers = {name: value for name, value in response.headers.items() if not name.startswith("content-")}
+        problem = ProblemException(
+            "bad-request", "A page of this origin may not send this method or header.", headers=headers
+        )
+        return response_of(problem)
 
 
 class SecurityHeaders:

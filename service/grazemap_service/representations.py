@@ -2,6 +2,9 @@
 
 The store holds npz; JSON is made from it by the codec. A representation's ETag is the stored bytes' own, with the
 form added: strong, since the same npz always gives the same JSON.
+
+JSON is many times as large as its npz. So a few renderings run at a time, one serves all who ask for the same, and a
+large one is never whole in memory: it is streamed.
 """
 
 from __future__ import annotations
@@ -9,8 +12,13 @@ from __future__ import annotations
 import re
 import threading
 from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from weakref import WeakValueDictionary
 
-from grazemap.codec import decode_npz, encode_json
+import anyio
+import anyio.to_thread
+
+from grazemap.codec import decode_npz, encode_json, iter_json
 from grazemap_service.links import NPZ_TYPE
 from grazemap_service.problems import ProblemException
 
@@ -20,15 +28,20 @@ _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 _CACHE_CONTROL = "private, max-age=31536000, immutable"
 # One result may take at most this share of the hot ones' budget.
 _LARGEST_SHARE = 4
+# JSON of a larger npz is streamed.
+STREAMED_BYTES = 1 << 20
+_PIECE_BYTES = 1 << 18
+_AT_A_TIME = 2
 
 
-def negotiate(accept: str | None, form: str | None) -> str:
+def negotiate(accept: str, form: str | None) -> str:
     """Return the name of the representation to give.
 
     Parameters
     ----------
-    accept : str or None
-        The Accept header (RFC 9110 12.5.1); of equal weights the more specific range wins, then JSON.
+    accept : str
+        The Accept header (RFC 9110 12.5.1), empty when there is none; of equal weights the more specific range wins,
+        then JSON.
     form : str or None
         The query parameter f; wins over Accept.
 
@@ -86,10 +99,8 @@ def etag_of(stored: str, name: str) -> str:
     return f'"{stored}-{name}"'
 
 
-def is_fresh(if_none_match: str | None, etag: str) -> bool:
-    """Return whether a client already has what an ETag stands for (RFC 9110 13.1.2)."""
-    if if_none_match is None:
-        return False
+def is_fresh(if_none_match: str, etag: str) -> bool:
+    """Return whether a client already has what an ETag stands for (RFC 9110 13.1.2); empty: it says nothing."""
     if if_none_match.strip() == "*":
         return True
     return etag in re.findall(r'"[^"]*"', if_none_match)
@@ -122,6 +133,12 @@ class HotResults:
                 self._entries.move_to_end(etag)
             return data
 
+    def clear(self) -> None:
+        """Forget everything."""
+        with self._lock:
+            self._entries.clear()
+            self._size = 0
+
     def put(self, etag: str, data: bytes) -> None:
         """Keep a representation, unless it is too large to be worth it."""
         if len(data) > self.budget // _LARGEST_SHARE:
@@ -131,3 +148,62 @@ class HotResults:
             self._entries[etag] = data
             while self._size > self.budget:
                 self._size -= len(self._entries.popitem(last=False)[1])
+
+
+class Renderings:
+    """Gives representations: hot ones from memory, others made from what is stored."""
+
+    def __init__(self, hot: HotResults) -> None:
+        self._hot = hot
+        self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
+        # a lock is there for as long as somebody waits for it or holds it
+        self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
+
+    async def give(
+        self, etag: str, name: str, size: int, load: Callable[[], bytes | None]
+    ) -> bytes | Iterator[bytes] | None:
+        """Return a representation, in pieces when it is large JSON; None when it is no longer stored.
+
+        Parameters
+        ----------
+        etag : str
+            Of the representation.
+        name : str
+            A key of `MEDIA_TYPES`.
+        size : int
+            Bytes of the stored npz.
+        load : callable
+            Returns the stored npz, or None; may block.
+        """
+        if name == "json" and size > STREAMED_BYTES:
+            return await anyio.to_thread.run_sync(lambda: _pieces(load()), limiter=self._limiter)
+        lock = self._locks.setdefault(etag, anyio.Lock())
+        async with lock:
+            return await anyio.to_thread.run_sync(lambda: self._whole(etag, name, load), limiter=self._limiter)
+
+    def _whole(self, etag: str, name: str, load: Callable[[], bytes | None]) -> bytes | None:
+        data = self._hot.get(etag)
+        if data is None:
+            npz = load()
+            if npz is None:
+                return None
+            data = render(npz, name)
+            self._hot.put(etag, data)
+        return data
+
+
+def _pieces(npz: bytes | None) -> Iterator[bytes] | None:
+    """Return the JSON of an npz in pieces of some `_PIECE_BYTES`, or None when there is none."""
+    return _joined(iter_json(*decode_npz(npz))) if npz is not None else None
+
+
+def _joined(pieces: Iterator[bytes]) -> Iterator[bytes]:
+    waiting: list[bytes] = []
+    size = 0
+    for piece in pieces:
+        waiting.append(piece)
+        size += len(piece)
+        if size >= _PIECE_BYTES:
+            yield b"".join(waiting)
+            waiting, size = [], 0
+    yield b"".join(waiting)

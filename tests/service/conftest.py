@@ -6,7 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator, MutableMapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
 from grazemap_service.app import create_app
+from grazemap_service.connections import bounded
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store, core_version
@@ -65,10 +66,13 @@ def client(serve: Serve) -> TestClient:
 
 
 @contextmanager
-def running(settings: Settings) -> Iterator[str]:
+def running(settings: Settings, **bounds: Any) -> Iterator[str]:
     """A service behind a real socket; gives its base URL."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(create_app(settings), log_config=None, timeout_graceful_shutdown=1))
+        config = uvicorn.Config(
+            create_app(settings), http=bounded(**bounds), log_config=None, timeout_graceful_shutdown=1
+        )
+        server = uvicorn.Server(config)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
         try:
@@ -83,8 +87,22 @@ def running(settings: Settings) -> Iterator[str]:
 
 
 @pytest.fixture
+def live() -> Callable[..., AbstractContextManager[str]]:
+    """`running`, for services of the test's own."""
+    return running
+
+
+@pytest.fixture
 def live_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
     with running(Settings(redis_url=redis_server.url, poll_seconds=0.01)) as url:
+        yield url
+
+
+@pytest.fixture
+def impatient_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
+    """A service that gives a request one second to arrive, and takes 20 connections."""
+    settings = Settings(redis_url=redis_server.url, poll_seconds=0.01)
+    with running(settings, request_seconds=1.0, most_connections=20) as url:
         yield url
 
 

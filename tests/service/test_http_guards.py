@@ -111,6 +111,17 @@ def test_no_origin_is_allowed_unless_set(client: TestClient, serve: Any) -> None
     assert "access-control-allow-origin" not in other.headers
 
 
+def test_a_refused_preflight_is_a_problem(serve: Any) -> None:
+    client = serve(cors_origins="https://app.example")
+    answer = client.options(
+        "/v1/grazing-curves", headers={"Origin": "https://evil.example", "Access-Control-Request-Method": "POST"}
+    )
+    assert answer.status_code == 400
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert "access-control-allow-origin" not in answer.headers
+    assert "evil" not in answer.text
+
+
 def test_answers_are_not_pages(client: TestClient) -> None:
     for path in ("/v1", "/no-such-path", "/openapi.json"):
         headers = client.get(path).headers

@@ -90,7 +90,13 @@ def test_keys_are_documented_where_they_are_asked_for(client: TestClient, serve:
 
 def test_the_guide_lists_every_problem() -> None:
     rows = re.findall(r"^\| `urn:grazemap:problem:([a-z-]+)` \| (\d+) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
-    from_workers = {"computation-refused", "computation-failed", "worker-lost"}
+    from_workers = {
+        "computation-refused",
+        "computation-failed",
+        "computation-too-long",
+        "core-outdated",
+        "worker-lost",
+    }
     listed = {name: int(status) for name, status in rows if name not in from_workers}
     assert listed == {name: kind.status for name, kind in KINDS.items()}
     assert from_workers <= {name for name, _ in rows}

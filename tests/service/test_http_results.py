@@ -111,6 +111,14 @@ def test_results_are_immutable_to_caches(
     assert head.headers.get("content-length", whole.headers["content-length"]) == whole.headers["content-length"]
 
 
+def test_conditions_and_wishes_may_come_in_lines(client: TestClient, finished: tuple[str, bytes]) -> None:
+    path, _ = finished
+    etag = client.get(path).headers["etag"]
+    assert client.get(path, headers=[("If-None-Match", '"other"'), ("If-None-Match", etag)]).status_code == 304
+    answer = client.get(path, headers=[("Accept", "text/html"), ("Accept", NPZ)])
+    assert (answer.status_code, answer.headers["content-type"]) == (200, NPZ)
+
+
 def test_each_form_has_its_own_etag(client: TestClient, finished: tuple[str, bytes]) -> None:
     etags = {client.get(f"{finished[0]}?f={form}").headers["etag"] for form in ("json", "npz")}
     assert len(etags) == 2
@@ -158,6 +166,35 @@ def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
     assert client.get(path).status_code == 409  # on its way
     assert worker.finish(job["id"]) == data
     assert client.get(path, headers={"Accept": NPZ}).content == data
+
+
+def test_nothing_is_computed_for_who_has_it_or_only_looks(client: TestClient, worker: Any) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    path = f"/v1/jobs/{job['id']}/result"
+    worker.finish(job["id"])
+    etag = client.get(path).headers["etag"]
+    for key in worker.store.redis.keys("grazemap:result:*"):
+        worker.store.redis.delete(key)
+    answer = client.get(path, headers={"If-None-Match": etag})
+    assert (answer.status_code, answer.content, answer.headers["etag"]) == (304, b"", etag)
+    head = client.head(path)
+    assert (head.status_code, head.content) == (202, b"")
+    assert worker.store.status(job["id"]) == "successful"
+    assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 202
+    assert worker.store.status(job["id"]) == "accepted"
+
+
+def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> None:
+    etags = set()
+    for numerics in ("one", "other"):
+        job = client.post("/v1/grazing-curves", json=CURVE).json()
+        worker.begin(job["id"])
+        data = encode_npz({"omega": np.zeros(2)}, {"numerics": {"fingerprint": numerics}})
+        assert worker.store.commit_result(job["id"], data, "f00d")
+        etags.add(client.get(f"/v1/jobs/{job['id']}/result").headers["etag"])
+        for key in worker.store.redis.keys("grazemap:result:*"):
+            worker.store.redis.delete(key)
+    assert len(etags) == 2
 
 
 def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store: Store, worker: Any) -> None:

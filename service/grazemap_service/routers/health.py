@@ -63,6 +63,7 @@ async def get_readiness(context: CurrentContext) -> Readiness:
     response_class=Response,
     responses={200: {"description": "Prometheus text format.", "content": {"text/plain": {}}}},
 )
+@router.head("/metrics", include_in_schema=False)
 def get_metrics(context: CurrentContext) -> Response:
     """Give requests, latencies, jobs by status, unfinished tiles and live workers."""
     return Response(context.metrics.render(), headers={"Content-Type": CONTENT_TYPE_LATEST})

@@ -6,11 +6,11 @@ again when it is asked for: 202 and the job.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
 from grazemap.models import FINISHED, Job, Link
@@ -39,8 +39,9 @@ Form = Annotated[
         json_schema_extra={"enum": sorted(MEDIA_TYPES)},
     ),
 ]
-Accept = Annotated[str | None, Header(include_in_schema=False)]
-IfNoneMatch = Annotated[str | None, Header(description="ETags that the client has.")]
+# Lists: what comes in more than one header line is one list (RFC 9110 5.3).
+Accept = Annotated[list[str] | None, Header(include_in_schema=False)]
+IfNoneMatch = Annotated[list[str] | None, Header(description="ETags that the client has.")]
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
 _FORMS: dict[str, Any] = {"application/json": {"schema": {"type": "object"}}, NPZ_TYPE: _BINARY}
 
@@ -84,24 +85,30 @@ async def get_result(
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Give the whole result. That of a failed job is the problem it failed with."""
-    name = negotiate(accept, form)
+    name = negotiate(", ".join(accept or ()), form)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
     if job.status != "successful":
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     info = await run_in_threadpool(context.store.result_info, job.id)
-    if info is None:
-        return await _computed_again(context, job)
-    headers = cache_headers(etag_of(info.etag, name))
-    if is_fresh(if_none_match, headers["ETag"]):
+    # the job remembers the tag of a result that was evicted: who has it needs no other
+    etag = info.etag if info is not None else await run_in_threadpool(context.store.etag, job.id)
+    headers = cache_headers(etag_of(etag or "", name))
+    if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
+    if info is None:
+        if request.method == "HEAD":  # only a GET has it computed again
+            return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
+        return await _computed_again(context, job)
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
-    data = await run_in_threadpool(_rendered, context, headers["ETag"], name, lambda: context.store.result(job.id))
-    if data is None:
+    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: context.store.result(job.id))
+    if content is None:
         return await _computed_again(context, job)
-    return Response(data, media_type=MEDIA_TYPES[name], headers=headers)
+    if isinstance(content, bytes):
+        return Response(content, media_type=MEDIA_TYPES[name], headers=headers)
+    return StreamingResponse(content, media_type=MEDIA_TYPES[name], headers=headers)
 
 
 @router.get(
@@ -110,6 +117,7 @@ async def get_result(
     summary="Finished tiles of a job",
     responses=problem_responses("unknown-job"),
 )
+@router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     """List the tiles that are finished by now; a job of one tile has none, and an assembled map soon forgets its."""
     finished = await run_in_threadpool(context.store.tile_index, job.id)
@@ -142,6 +150,7 @@ async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
         **problem_responses("unknown-job", "unfinished-tile", "not-acceptable"),
     },
 )
+@router.head("/v1/jobs/{job_id}/result/tiles/{index}", include_in_schema=False, response_class=Response)
 async def get_tile(
     job: KnownJob,
     context: CurrentContext,
@@ -150,7 +159,7 @@ async def get_tile(
     accept: Accept = None,
 ) -> Response:
     """Give a finished tile."""
-    name = negotiate(accept, form)
+    name = negotiate(", ".join(accept or ()), form)
     # short: what has more digits is no tile's number
     number = int(index) if index.isascii() and index.isdigit() and len(index) < 10 else -1
     npz = await run_in_threadpool(context.store.tile, job.id, number) if number >= 0 else None
@@ -172,15 +181,3 @@ def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:
     if name != "npz":
         del response.headers["content-length"]
     return response
-
-
-def _rendered(context: Context, etag: str, name: str, load: Callable[[], bytes | None]) -> bytes | None:
-    """Return a representation from memory, else from the store (blocking); None when the store has it no more."""
-    data = context.hot.get(etag)
-    if data is None:
-        npz = load()
-        if npz is None:
-            return None
-        data = render(npz, name)
-        context.hot.put(etag, data)
-    return data

@@ -7,8 +7,10 @@ from pydantic import BaseModel
 
 from grazemap.models import PROCESSES, Link
 from grazemap_service.dependencies import CurrentContext
+from grazemap_service.limits import MOST_TILE_SECONDS
 from grazemap_service.links import PREFIX
 from grazemap_service.settings import VERSION
+from grazemap_worker.store import MOST_RESULT_BYTES
 
 router = APIRouter(tags=["operations"])
 
@@ -30,6 +32,8 @@ class Limits(BaseModel):
     pixels: int
     work_periods: float
     work_seconds: float
+    single_tile_seconds: float
+    result_bytes: int
     trajectory_periods: int
     pending_tiles: int
     wait_seconds: float
@@ -47,6 +51,7 @@ class ServiceDescription(BaseModel):
 
 
 @router.get("/v1", operation_id="get_service", summary="Versions, processes and limits")
+@router.head("/v1", include_in_schema=False)
 async def get_service(context: CurrentContext) -> ServiceDescription:
     """Describe the service."""
     settings = context.settings
@@ -67,6 +72,8 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
             pixels=settings.max_pixels,
             work_periods=settings.max_work,
             work_seconds=settings.max_seconds,
+            single_tile_seconds=min(settings.max_seconds, MOST_TILE_SECONDS),
+            result_bytes=MOST_RESULT_BYTES,
             trajectory_periods=settings.max_tile_periods,
             pending_tiles=settings.max_pending_tiles,
             wait_seconds=settings.max_wait_seconds,

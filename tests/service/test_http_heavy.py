@@ -1,0 +1,158 @@
+"""Large questions, large results, slow clients: the service goes on answering, and its memory is bounded."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx2
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+from grazemap.codec import encode_npz
+from grazemap_service import representations
+from grazemap_worker.store import Store
+
+CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+
+
+def long_list(number: int) -> dict[str, Any]:
+    return {"omega": [number + 1.0 + place / 4096 for place in range(4000)]}
+
+
+def test_lists_of_jobs_leave_out_long_requests(client: TestClient) -> None:
+    for number in range(5):
+        assert client.post("/v1/grazing-curves", json=long_list(number)).status_code == 201
+    short = client.post("/v1/grazing-curves", json=CURVE).json()
+    answer = client.get("/v1/jobs")
+    assert len(answer.content) < 12_000
+    jobs = answer.json()["jobs"]
+    assert [job["request"] is None for job in jobs] == [False, True, True, True, True, True]
+    assert jobs[0] == short
+    assert len(client.get(f"/v1/jobs/{jobs[1]['id']}").json()["request"]["omega"]) == 4000
+
+
+def test_an_event_stream_does_not_read_the_question_again_and_again(
+    serve: Any, worker: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = serve()
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    reads = []
+    whole = Store.job
+    monkeypatch.setattr(Store, "job", lambda self, identity: reads.append(identity) or whole(self, identity))
+    finisher = threading.Thread(target=lambda: (time.sleep(0.5), worker.finish(job["id"])))
+    finisher.start()
+    assert "event: done" in client.get(f"/v1/jobs/{job['id']}/events").text
+    finisher.join()
+    assert len(reads) == 1
+
+
+def test_one_rendering_serves_all_who_ask_at_once(
+    client: TestClient, worker: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    worker.finish(job["id"])
+    rendered = []
+    render = representations.render
+
+    def slow(npz: bytes, name: str) -> bytes:
+        rendered.append(name)
+        time.sleep(0.1)
+        return render(npz, name)
+
+    monkeypatch.setattr(representations, "render", slow)
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(lambda _: client.get(f"/v1/jobs/{job['id']}/result"), range(8)))
+    assert {answer.status_code for answer in answers} == {200}
+    assert len({answer.content for answer in answers}) == 1
+    assert rendered == ["json"]
+
+
+def test_a_large_result_is_streamed_as_json(client: TestClient, worker: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    path = f"/v1/jobs/{job['id']}/result"
+    worker.finish(job["id"], {"omega": np.random.default_rng(1).random(20_000)})
+    small = client.get(path)
+    assert "content-length" in small.headers
+    monkeypatch.setattr(representations, "STREAMED_BYTES", 10_000)
+    client.app.state.context.hot.clear()  # type: ignore[attr-defined]
+    large = client.get(path)
+    assert "content-length" not in large.headers
+    assert large.content == small.content
+    assert large.headers["etag"] == small.headers["etag"]
+    assert client.get(path, headers={"If-None-Match": large.headers["etag"]}).status_code == 304
+
+
+def test_looking_at_a_result_keeps_it(client: TestClient, worker: Any) -> None:
+    small = Store(worker.store.redis, result_bytes=2500)
+    ids = []
+    for points in (5, 6, 7):
+        body = {"omega": {"start": 0.1, "stop": 1.0, "points": points}}
+        ids.append(client.post("/v1/grazing-curves", json=body).json()["id"])
+    data = [encode_npz({"omega": np.random.default_rng(seed).random(100)}, {}) for seed in range(3)]
+    assert 2500 / 3 < min(map(len, data)) <= max(map(len, data)) < 2500 / 2
+
+    def finish(place: int) -> None:
+        worker.begin(ids[place])
+        assert small.commit_result(ids[place], data[place], "f00d")
+
+    finish(0)
+    finish(1)
+    etag = client.get(f"/v1/jobs/{ids[0]}/result").headers["etag"]
+    assert client.get(f"/v1/jobs/{ids[1]}/result").status_code == 200
+    # from now on only a condition, a HEAD or the service's own copy: still it is used
+    assert client.get(f"/v1/jobs/{ids[0]}/result", headers={"If-None-Match": etag}).status_code == 304
+    finish(2)
+    assert [small.result(identity) is not None for identity in ids] == [True, False, True]
+
+
+def connect_to(url: str) -> socket.socket:
+    address = urlsplit(url)
+    return socket.create_connection((address.hostname or "", address.port or 80), timeout=10)
+
+
+def test_a_request_that_does_not_end_is_closed(impatient_url: str) -> None:
+    line = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+    post = b"POST /v1/grazing-curves HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+    pieces = [b"", line, post + b"Content-Length: 100\r\n\r\n{"]
+    connections = [connect_to(impatient_url) for _ in pieces]
+    began = time.monotonic()
+    for connection, piece in zip(connections, pieces, strict=True):
+        connection.sendall(piece)
+    for connection in connections:
+        with connection:
+            while connection.recv(65536):
+                pass
+    assert 0.5 < time.monotonic() - began < 4
+
+
+def test_a_slow_answer_is_not_an_unfinished_request(impatient_url: str) -> None:
+    with httpx2.Client(base_url=impatient_url, timeout=20) as kept:
+        assert kept.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=2"}).status_code == 201
+        for _ in range(4):  # one connection, longer than one request may take
+            assert kept.get("/healthz").status_code == 200
+            time.sleep(0.4)
+
+
+def test_connections_over_the_limit_are_closed_at_once(impatient_url: str) -> None:
+    idle = [connect_to(impatient_url) for _ in range(30)]
+    time.sleep(0.3)
+    closed = 0
+    for connection in idle:
+        connection.setblocking(False)
+        try:
+            closed += connection.recv(1) == b""
+        except BlockingIOError:
+            continue
+        except ConnectionResetError:
+            closed += 1
+    assert closed == 10
+    for connection in idle:
+        connection.close()
+    time.sleep(0.2)
+    assert httpx2.get(f"{impatient_url}/healthz").status_code == 200
