@@ -21,7 +21,7 @@ from rq.serializers import JSONSerializer
 from rq.utils import as_text
 from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
-from grazemap_worker.store.keys import ASSEMBLY, queue_name
+from grazemap_worker.store.keys import ASSEMBLY, PREFIX, QUEUE_PREFIX, queue_name
 
 RUN_TILE = "grazemap_worker.tasks.run_tile"
 # A tile takes seconds; a long trajectory or a huge curve is one tile. Over this something hangs.
@@ -73,7 +73,7 @@ def _may_overtake(connection: Redis, target: Queue) -> bool:
     it is taken, so that each entry is reached. (Two that ask at once may go before it both: this is no promise.)
     """
     redis: Any = connection  # redis-py's types are those of bytes and of text at once
-    noted = target.key + ":overtaken"
+    noted = _overtaken_key(target)
     head = redis.lrange(target.key, 0, 2 * MOST_OVERTAKING)
     overtaken, count = redis.hmget(noted, "entry", "count")
     if not head:
@@ -85,6 +85,10 @@ def _may_overtake(connection: Redis, target: Queue) -> bool:
         return False
     redis.hincrby(noted, "count", 1)
     return True
+
+
+def _overtaken_key(target: Queue) -> str:
+    return f"{target.key}:overtaken"
 
 
 def queued(redis: Redis, fingerprint: str) -> set[tuple[str, int]]:
@@ -157,6 +161,39 @@ def sweep(connection: Redis, fingerprint: str) -> None:
             drop(redis, entry, fingerprint)
     if fresh := dict.fromkeys(taken - seen.keys(), now):
         redis.zadd(seen_key, fresh, nx=True)
+    _sweep_queues(connection, fingerprint)
+
+
+def _sweep_queues(connection: Redis, fingerprint: str) -> None:
+    """Remove what names workers that are gone, and the queues of numerics that nobody has had for a while."""
+    redis: Any = connection
+    known = {as_text(name) for name in redis.smembers(Queue.redis_queues_keys)}
+    prefix = Queue.redis_queue_namespace_prefix + QUEUE_PREFIX
+    ours = {fingerprint, *(name.removeprefix(prefix) for name in known if name.startswith(prefix))}
+    for found in sorted(ours):
+        members = WORKERS_BY_QUEUE_KEY % queue_name(found)
+        _remove_gone(redis, members)
+        if found == fingerprint or redis.exists(f"{PREFIX}fingerprint:{found}"):
+            continue
+        target = queue(connection, found)
+        seen = target.intermediate_queue_key + ":seen"
+        for entry in redis.lrange(target.intermediate_queue_key, 0, -1):
+            redis.delete(Job.key_for(as_text(entry)))
+        registries = (target.started_job_registry.key, target.failed_job_registry.key)
+        redis.delete(target.intermediate_queue_key, seen, _overtaken_key(target), members, *registries)
+        target.delete()
+    _remove_gone(redis, Worker.redis_workers_keys)
+
+
+def _remove_gone(redis: Any, members: str) -> None:
+    """Remove from a set of names of keys those that are not there."""
+    names = list(redis.smembers(members))
+    pipeline = redis.pipeline(transaction=False)
+    for name in names:
+        pipeline.exists(name)
+    gone = [name for name, there in zip(names, pipeline.execute(), strict=True) if not there]
+    if gone:
+        redis.srem(members, *gone)
 
 
 def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:

@@ -116,8 +116,7 @@ def _compute(claim: Claim, context: Context) -> int:
 
 def _finished_tiles(claim: Claim, store: Store) -> list[Document]:
     documents = []
-    for index in range(claim.plan.count):
-        data = store.tile(claim.job_id, index)
+    for index, data in enumerate(store.tiles(claim.job_id, range(claim.plan.count))):
         if data is None:
             raise LookupError(f"tile {index} is not there")
         documents.append(decode_npz(data)[0])

@@ -6,7 +6,7 @@ All keys share one prefix, so that a Redis can hold other things beside grazemap
     job:<id>:tiles      hash: tile number -> bytes of the finished tile
     job:<id>:claims     hash: tile number -> "holder|seconds since the epoch"
     job:<id>:failures   hash: "<tile>:<kind>" -> how often
-    job:<id>:events     stream: progress, tile, done
+    job:<id>:events     stream: progress, tile, done; goes an hour after the job's end
     records:bytes       number: length of the requests in all records
     jobs, status:<s>    sorted sets of ids by sequence number, all of them and one per status
     unfinished          hash: id -> tiles that remain, of accepted and running jobs

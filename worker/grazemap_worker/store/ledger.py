@@ -7,7 +7,8 @@ same tile finds it claimed or done.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 
 from grazemap.models import Estimate, parse_request
 from grazemap_worker.store.jobs import JobStore
@@ -26,6 +27,7 @@ from grazemap_worker.store.problems import failure_problem, outdated_problem
 from grazemap_worker.store.records import Claim, FailureKind, ResultTooLarge, Verdict
 
 _JOBS_A_SCRIPT = 500
+_TILES_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST, "timeout": 1}
 
 
@@ -174,6 +176,12 @@ class LedgerStore(JobStore):
         """Return the npz bytes of a finished tile, or None."""
         data: bytes | None = self._redis.hget(job_key(identity, "tiles"), str(index))
         return data
+
+    def tiles(self, identity: str, indices: Iterable[int]) -> Iterator[bytes | None]:
+        """Yield the npz bytes of finished tiles, or None, some of them read at a time."""
+        numbers = iter(indices)
+        while some := [str(index) for index in islice(numbers, _TILES_A_STEP)]:
+            yield from self._redis.hmget(job_key(identity, "tiles"), some)
 
     def plan_of(self, identity: str) -> Plan | None:
         """Return how a job is cut into tiles, or None when there is no such job."""

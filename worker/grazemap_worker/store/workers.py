@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED
@@ -43,10 +44,15 @@ class WorkerStore:
         answer = self._scripts.run("workers")
         pairs = zip(answer[::2], answer[1::2], strict=True)
         return sorted(
-            (WorkerInfo(name=name.decode(), **json.loads(description)) for name, description in pairs),
+            (_worker(name.decode(), json.loads(description)) for name, description in pairs),
             key=lambda worker: worker.name,
         )
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
         """Return whether `holder` has a role that one process has at a time; it keeps it by asking again in time."""
         return bool(self._scripts.run("lead", role, holder, round(1000 * seconds)))
+
+
+def _worker(name: str, description: Mapping[str, str]) -> WorkerInfo:
+    # by field: another release may say more
+    return WorkerInfo(name, description["fingerprint"], description["core_version"])

@@ -9,18 +9,18 @@ local name = result_key(id)
 if redis.call('EXISTS', name) == 1 then
   drop_result(name)
 end
-redis.call('SET', name, ARGV[3])
-redis.call('ZADD', key('results'), redis.call('INCR', key('clock')), name)
-redis.call('HSET', key('results', 'sizes'), name, size)
-local bytes = redis.call('INCRBY', key('results', 'bytes'), size)
-while bytes > tonumber(ARGV[6]) do
+-- Room is made first, so that Redis never holds more than the budget.
+while tonumber(redis.call('GET', key('results', 'bytes')) or 0) + size > tonumber(ARGV[6]) do
   local oldest = redis.call('ZRANGE', key('results'), 0, 0)[1]
-  if oldest == name then
+  if not oldest then
     break
   end
   drop_result(oldest)
-  bytes = tonumber(redis.call('GET', key('results', 'bytes')))
 end
+redis.call('SET', name, ARGV[3])
+redis.call('ZADD', key('results'), redis.call('INCR', key('clock')), name)
+redis.call('HSET', key('results', 'sizes'), name, size)
+redis.call('INCRBY', key('results', 'bytes'), size)
 local total = number(id, 'total')
 redis.call('HSET', key('job', id), 'size', size, 'etag', ARGV[5], 'done', total)
 if get(id, 'unit') == 'steps' then

@@ -2,6 +2,9 @@
 -- of them (no cluster). A job is "unfinished" while it is accepted or running.
 local prefix = ARGV[1]
 
+-- Seconds for which the events of a job that is over are there; who follows it later is told its end by the record.
+local EVENTS_KEPT = 3600
+
 local function key(...)
   return prefix .. table.concat({ ... }, ':')
 end
@@ -118,4 +121,5 @@ local function finish(id, status, tile_ttl)
     redis.call('EXPIRE', key('job', id, 'tiles'), tile_ttl)
   end
   event(id, 'done', cjson.encode({ status = status }))
+  redis.call('EXPIRE', key('job', id, 'events'), EVENTS_KEPT)
 end
