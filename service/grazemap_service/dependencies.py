@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Annotated, Any, TypeVar
 
+import anyio
+import anyio.to_thread
 from fastapi import Depends, Path, Request
-from fastapi.concurrency import run_in_threadpool
 
 from grazemap.models import Job
 from grazemap_service.logs import bind_job
@@ -17,6 +20,8 @@ from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
 
+Answer = TypeVar("Answer")
+_STORE_THREADS = 40
 _JOB_ID = re.compile(r"[0-9a-f]{64}")
 
 
@@ -30,6 +35,12 @@ class Context:
     metrics: Metrics
     hot: HotResults
     renderings: Renderings
+    # of its own: threads that wait for a Redis that hangs keep no page waiting
+    threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))
+
+    async def ask(self, call: Callable[..., Answer], *arguments: Any) -> Answer:
+        """Return what a call that asks the store returns, from a thread."""
+        return await anyio.to_thread.run_sync(partial(call, *arguments), limiter=self.threads)
 
 
 async def get_context(request: Request) -> Context:
@@ -45,7 +56,7 @@ async def known_job(
     job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")], context: CurrentContext
 ) -> Job:
     """Return the job that the path names. Raises ProblemException "unknown-job"."""
-    job = await run_in_threadpool(context.store.job, job_id) if _JOB_ID.fullmatch(job_id) else None
+    job = await context.ask(context.store.job, job_id) if _JOB_ID.fullmatch(job_id) else None
     if job is None:
         raise ProblemException("unknown-job")
     bind_job(job.id)

@@ -13,7 +13,6 @@ from typing import Annotated
 import anyio
 import redis.exceptions
 from fastapi import Depends, Header
-from fastapi.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from grazemap.models import FINISHED, Job, ProcessRequest, Status, parse_request
@@ -50,7 +49,7 @@ class Submission:
         QueueFull
             Too many tiles wait.
         """
-        job, created = await run_in_threadpool(submit, self.context, process, request)
+        job, created = await self.context.ask(submit, self.context, process, request)
         headers = {}
         if self.wait is not None:
             job = await self._finished(job, self.wait)
@@ -64,10 +63,10 @@ class Submission:
         while status is not None and status not in FINISHED and time.monotonic() < deadline:
             await anyio.sleep(self.context.settings.poll_seconds)
             # the status alone: a question may be a megabyte long
-            status = await run_in_threadpool(self.context.store.status, job.id)
+            status = await self.context.ask(self.context.store.status, job.id)
         if status == job.status:
             return job
-        return await run_in_threadpool(self.context.store.job, job.id) or job
+        return await self.context.ask(self.context.store.job, job.id) or job
 
 
 NewSubmission = Annotated[Submission, Depends()]

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -22,7 +23,7 @@ from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
 from grazemap_service.redis_server import RedisServer
-from grazemap_worker.store import Store
+from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
@@ -92,7 +93,9 @@ def test_every_address_that_can_be_read_can_be_looked_at(client: TestClient, wor
     assert client.head("/v1/jobs/" + "0" * 64 + "/events").status_code == 404
 
 
-@pytest.mark.parametrize("code", ["MISCONF", "OOM", "LOADING", "READONLY", "BUSY", "ERR Error running script: @x:1: -OOM"])
+@pytest.mark.parametrize(
+    "code", ["MISCONF", "OOM", "LOADING", "READONLY", "BUSY", "ERR Error running script: @x:1: -OOM"]
+)
 def test_a_redis_that_takes_nothing_is_503(client: TestClient, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError(f"{code} of some reason")
@@ -123,6 +126,22 @@ def test_a_redis_that_hangs_is_503_soon(serve: Any, own_redis_server: RedisServe
     finally:
         os.kill(own_redis_server.pid, signal.SIGCONT)
     assert answer.status_code == 503
+
+
+def test_a_redis_that_hangs_keeps_no_page_waiting(live: Any, own_redis_server: RedisServer) -> None:
+    with live(Settings(redis_url=own_redis_server.url)) as url, ThreadPoolExecutor(120) as pool:
+        httpx2.get(f"{url}/v1/jobs")
+        assert own_redis_server.pid is not None
+        os.kill(own_redis_server.pid, signal.SIGSTOP)
+        try:
+            waiting = [pool.submit(httpx2.get, f"{url}/v1/jobs", timeout=30) for _ in range(120)]
+            time.sleep(0.5)
+            began = time.monotonic()
+            assert httpx2.get(f"{url}/docs", timeout=30).status_code == 200
+            assert time.monotonic() - began < 0.8
+            assert {future.result().status_code for future in waiting} == {503}
+        finally:
+            os.kill(own_redis_server.pid, signal.SIGCONT)
 
 
 def test_redis_may_go_and_come_back(serve: Any, own_redis_server: RedisServer) -> None:

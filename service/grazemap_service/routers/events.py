@@ -9,7 +9,6 @@ from typing import Annotated
 import anyio
 import redis.exceptions
 from fastapi import APIRouter, Depends, Header, Response
-from fastapi.concurrency import run_in_threadpool
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from grazemap.models import FINISHED, ProblemError
@@ -66,8 +65,8 @@ async def get_events(
     while True:
         try:
             # the state is read before the events: an end that is seen has its event in what is read next
-            status = await run_in_threadpool(store.status, job.id)
-            events = await run_in_threadpool(store.events, job.id, after)
+            status = await context.ask(store.status, job.id)
+            events = await context.ask(store.events, job.id, after)
         except redis.exceptions.RedisError:
             get_logger().warning("events wait for the store", exc_info=True)
             await anyio.sleep(_AWAY_SECONDS)

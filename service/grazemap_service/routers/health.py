@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
-from fastapi.concurrency import run_in_threadpool
 from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel
 
@@ -47,9 +46,7 @@ async def get_health() -> Health:
 async def get_readiness(context: CurrentContext) -> Readiness:
     """Answer 200 when Redis answers and at least one worker of this release is alive."""
     workers = [
-        worker
-        for worker in await run_in_threadpool(context.store.workers)
-        if worker.core_version == context.core_version
+        worker for worker in await context.ask(context.store.workers) if worker.core_version == context.core_version
     ]
     if not workers:
         raise ProblemException("not-ready", headers={"Retry-After": str(_RETRY_SECONDS)})

@@ -6,7 +6,6 @@ from typing import Annotated
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Response
-from fastapi.concurrency import run_in_threadpool
 
 from grazemap.models import PROCESSES, Job, JobList, Link, ProblemError, Status
 from grazemap_service.dependencies import CurrentContext, KnownJob
@@ -46,7 +45,7 @@ async def list_jobs(
         return page.model_dump_json().encode()
 
     try:
-        text = await run_in_threadpool(listed)
+        text = await context.ask(listed)
     except ValueError as error:
         raise _refused("?cursor", "Not a cursor", "the link `next` of a page") from error
     return Response(text, media_type="application/json", headers={"Cache-Control": "no-store"})
@@ -92,7 +91,7 @@ async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
             queueing.cancel(context.store.redis, job.id, fingerprint)
         return dismissed
 
-    dismissed = await run_in_threadpool(dismiss)
+    dismissed = await context.ask(dismiss)
     return job_response(dismissed or job, 200)
 
 

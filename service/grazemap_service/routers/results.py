@@ -90,9 +90,9 @@ async def get_result(
         return problem_response(job.problem)
     if job.status != "successful":
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
-    info = await run_in_threadpool(context.store.result_info, job.id)
+    info = await context.ask(context.store.result_info, job.id)
     # the job remembers the tag of a result that was evicted: who has it needs no other
-    etag = info.etag if info is not None else await run_in_threadpool(context.store.etag, job.id)
+    etag = info.etag if info is not None else await context.ask(context.store.etag, job.id)
     headers = cache_headers(etag_of(etag or "", name))
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
@@ -120,8 +120,8 @@ async def get_result(
 @router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     """List the tiles that are finished by now; a job of one tile has none, and an assembled map soon forgets its."""
-    finished = await run_in_threadpool(context.store.tile_index, job.id)
-    plan = await run_in_threadpool(context.store.plan_of, job.id)
+    finished = await context.ask(context.store.tile_index, job.id)
+    plan = await context.ask(context.store.plan_of, job.id)
     if plan is None:
         raise ProblemException("unknown-job")
     path = f"{job_path(job.id)}/result/tiles"
@@ -162,7 +162,7 @@ async def get_tile(
     name = negotiate(", ".join(accept or ()), form)
     # short: what has more digits is no tile's number
     number = int(index) if index.isascii() and index.isdigit() and len(index) < 10 else -1
-    npz = await run_in_threadpool(context.store.tile, job.id, number) if number >= 0 else None
+    npz = await context.ask(context.store.tile, job.id, number) if number >= 0 else None
     if npz is None:
         raise ProblemException("unfinished-tile")
     data = await run_in_threadpool(render, npz, name)
@@ -170,7 +170,7 @@ async def get_tile(
 
 
 async def _computed_again(context: Context, job: Job) -> Response:
-    return job_response(await run_in_threadpool(submit_again, context, job), 202)
+    return job_response(await context.ask(submit_again, context, job), 202)
 
 
 def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:
