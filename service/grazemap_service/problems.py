@@ -22,7 +22,8 @@ from starlette.routing import Match
 
 from grazemap.invalid import errors_of
 from grazemap.models import PROCESSES, Problem, ProblemError
-from grazemap_worker.store import QueueFull, is_away
+from grazemap_service.logs import get_logger
+from grazemap_worker.store import QueueFull, is_away, trouble
 
 MEDIA_TYPE = "application/problem+json"
 TYPE_PREFIX = "urn:grazemap:problem:"
@@ -174,4 +175,6 @@ async def _store_away(request: Request, exception: Exception) -> Response:
     assert isinstance(exception, redis.exceptions.RedisError)
     if not is_away(exception):
         raise exception
+    if isinstance(exception, redis.exceptions.AuthenticationError):
+        get_logger().error(trouble(exception))
     return problem_response(make_problem("store-unavailable"), headers={"Retry-After": str(STORE_RETRY_SECONDS)})

@@ -106,6 +106,17 @@ def test_a_redis_that_takes_nothing_is_503(client: TestClient, monkeypatch: pyte
     assert answer.json()["type"] == "urn:grazemap:problem:store-unavailable"
 
 
+def test_a_redis_that_refuses_the_password_is_said_so_in_the_log(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, logs: list[Any]
+) -> None:
+    def refuse(*_: object) -> None:
+        raise redis.exceptions.AuthenticationError("WRONGPASS")
+
+    monkeypatch.setattr(client.app.state.context.store, "submit", refuse)  # type: ignore[attr-defined]
+    assert client.post("/v1/grazing-curves", json=CURVE).status_code == 503
+    assert "Redis refuses the password" in [entry["event"] for entry in logs]
+
+
 def test_another_error_of_redis_is_ours(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError("WRONGTYPE Operation against a key holding the wrong kind of value")
