@@ -129,3 +129,12 @@ def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pyte
     store.remove_worker("dead")
     Reconciler(store, Numerics("0", "0", "0", "0", "planted", "f"), "me").reconcile()
     assert queueing.queued(store.redis, "f") == {(job.id, 0)}
+
+
+def test_a_round_ends_when_its_time_is_over(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grazemap_worker.reconciler.core_version", lambda: "1")
+    monkeypatch.setattr("grazemap_worker.reconciler.ROUND_SECONDS", 0.0)
+    for number in range(3):
+        submit(store, number)
+    reconciler = Reconciler(store, Numerics("0", "0", "0", "0", "planted", "f"), "me")
+    assert [reconciler.reconcile() for _ in range(4)] == [1, 1, 1, 0]

@@ -6,6 +6,7 @@ jobs that were submitted while no worker was there, and queues every tile that i
 
 from __future__ import annotations
 
+import time
 from collections import Counter, defaultdict
 
 import structlog
@@ -15,9 +16,10 @@ from grazemap_worker.numerics import Numerics
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
-# Jobs that a round looks at, about: a long backlog is toured in several rounds, so that none keeps Redis or a signal
-# waiting.
+# Jobs that a round looks at, about, and the time after which it queues no more: a long backlog is toured in several
+# rounds, so that none keeps Redis or a signal waiting.
 JOBS_A_ROUND = 1000
+ROUND_SECONDS = 0.5
 _LEAD_SECONDS = 4.0
 
 
@@ -36,6 +38,7 @@ class Reconciler:
         if not store.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
             return 0
         queued = 0
+        deadline = time.monotonic() + ROUND_SECONDS
         for job_id, tile, holder in store.lost_claims():
             verdict = store.record_failure(job_id, tile, "lost", "lease ran out", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
@@ -54,6 +57,8 @@ class Reconciler:
         for job_id, tiles in missing.items():
             room = max(0, queueing.QUEUED_AHEAD - per_job[job_id])
             queued += queueing.enqueue(store.redis, job_id, tiles[:room], self._fingerprint)
+            if time.monotonic() > deadline:
+                break
         if queued:
             # DEBUG: also a tile that a worker has taken and not yet claimed, and the next piece of a long map
             log.debug("tiles queued again", tiles=queued, jobs=len(missing))
