@@ -12,7 +12,7 @@ from typing import Annotated
 
 import anyio
 import redis.exceptions
-from fastapi import Depends, Header
+from fastapi import Depends, Header, Request
 from starlette.responses import Response
 
 from grazemap.models import FINISHED, Job, ProcessRequest, Status, parse_request
@@ -31,13 +31,15 @@ class Submission:
     def __init__(
         self,
         context: CurrentContext,
+        request: Request,
         prefer: Annotated[
-            list[str] | None,
+            str | None,
             Header(description="`wait=5` lets the answer wait up to 5 seconds (30 at most) for the end."),
         ] = None,
     ) -> None:
         self.context = context
-        self.wait = _waiting_time(", ".join(prefer or ()), context.settings.max_wait_seconds)
+        # the parameter is for the OpenAPI document, where a list would be a form of its own; the header may be repeated
+        self.wait = _waiting_time(", ".join(request.headers.getlist("prefer")), context.settings.max_wait_seconds)
 
     async def post(self, process: str, request: ProcessRequest) -> Response:
         """Return 201 and the new job, or 200 and the one that is there already.

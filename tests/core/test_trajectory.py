@@ -128,8 +128,11 @@ def test_si_and_nondimensional_descriptions_agree() -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    x=st.floats(-0.99, 0.99), v=st.floats(-2, 2), damping=st.just(0.0) | st.floats(1e-6, 0.4), restitution=st.floats(0.05, 1.0),
-)  # fmt: skip
+    x=st.floats(-0.99, 0.99),
+    v=st.floats(-2, 2),
+    damping=st.just(0.0) | st.floats(1e-6, 0.4),
+    restitution=st.floats(0.05, 1.0),
+)
 def test_energy_never_rises_without_forcing(x: float, v: float, damping: float, restitution: float) -> None:
     oscillator = Oscillator.create([1.0, 2.0], [1.0, 3.0], damping, [0.0, 0.0], restitution)
     result = trajectory(oscillator, 1.0, 1.0, np.array([x, 0.3]), np.array([v, 0.0]), periods=5, samples_per_period=64)
