@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
+from grazemap_core.held_problem import HeldModel, held_model, held_problem
 from grazemap_core.kernels.block_flow import block_flow
 from grazemap_core.kernels.cells import CellProblem
-from grazemap_core.modal import ModalModel
+from grazemap_core.kernels.held import HeldProblem
+from grazemap_core.modal import ModalModel, modal_model
+from grazemap_core.oscillator import Oscillator
 from grazemap_core.tolerances import CELL_REACH, LEAST_CELLS
 
 MOST_CELLS = 200_000
@@ -18,43 +22,52 @@ MOST_CELLS = 200_000
 trajectory costs some 10 ms there, a point of a map with a thousand periods some 10 s."""
 
 
-def cells_per_period(model: ModalModel, omega: float) -> int:
-    """Return the even number of cells that one forcing period is cut into.
+def trajectory_models(oscillator: Oscillator) -> HeldModel:
+    """Return the modal models that a trajectory needs: of the whole chain, and of what moves while mass 1 rests."""
+    return held_model(oscillator, modal_model(oscillator))
+
+
+def cells_per_period(models: Sequence[ModalModel], omega: float) -> int:
+    """Return the even number of cells that one forcing period is cut into, short against every exponent of the models.
 
     Raises
     ------
     ParameterError
         The fastest exponent is so much larger than omega that a period would need more than MOST_CELLS cells.
     """
-    fastest = np.where(
-        model.discriminant < 0.0,
-        model.decay + np.sqrt(np.maximum(-model.discriminant, 0.0)),
-        np.sqrt(model.frequency_squared),
-    )
-    needed = 2.0 * math.pi * max(1.0, float(np.max(fastest)) / omega) / CELL_REACH
+    fastest = 0.0
+    for model in models:
+        exponents = np.where(
+            model.discriminant < 0.0,
+            model.decay + np.sqrt(np.maximum(-model.discriminant, 0.0)),
+            np.sqrt(model.frequency_squared),
+        )
+        fastest = max(fastest, float(np.max(exponents)))
+    needed = 2.0 * math.pi * max(1.0, fastest / omega) / CELL_REACH
     if not needed <= MOST_CELLS:
         raise ParameterError("omega", f"must be greater than the fastest exponent of the chain / {MOST_CELLS // 6}")
     return 2 * math.ceil(max(needed, LEAST_CELLS) / 2)
 
 
 def cell_problem(
-    model: ModalModel, steady: NDArray[np.complex128], omega: float, restitution: float, phase: float = 0.0
-) -> CellProblem:
-    """Return the kernels' view of a model forced at one frequency.
+    models: HeldModel, steady: NDArray[np.complex128], omega: float, phase: float = 0.0
+) -> tuple[CellProblem, HeldProblem]:
+    """Return the kernels' views of an oscillator forced at one frequency: on its way, and with mass 1 at rest.
 
     Parameters
     ----------
-    model : ModalModel
+    models : HeldModel
+        As `trajectory_models` returns it.
     steady : complex, shape (N,)
         Steady response of every mass: its motion is ``Im(steady exp(i (omega t + phase)))``.
     omega : float
         Forcing frequency.
-    restitution : float
     phase : float
         Forcing phase at t = 0.
     """
+    model = models.free
     count = model.size
-    cells = cells_per_period(model, omega)
+    cells = cells_per_period([model] if models.held is None else [model, models.held], omega)
     step = 2.0 * math.pi / omega / cells
     frequency = np.sqrt(model.frequency_squared)
     a, b = model.shape[0, :, 0], model.shape[0, :, 1]
@@ -73,7 +86,7 @@ def cell_problem(
     angles = 2.0 * math.pi * np.arange(cells // 2) / cells
     half = steady[0] * np.exp(1j * phase) * np.exp(1j * angles)
     gain = np.concatenate([half, -half, half[:1]])
-    return CellProblem(
+    problem = CellProblem(
         decay=np.ascontiguousarray(model.decay),
         discriminant=np.ascontiguousarray(model.discriminant),
         frequency_squared=np.ascontiguousarray(model.frequency_squared),
@@ -88,10 +101,11 @@ def cell_problem(
         steady_bound=float(abs(steady[0])),
         omega=float(omega),
         step=step,
-        restitution=float(restitution),
+        restitution=models.oscillator.restitution,
         cells=cells,
         damped=not bool(np.any(model.undamped)),
     )
+    return problem, held_problem(models, steady, omega, cells, phase)
 
 
 def free_state(

@@ -10,11 +10,12 @@ its backward error is relative to the fastest exponent).
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lapack, schur
+from scipy.linalg import lapack, schur, solve_triangular
 
+from grazemap_core.chain import Chain
 from grazemap_core.errors import ConditioningError
 from grazemap_core.modal_refinement import Blocks, refine
-from grazemap_core.oscillator import Floats, Oscillator
+from grazemap_core.oscillator import Floats
 from grazemap_core.tolerances import MODAL_CONDITION_LIMIT
 
 Pairs = list[tuple[int, int]]
@@ -25,7 +26,7 @@ _NEARLY_DEFECTIVE = (
 )
 
 
-def link_blocks(oscillator: Oscillator) -> Blocks:
+def link_blocks(chain: Chain) -> Blocks:
     """Return the blocks of a chain that is damped link by link.
 
     Raises
@@ -33,13 +34,13 @@ def link_blocks(oscillator: Oscillator) -> Blocks:
     ConditioningError
         Two blocks are nearly defective together.
     """
-    weights = np.sqrt(np.concatenate((oscillator.stiffnesses, oscillator.masses)))
-    matrix = _energy_matrix(oscillator)
+    to_columns = _from_energy(chain)
+    matrix = _energy_matrix(chain)
     triangular, basis = schur(matrix, output="real")
     best: Blocks | None = None
     for pairs in _pairings(matrix, triangular):
-        start = _initial(triangular, basis, pairs, weights)
-        blocks = refine(oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, *start)
+        start = _initial(triangular, basis, pairs, to_columns)
+        blocks = refine(chain, *start)
         if best is None or blocks.conditioning < best.conditioning:
             best = blocks
         if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
@@ -49,14 +50,36 @@ def link_blocks(oscillator: Oscillator) -> Blocks:
     return best
 
 
-def _energy_matrix(oscillator: Oscillator) -> Floats:
-    """Return A of ``z' = A z``, where z holds ``sqrt(k_i) (x_i - x_{i+1})`` and ``sqrt(m_i) v_i``; shape (2N, 2N)."""
-    mass, stiffness = oscillator.masses, oscillator.stiffnesses
-    bidiagonal = np.diag(np.sqrt(stiffness / mass)) - np.diag(np.sqrt(stiffness[:-1] / mass[1:]), 1)
-    ratios = oscillator.link_damping / stiffness
-    return np.block(
-        [[np.zeros_like(bidiagonal), bidiagonal], [-bidiagonal.T, -bidiagonal.T @ (ratios[:, None] * bidiagonal)]]
-    )
+def chain_elongations(displacement: Floats) -> Floats:
+    """Return ``x_i - x_{i+1}`` of every column of displacements, the last mass against ground; shape as given."""
+    elongation = displacement.copy()
+    elongation[:-1] -= displacement[1:]
+    return elongation
+
+
+def _energy_matrix(chain: Chain) -> Floats:
+    """Return A of ``z' = A z``, where z holds ``U M^1/2 x`` and ``M^1/2 v``; shape (2N, 2N).
+
+    U is the chain's `square_root`. Without a wall the first half is ``sqrt(k_i) (x_i - x_{i+1})``.
+    """
+    root, links = chain.square_root(), chain.bidiagonal()
+    ratios = chain.link_damping / chain.stiffnesses
+    if chain.wall_stiffness > 0.0:
+        ratios = np.concatenate(([chain.wall_damping / chain.wall_stiffness], ratios))
+    return np.block([[np.zeros_like(root), root], [-root.T, -links.T @ (ratios[:, None] * links)]])
+
+
+def _from_energy(chain: Chain) -> Floats:
+    """Return the matrix that takes z to elongations ``x_i - x_{i+1}`` and velocities; shape (2N, 2N)."""
+    count = chain.size
+    matrix = np.zeros((2 * count, 2 * count))
+    matrix[count:, count:] = np.diag(1.0 / np.sqrt(chain.masses))
+    if chain.wall_stiffness == 0.0:
+        matrix[:count, :count] = np.diag(1.0 / np.sqrt(chain.stiffnesses))
+    else:
+        displacement = solve_triangular(chain.square_root(), np.eye(count)) / np.sqrt(chain.masses)[:, None]
+        matrix[:count, :count] = chain_elongations(displacement)
+    return matrix
 
 
 def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
@@ -102,7 +125,7 @@ def _greedy(labels: list[int], cost: Floats) -> Pairs:
     return pairs
 
 
-def _initial(triangular: Floats, basis: Floats, pairs: Pairs, weights: Floats) -> tuple[Floats, Floats, Floats]:
+def _initial(triangular: Floats, basis: Floats, pairs: Pairs, to_columns: Floats) -> tuple[Floats, Floats, Floats]:
     """Return columns (rows elongations and velocities), frequency_squared and decay of every block."""
     size = len(triangular)
     count = size // 2
@@ -122,8 +145,8 @@ def _initial(triangular: Floats, basis: Floats, pairs: Pairs, weights: Floats) -
         frequency_squared[j] = half_sum**2 - half_difference**2 - block[0, 1] * block[1, 0]
         shifted = block - 2.0 * half_sum * np.eye(2)
         direction = _companion_direction(shifted, subspace[:count])
-        columns[:, 2 * j] = subspace @ (shifted @ direction) / weights
-        columns[:, 2 * j + 1] = subspace @ direction / weights
+        columns[:, 2 * j] = to_columns @ (subspace @ (shifted @ direction))
+        columns[:, 2 * j + 1] = to_columns @ (subspace @ direction)
     return columns, frequency_squared, decay
 
 

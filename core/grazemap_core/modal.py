@@ -8,12 +8,13 @@ dampings link by link give blocks whose shapes also depend on u' (`grazemap_core
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import svd
 
-from grazemap_core.link_modes import link_blocks
+from grazemap_core.chain import Chain
+from grazemap_core.link_modes import chain_elongations, link_blocks
 from grazemap_core.modal_refinement import Blocks, refine
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.tolerances import PROPORTIONAL_SPREAD, UNDAMPED_RATIO
@@ -63,23 +64,26 @@ class ModalModel:
         return len(self.decay)
 
 
-def modal_model(oscillator: Oscillator) -> ModalModel:
-    """Return the modal model of an oscillator.
+def modal_model(oscillator: Oscillator | Chain) -> ModalModel:
+    """Return the modal model of an oscillator, or of a chain that may be held to a wall.
 
     Raises
     ------
     ConditioningError
         Dampings link by link bring two blocks so near to a common defect that digits would be lost.
     """
-    ratios = oscillator.link_damping / oscillator.stiffnesses
-    if oscillator.gamma is not None:
-        return _proportional(oscillator, oscillator.gamma)
+    chain = oscillator.chain if isinstance(oscillator, Oscillator) else oscillator
+    if chain.gamma is not None:
+        return _proportional(chain, chain.gamma)
+    ratios = chain.link_damping / chain.stiffnesses
+    if chain.wall_stiffness > 0.0:
+        ratios = np.append(ratios, chain.wall_damping / chain.wall_stiffness)
     if np.ptp(ratios) <= PROPORTIONAL_SPREAD * np.max(ratios):
-        return _proportional(oscillator, 0.5 * float(np.mean(ratios)))
-    return _assemble(oscillator, link_blocks(oscillator))
+        return _proportional(chain, 0.5 * float(np.mean(ratios)))
+    return _assemble(chain, link_blocks(chain))
 
 
-def _proportional(oscillator: Oscillator, gamma: float) -> ModalModel:
+def _proportional(chain: Chain, gamma: float) -> ModalModel:
     """Classical modes, each frequency and shape to a few roundings however stiff the chain.
 
     ``K`` is a product of bidiagonal matrices, so ``M^-1/2 K M^-1/2 = U^T U`` with U upper bidiagonal and entries that
@@ -88,14 +92,17 @@ def _proportional(oscillator: Oscillator, gamma: float) -> ModalModel:
     scipy's default, does not. Refinement then gives the shapes the same accuracy; where two frequencies lie too close
     for it, each shape is only as good as gesvd's, but what is computed from both together is not affected.
     """
-    mass, stiffness = oscillator.masses, oscillator.stiffnesses
-    count = oscillator.size
-    bidiagonal = np.diag(np.sqrt(stiffness / mass)) - np.diag(np.sqrt(stiffness[:-1] / mass[1:]), 1)
-    left, singular, right = svd(bidiagonal, lapack_driver="gesvd")
+    mass, stiffness = chain.masses, chain.stiffnesses
+    count = chain.size
+    left, singular, right = svd(chain.square_root(), lapack_driver="gesvd")
     columns = np.zeros((2 * count, 2 * count))
-    columns[:count, 0::2] = left * singular / np.sqrt(stiffness)[:, None]
     columns[count:, 1::2] = right.T / np.sqrt(mass)[:, None]
-    blocks = refine(mass, stiffness, np.zeros(count), columns, singular**2, np.zeros(count))
+    if chain.wall_stiffness == 0.0:
+        columns[:count, 0::2] = left * singular / np.sqrt(stiffness)[:, None]
+    else:  # the rows of U are not links; the differences lose digits on a stiff chain, which refinement restores
+        columns[:count, 0::2] = chain_elongations(columns[count:, 1::2])
+    undamped = replace(chain, link_damping=np.zeros(count), wall_damping=0.0)
+    blocks = refine(undamped, columns, singular**2, np.zeros(count))
     frequency, modes = singular, columns[count:, 1::2]
     if np.isfinite(blocks.conditioning):
         frequency, modes = np.sqrt(blocks.frequency_squared), blocks.columns[count:, 1::2]
@@ -128,13 +135,13 @@ def _proportional(oscillator: Oscillator, gamma: float) -> ModalModel:
     )
 
 
-def _assemble(oscillator: Oscillator, blocks: Blocks) -> ModalModel:
+def _assemble(chain: Chain, blocks: Blocks) -> ModalModel:
     """Turn blocks in link elongations into displacements, and fix order, length and sign of every block."""
-    count = oscillator.size
+    count = chain.size
     frequency = np.sqrt(blocks.frequency_squared)
     order = np.argsort(frequency, kind="stable")
     pick = np.stack((2 * order, 2 * order + 1), axis=1).ravel()
-    weights = np.sqrt(np.concatenate((oscillator.stiffnesses, oscillator.masses)))
+    weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
     energy = weights[:, None] * blocks.columns[:, pick]
 
     # a mass stands where the elongations of its own link and of all links behind it put it

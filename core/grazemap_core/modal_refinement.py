@@ -15,6 +15,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from grazemap_core.chain import Chain
 from grazemap_core.kernels.chain_residual import invariance_residual
 from grazemap_core.oscillator import Floats
 from grazemap_core.tolerances import (
@@ -46,21 +47,28 @@ class Blocks:
     conditioning: float
 
 
-def refine(
-    masses: Floats, stiffnesses: Floats, link_damping: Floats, columns: Floats, frequency_squared: Floats, decay: Floats
-) -> Blocks:
+def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floats) -> Blocks:
     """Refine the decomposition ``A X = X T``, T made of companion blocks.
 
     With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
     on it the two numbers of the block and the freedom left in a are updated exactly.
     """
     count = len(decay)
-    weights = np.sqrt(np.concatenate((stiffnesses, masses)))
+    weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
     previous = MODAL_REFINEMENT_REACH
     conditioning = np.inf
     discriminant = frequency_squared - decay**2
     for _ in range(MODAL_REFINEMENT_STEPS):
-        residual = invariance_residual(masses, stiffnesses, link_damping, columns, frequency_squared, decay)
+        residual = invariance_residual(
+            chain.masses,
+            chain.stiffnesses,
+            chain.link_damping,
+            columns,
+            frequency_squared,
+            decay,
+            chain.wall_stiffness,
+            chain.wall_damping,
+        )
         energy = weights[:, None] * columns
         lengths = np.linalg.norm(energy, axis=0)
         unit = energy / lengths

@@ -15,7 +15,7 @@ REASONS: Final[dict[int, str]] = {
     closing.NOT_CLOSED: "the stroboscopic orbit has not closed within the periods and the longest period looked at",
     closing.SLOW: "the stroboscopic orbit closes too slowly to tell its limit",
     closing.GRAZES: "an impact is so slow that it may be none in the limit",
-    closing.CHATTERS: "complete chatter: infinitely many impacts in a finite time",
+    closing.NOT_HELD: "mass 1 rests on a stop, and the chain behind it is at an undamped resonance or ill-conditioned",
     closing.BUDGET: "too many impacts: in half a forcing period, or without settling",
     closing.OVERFLOWS: "a number overflowed",
 }
@@ -32,9 +32,12 @@ class Motion:
     period : int or None
         Least period n, in forcing periods.
     impacts_right, impacts_left : int or None
-        Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched.
+        Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched, 0: mass 1 rests on it without
+        ever striking it, -2 (`closing.INFINITE`): infinitely many, in complete chatter.
     symmetric : bool or None
         Whether the motion is its own mirror image, half a period later.
+    sticking : bool or None
+        Whether mass 1 rests on a stop some time in the period.
     certified : bool
         Whether the orbit was proven (Newton on the periodic orbit); closing of the orbit alone is no proof.
     reason : str or None
@@ -46,11 +49,14 @@ class Motion:
     impacts_right: int | None = None
     impacts_left: int | None = None
     symmetric: bool | None = None
+    sticking: bool | None = None
     certified: bool = False
     reason: str | None = None
 
 
-def motion_from_codes(reason: int, period: int, impacts_right: int, impacts_left: int, symmetric: bool) -> Motion:
+def motion_from_codes(
+    reason: int, period: int, impacts_right: int, impacts_left: int, symmetric: bool, sticking: bool
+) -> Motion:
     """Return the motion that the kernels' codes stand for."""
     if reason != closing.NAMED:
         return Motion(kind="unresolved", reason=REASONS[reason])
@@ -60,4 +66,5 @@ def motion_from_codes(reason: int, period: int, impacts_right: int, impacts_left
         impacts_right=impacts_right,
         impacts_left=impacts_left,
         symmetric=symmetric,
+        sticking=sticking,
     )

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap_core.chain import Chain
 from grazemap_core.errors import ParameterError
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
@@ -111,6 +112,25 @@ class Oscillator:
     def size(self) -> int:
         """Number of masses N."""
         return len(self.masses)
+
+    @property
+    def chain(self) -> Chain:
+        """The whole chain, its first mass free."""
+        return Chain(self.masses, self.stiffnesses, self.link_damping, self.gamma)
+
+    @property
+    def held_chain(self) -> Chain | None:
+        """What is left of the chain while mass 1 rests on a stop: masses 2 .. N behind link 1; None for one mass."""
+        if self.size == 1:
+            return None
+        return Chain(
+            self.masses[1:].copy(),
+            self.stiffnesses[1:].copy(),
+            self.link_damping[1:].copy(),
+            self.gamma,
+            float(self.stiffnesses[0]),
+            float(self.link_damping[0]),
+        )
 
     @property
     def mass_matrix(self) -> Floats:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grazemap_core.chain import Chain
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.kernels.tridiagonal import RESONANT, steady_amplitudes
 from grazemap_core.modal import modal_model
@@ -100,3 +101,35 @@ def forced_response(oscillator: Oscillator, omega: ArrayLike) -> NDArray[np.comp
     if np.any(status == RESONANT):
         raise SteadyMotionError("omega", "meets a resonance that is practically undamped: there is no steady motion")
     return amplitudes
+
+
+def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[NDArray[np.complex128], NDArray[np.bool_]]:
+    """Return the same for a chain held to a wall that stands still at 0, and where it exists.
+
+    Parameters
+    ----------
+    chain : Chain
+        With a wall.
+    forcing : ndarray of shape (n,)
+        Amplitudes of the forces on its masses.
+    omega : array_like of shape (m,)
+
+    Returns
+    -------
+    amplitudes : ndarray of complex, shape (m, n)
+    exists : ndarray of bool, shape (m,)
+        False at a resonance that is undamped, or practically so.
+    """
+    values = checked_omega(omega)
+    if not np.any(forcing):
+        return np.zeros((len(values), chain.size), dtype=np.complex128), np.ones(len(values), dtype=np.bool_)
+    amplitudes, status = steady_amplitudes(
+        chain.masses,
+        chain.stiffnesses,
+        chain.link_damping,
+        forcing,
+        values,
+        chain.wall_stiffness,
+        chain.wall_damping,
+    )
+    return amplitudes, status != RESONANT

@@ -61,8 +61,18 @@ CONTACT_ROUNDING: Final = 32.0 * EPSILON
 """Round-off of a Bernstein coefficient of the distance, relative to the sum of the terms that it was added up from:
 a few operations for the series, 18 additions in the change of basis, as many halvings in a subdivision."""
 
-CHATTER_VELOCITY: Final = 1e-6
-"""Speed of leaving a stop, in units of omega * clearance, below which a pressed contact is complete chatter."""
+CHATTER_ACCURACY: Final = 1e-14
+"""Error left, in units of a cell, when the remaining bounces of a complete chatter are summed up by their limit.
+
+The series of the remaining time is cut behind its second term. With r that time over the cell's length and e the
+relative change of the pressing within it, the next term is estimated (not bounded) by r (r + e)^2; what the bounces do
+to the other masses is of the third order too. The bounces are followed one by one until it is below this, which
+r = 2e-5 does where the pressing is steady: a hundredth of the 1e-12 that accumulation and release are good to.
+"""
+
+ANCHORED_GAP: Final = 1e-3
+"""Gap to the stop just left, in units of the clearance, below which it is carried from cell to cell by itself: read off
+positions, whose round-off is EPSILON of the clearance, it would lose digits in slow bounces."""
 
 IMPACT_BUDGET: Final = 50_000
 """Impacts in half a forcing period after which a trajectory is given up; only R = 1 sliding on a stop gets there."""

@@ -1,4 +1,4 @@
-"""One trajectory: every impact exact, samples in closed form, and the motion that it settles to."""
+"""One trajectory: every impact and every rest on a stop exact, samples in closed form, and the motion settled to."""
 
 from __future__ import annotations
 
@@ -8,15 +8,39 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.cell_problem import cell_problem, free_state
+from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.errors import ParameterError
-from grazemap_core.kernels import closing, contact
+from grazemap_core.kernels import closing
 from grazemap_core.kernels.cells import CellProblem, bounds
 from grazemap_core.kernels.closing import Orbit
-from grazemap_core.kernels.contact import Workspace
+from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.sampling import sample_motion
 from grazemap_core.kernels.simulate import RECORD_FULL, run_recorded
-from grazemap_core.modal import modal_model
+from grazemap_core.kernels.sticking import rest_behind_impact, start_on_stop
+from grazemap_core.kernels.walk import land
+from grazemap_core.kernels.workspace import (
+    ANCHOR,
+    CHATTER,
+    DELAY,
+    EVENT_COLUMNS,
+    HALF,
+    HELD,
+    IMPACT,
+    IMPACT_BUDGET_SPENT,
+    KIND,
+    NO_HELD_FLOW,
+    NOT_FINITE,
+    OK,
+    RELEASE,
+    REST,
+    ROOTS,
+    ROWS,
+    STOP,
+    TIME,
+    VELOCITY,
+    Workspace,
+    workspace,
+)
 from grazemap_core.motion import Motion, motion_from_codes
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
@@ -25,15 +49,19 @@ from grazemap_core.tolerances import CLEARED, LARGEST_NUMBER, LEAST_NUMBER
 Floats = NDArray[np.float64]
 
 _ENDINGS = {
-    contact.COMPLETE_CHATTER: closing.CHATTERS,
-    contact.IMPACT_BUDGET_SPENT: closing.BUDGET,
-    contact.NOT_FINITE: closing.OVERFLOWS,
+    NO_HELD_FLOW: closing.NOT_HELD,
+    IMPACT_BUDGET_SPENT: closing.BUDGET,
+    NOT_FINITE: closing.OVERFLOWS,
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,)."""
+    """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
+
+    The kind is "impact", or "chatter": infinitely many more follow that one, in the time up to the start of the next
+    interval of sticking, and none of them is listed.
+    """
 
     time: Floats
     stop: NDArray[np.int8]
@@ -43,7 +71,11 @@ class Impacts:
 
 @dataclass(frozen=True, eq=False)
 class Sticking:
-    """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,)."""
+    """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,).
+
+    An interval begins where the impacts of a complete chatter accumulate, at the impact itself when the restitution is
+    0, or with the record; it ends with the release, or with the record.
+    """
 
     start: Floats
     stop_time: Floats
@@ -124,52 +156,53 @@ def trajectory(
     if abs(x[0]) > clearance:
         raise ParameterError("displacement", "mass 1 starts outside the stops")
 
-    model = modal_model(oscillator)
+    models = trajectory_models(oscillator)
     steady = forced_response(oscillator, np.array([omega]))[0]
-    problem = cell_problem(model, steady, omega, oscillator.restitution, phase)
-    u = free_state(model, steady, omega, x, v, phase)
+    problem, held = cell_problem(models, steady, omega, phase)
+    u = free_state(models.free, steady, omega, x, v, phase)
     ring = closing.orbit(oscillator.size, max_period)
     first_half = 2 * transient_periods
 
-    work = contact.workspace(oscillator.size, events=64)
-    work.tally[2] = np.inf
+    work = workspace(oscillator.size, events=64)
     closing.enter(ring, 0, u, work)
-    if abs(x[0]) == clearance:
-        work.cursor[0] = 1 if x[0] > 0.0 else -1
-        if v[0] * x[0] > 0.0:  # moving into the stop that it starts on
-            contact.strike(problem, u, clearance, int(work.cursor[0]), float(v[0]), 0, 0.0, work)
-    status, done, work = _run_transient(problem, u, clearance, first_half, ring, work)
-    rows = np.concatenate([[first_half, 0.0, 0.0, 0.0], u.ravel()])[None, :]
-    recorded = status == contact.OK
+    status, done = _start(problem, held, u, clearance, float(x[0]), float(v[0]), work), 0
+    if status == OK:
+        status, done, work = _run_transient(problem, held, u, clearance, first_half, ring, work)
+    rows = _beginning(held, u, first_half, 0.5 * problem.cells * problem.step, work)
+    recorded = status == OK
     if recorded:
-        status, done, work = _run_record(problem, u, clearance, first_half, first_half + 2 * periods, ring, work)
-        rows = np.concatenate([rows, work.events[: work.cursor[1]]])
+        status, done, work = _run_record(problem, held, u, clearance, first_half, first_half + 2 * periods, ring, work)
+        rows = np.concatenate([rows, work.events[: work.cursor[ROWS]]])
 
     period_time = 2.0 * math.pi / omega
-    impact_time = (rows[1:, 0] - first_half) * (0.5 * period_time) + rows[1:, 1]
+    event_time = (rows[:, HALF] - first_half) * (0.5 * period_time) + rows[:, TIME]
     count = periods * samples_per_period + 1
     index = np.arange(count, dtype=np.int64)
+    end = periods * period_time
     if not recorded:
-        index = index[:0]
-    elif status != contact.OK:
-        # the trajectory ended with its last impact, or where it stood in the half period when none was recorded
-        end = impact_time[-1] if len(impact_time) else (done - first_half) * (0.5 * period_time)
+        index, end = index[:0], 0.0
+    elif status != OK:
+        # the trajectory ended with its last event, or where it stood in the half period when none was recorded
+        end = event_time[-1] if len(rows) > 1 else (done - first_half) * (0.5 * period_time)
         index = index[index * (period_time / samples_per_period) <= end]
     samples_x, samples_v = sample_motion(
-        problem, model.shape, steady * np.exp(1j * phase), rows, index, samples_per_period, first_half
+        problem,
+        held,
+        models.free.shape,
+        steady * np.exp(1j * phase),
+        rows,
+        clearance,
+        index,
+        samples_per_period,
+        first_half,
     )
     return Trajectory(
         time=np.asarray(index * (period_time / samples_per_period), dtype=np.float64),
         displacement=samples_x,
         velocity=samples_v,
-        impacts=Impacts(
-            time=impact_time,
-            stop=rows[1:, 2].astype(np.int8),
-            velocity=rows[1:, 3].copy(),
-            kind=np.full(len(rows) - 1, "impact"),
-        ),
-        sticking=Sticking(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int8)),
-        motion=_motion(problem, ring, u, status, done, max_period, clearance, int(work.cursor[0])),
+        impacts=_impacts(rows[1:], event_time[1:]),
+        sticking=_sticking(rows, event_time, end),
+        motion=_motion(problem, ring, u, status, done, max_period, clearance, int(work.cursor[ANCHOR])),
     )
 
 
@@ -183,24 +216,83 @@ def _state(name: str, values: Floats | None, count: int) -> Floats:
     return array
 
 
+def _start(
+    problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, x1: float, v1: float, work: Workspace
+) -> int:
+    """Enter a start on a stop: moving into it is an impact, at rest it stays there if pressed. Returns a status."""
+    if abs(x1) != clearance:
+        return OK
+    stop = 1 if x1 > 0.0 else -1
+    if v1 == 0.0:
+        return start_on_stop(problem, held, u, clearance, stop, work)
+    if v1 * stop > 0.0:
+        if land(problem, u, stop, v1, problem.gain[0, 1], 0, 0.0, work):
+            return int(rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work))
+        return OK
+    work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
+    work.near[:] = 0.0, abs(v1), 0.0
+    return OK
+
+
+def _beginning(held: HeldProblem, u: Floats, first_half: int, half_time: float, work: Workspace) -> Floats:
+    """Return the row with which a record begins, shape (1, EVENT_COLUMNS + 2 N)."""
+    row = np.zeros((1, EVENT_COLUMNS + u.size))
+    row[0, HALF] = first_half
+    if work.cursor[HELD] != 0 and work.cursor[ROWS] == 0:
+        since = (held.since[0] - first_half) * half_time + held.since[1]
+        row[0, [STOP, KIND, DELAY]] = work.cursor[HELD], REST, max(0.0, since)
+        row[0, EVENT_COLUMNS : EVENT_COLUMNS + held.state.size] = held.state.ravel()
+    else:
+        row[0, [KIND]] = IMPACT
+        row[0, EVENT_COLUMNS:] = u.ravel()
+    return row
+
+
+def _impacts(rows: Floats, time: Floats) -> Impacts:
+    """Pick the contacts out of the events."""
+    there = rows[:, KIND] != RELEASE
+    return Impacts(
+        time=time[there],
+        stop=rows[there, STOP].astype(np.int8),
+        velocity=rows[there, VELOCITY],
+        kind=np.where(rows[there, KIND] == CHATTER, "chatter", "impact"),
+    )
+
+
+def _sticking(rows: Floats, time: Floats, end: float) -> Sticking:
+    """Pick the intervals of rest out of the events of a record that ends at `end`."""
+    begins = (rows[:, KIND] != IMPACT) & (rows[:, KIND] != RELEASE) & (time + rows[:, DELAY] <= end)
+    until = np.append(time[1:], end)  # the event behind a rest is its release
+    return Sticking(
+        start=(time + rows[:, DELAY])[begins], stop_time=until[begins], stop=rows[begins, STOP].astype(np.int8)
+    )
+
+
 def _run_transient(
-    problem: CellProblem, u: Floats, clearance: float, halves: int, ring: Orbit, work: Workspace
+    problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, halves: int, ring: Orbit, work: Workspace
 ) -> tuple[int, int, Workspace]:
     """Run the part that is not recorded, forgetting its impacts block by block. Returns (status, halves done, work)."""
     done = 0
-    status = contact.OK
-    while done < halves and status == contact.OK:
-        status, done, work = _run_record(problem, u, clearance, done, min(done + 64, halves), ring, work)
-        work.cursor[1] = 0
+    status = OK
+    while done < halves and status == OK:
+        status, done, work = _run_record(problem, held, u, clearance, done, min(done + 64, halves), ring, work)
+        work.cursor[ROWS] = 0
     return status, done, work
 
 
 def _run_record(
-    problem: CellProblem, u: Floats, clearance: float, done: int, halves: int, ring: Orbit, work: Workspace
+    problem: CellProblem,
+    held: HeldProblem,
+    u: Floats,
+    clearance: float,
+    done: int,
+    halves: int,
+    ring: Orbit,
+    work: Workspace,
 ) -> tuple[int, int, Workspace]:
     """Run on to `halves` half periods, growing the record of impacts as needed. Returns (status, halves done, work)."""
     while True:
-        status, done = run_recorded(problem, u, clearance, done, halves, ring, work)
+        status, done = run_recorded(problem, held, u, clearance, done, halves, ring, work)
         if status != RECORD_FULL:
             return status, done, work
         events = np.zeros((2 * len(work.events), work.events.shape[1]))
@@ -219,10 +311,12 @@ def _motion(
     stop_left: int,
 ) -> Motion:
     """Name the motion at the end of a trajectory."""
-    if status != contact.OK:
-        return motion_from_codes(_ENDINGS[status], 0, 0, 0, False)
+    if status != OK:
+        return motion_from_codes(_ENDINGS[status], 0, 0, 0, False, False)
     reach, _ = bounds(problem, u)
     if stop_left == 0 and problem.damped and reach < CLEARED * clearance:
-        return motion_from_codes(closing.NAMED, 1, -1, -1, True)
-    reason, period, right, left, symmetric, _ = closing.name_motion(problem, ring, halves, max_period, clearance, reach)
-    return motion_from_codes(reason, period, right, left, symmetric)
+        return motion_from_codes(closing.NAMED, 1, -1, -1, True, False)
+    reason, period, right, left, symmetric, _, sticking = closing.name_motion(
+        problem, ring, halves, max_period, clearance, reach
+    )
+    return motion_from_codes(reason, period, right, left, symmetric, sticking)

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.cell_problem import cell_problem, free_state
+from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels import closing
-from grazemap_core.kernels.contact import workspace
 from grazemap_core.kernels.simulate import settle_column
-from grazemap_core.modal import modal_model
+from grazemap_core.kernels.workspace import workspace
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
@@ -41,8 +40,10 @@ def unfolding_map_tile(
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`), period, impacts_right,
-        impacts_left (int32; -1: not touched; all 0 where unresolved), symmetric (bool), settled_after (int32
-        forcing periods; -1 where unresolved), least_impact_velocity (float64; NaN without impacts or unresolved).
+        impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
+        all 0 where unresolved), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
+        settled_after (int32 forcing periods; -1 where unresolved), least_impact_velocity (float64; 0 with complete
+        chatter, NaN without impacts or unresolved).
 
     Raises
     ------
@@ -55,24 +56,24 @@ def unfolding_map_tile(
     for name, limit in (("max_periods", max_periods), ("max_period", max_period)):
         if limit < 1:
             raise ParameterError(name, "must be 1 or greater")
-    model = modal_model(oscillator)
+    models = trajectory_models(oscillator)
     steady = forced_response(oscillator, omega)
     at_rest = np.zeros(oscillator.size)
     ring = closing.orbit(oscillator.size, max_period)
     work = workspace(oscillator.size)
     column = np.ascontiguousarray(clearance, dtype=np.float64)
     shape = (len(clearance), len(omega))
-    integers = np.empty((len(clearance), 6), dtype=np.int64)
+    integers = np.empty((len(clearance), 7), dtype=np.int64)
     least = np.empty(len(clearance))
-    codes = np.empty((6, *shape), dtype=np.int64)
+    codes = np.empty((7, *shape), dtype=np.int64)
     least_velocity = np.empty(shape)
     for i, w in enumerate(omega):
-        problem = cell_problem(model, steady[i], float(w), oscillator.restitution)
-        initial = free_state(model, steady[i], float(w), at_rest, at_rest, 0.0)
-        settle_column(problem, initial, column, max_periods, max_period, ring, work, integers, least)
+        problem, held = cell_problem(models, steady[i], float(w))
+        initial = free_state(models.free, steady[i], float(w), at_rest, at_rest, 0.0)
+        settle_column(problem, held, initial, column, max_periods, max_period, ring, work, integers, least)
         codes[:, :, i] = integers.T
         least_velocity[:, i] = least
-    reason, period, right, left, symmetric, after = codes
+    reason, period, right, left, symmetric, after, sticking = codes
     return {
         "kind": (reason == closing.NAMED).astype(np.int8),
         "reason": reason.astype(np.int8),
@@ -80,6 +81,7 @@ def unfolding_map_tile(
         "impacts_right": right.astype(np.int32),
         "impacts_left": left.astype(np.int32),
         "symmetric": symmetric.astype(np.bool_),
+        "sticking": sticking.astype(np.bool_),
         "settled_after": after.astype(np.int32),
         "least_impact_velocity": least_velocity,
     }

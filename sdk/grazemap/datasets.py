@@ -137,7 +137,8 @@ def _trajectory(result: Trajectory) -> tuple[Variables, Variables]:
 
 
 def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:
-    whole = ("period", "impacts_right", "impacts_left", "symmetric", "least_impact_velocity", "settled_after")
+    counts = ("period", "impacts_right", "impacts_left", "settled_after")
+    whole = (*counts, "symmetric", "sticking", "least_impact_velocity")
     plane = ("clearance", "omega")
     variables: Variables = {name: (plane, getattr(result, name)) for name in whole}
     variables["kind"] = (plane, np.array(result.kinds)[result.kind])

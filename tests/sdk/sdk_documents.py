@@ -107,6 +107,7 @@ def _map() -> dict[str, Any]:
         "impacts_right": np.array([[2, 2, 4], [2, 0, -1]], dtype=np.int32),
         "impacts_left": np.array([[2, 2, 4], [2, 0, -1]], dtype=np.int32),
         "symmetric": np.array([[True, True, True], [True, False, True]]),
+        "sticking": np.array([[False, False, False], [False, True, False]]),
         "least_impact_velocity": np.array([[0.1, 0.2, 0.3], [0.4, np.nan, np.nan]]),
         "settled_after": np.array([[50, -1, 70], [80, -1, 20]], dtype=np.int32),
         "reason": np.array([[0, 1, 0], [0, 1, 0]], dtype=np.int8),

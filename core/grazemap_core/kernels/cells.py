@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.held import turned
 from grazemap_core.tolerances import TAYLOR_DEGREE
 
 FloatArray = NDArray[np.float64]
@@ -114,10 +115,17 @@ def first_mass(problem: CellProblem, u: FloatArray, gain_real: float, gain_imag:
 @njit(cache=True, nogil=True, error_model="numpy")
 def turned_gain(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
     """Return the gain of the steady motion a time `offset` after the start of a cell."""
-    angle = problem.omega * offset
-    c, s = math.cos(angle), math.sin(angle)
-    re, im = problem.gain[cell, 0], problem.gain[cell, 1]
-    return re * c - im * s, im * c + re * s
+    return turned(problem.gain, cell, problem.omega * offset)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_acceleration(problem: CellProblem, u: FloatArray, gain_imag: float) -> float:
+    """Return the acceleration of mass 1 of a state where the steady motion has the given gain."""
+    a = -problem.omega * problem.omega * gain_imag
+    for j in range(u.shape[0]):
+        second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
+        a += problem.readout[j, 2] * u[j, 1] + problem.readout[j, 3] * second
+    return a
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -142,7 +150,7 @@ def expand(
     length: float,
     taylor: FloatArray,
     terms: FloatArray,
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
 
     Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two before; the
@@ -155,10 +163,7 @@ def expand(
 
     Returns
     -------
-    size : float
-        Sum of the moduli of all terms that were added up: what round-off is relative to.
-    rest : float
-        Bound of what the series leaves out, anywhere in [0, 1].
+    size, tail, rest : as `sum_series`.
     """
     blocks = u.shape[0]
     for j in range(blocks):
@@ -170,7 +175,29 @@ def expand(
     terms[blocks, 1] = problem.omega * gain_real * length
     terms[blocks, 2] = 0.0
     terms[blocks, 3] = (problem.omega * length) ** 2
+    return sum_series(terms, blocks, taylor)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sum_series(terms: FloatArray, blocks: int, taylor: FloatArray) -> tuple[float, float, float]:
+    """Write the sum of the series of `blocks` blocks and the forcing into taylor, from the first two terms of each.
+
+    Parameters
+    ----------
+    terms : (blocks + 1, 4)
+        Per block the first two terms and the two coefficients of its recurrence; overwritten.
+
+    Returns
+    -------
+    size : float
+        Sum of the moduli of all terms that were added up: what round-off is relative to.
+    tail : float
+        The same of the terms of degree two and more.
+    rest : float
+        Bound of what the series leaves out, anywhere in [0, 1].
+    """
     size = 0.0
+    tail = 0.0
     taylor[0] = 0.0
     taylor[1] = 0.0
     for j in range(blocks + 1):
@@ -184,7 +211,7 @@ def expand(
             terms[j, 0] = terms[j, 1]
             terms[j, 1] = c
             total += c
-            size += abs(c)
+            tail += abs(c)
         taylor[m + 2] = total
     # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
     rest = 0.0
@@ -195,4 +222,4 @@ def expand(
         rest += abs(c)
         if q > 0.0:
             rest += abs(d) * (TAYLOR_DEGREE + 2) / math.sqrt(q)
-    return size, rest
+    return size + tail, tail, rest

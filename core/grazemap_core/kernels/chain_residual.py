@@ -23,6 +23,8 @@ def invariance_residual(
     columns: Floats,
     frequency_squared: Floats,
     decay: Floats,
+    wall_stiffness: float,
+    wall_damping: float,
 ) -> Floats:
     """Return ``A X - X T`` where T holds the companion blocks ``[[0, 1], [-frequency_squared, -2 decay]]``.
 
@@ -32,6 +34,8 @@ def invariance_residual(
     columns : ndarray of shape (2N, 2N)
         X; rows elongations then velocities, columns (a_1, b_1, a_2, b_2, ...): the state is ``a u + b u'``.
     frequency_squared, decay : ndarray of shape (N,)
+    wall_stiffness, wall_damping : float
+        Of the link that holds the first mass to a wall; 0 when there is none.
 
     Returns
     -------
@@ -45,6 +49,14 @@ def invariance_residual(
             column = 2 * block + which
             force_high = 0.0
             force_low = 0.0
+            if wall_stiffness > 0.0:
+                # the first mass stands where the elongations of all links together put it
+                place_high, place_low = 0.0, 0.0
+                for i in range(count):
+                    place_high, place_low = dd_add(place_high, place_low, columns[i, column], 0.0)
+                spring_high, spring_low = dd_scale(place_high, place_low, -wall_stiffness)
+                dash_high, dash_low = two_prod(-wall_damping, columns[count, column])
+                force_high, force_low = dd_add(spring_high, spring_low, dash_high, dash_low)
             for i in range(count):
                 # rate of elongation of link i
                 if i + 1 < count:

@@ -9,7 +9,11 @@ A motion is named only when (1) the orbit returns after m halves to CLOSING_GOAL
 contract over three windows of m halves, and the distance to the limit extrapolated from the slower contraction is below
 LIMIT_DISTANCE, (3) every smaller period stays away by SEPARATION times the largest distance allowed (a spiral, or two
 nearly equal multipliers, can make a return look far better than it is), (4) impacts repeat, and (5) the slowest impact
-is no graze by the same measure. Everything else goes on, and ends unresolved.
+is no graze by the same measure. Everything else goes on, and ends unresolved. An impact at
+which mass 1 is pressed against the stop is no graze however slow it is: it cannot vanish.
+
+With a complete chatter the impacts on a stop are infinite in number, and INFINITE says so; how many of them were
+followed one by one depends on a tolerance and is no property of the motion.
 """
 
 from __future__ import annotations
@@ -21,7 +25,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem
-from grazemap_core.kernels.contact import Workspace
+from grazemap_core.kernels.workspace import (
+    HELD_LEFT,
+    HELD_RIGHT,
+    LEAST_SPEED,
+    LEAST_UNPRESSED,
+    LEFT,
+    RIGHT,
+    Workspace,
+    clear_tally,
+)
 from grazemap_core.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIMIT_DISTANCE, SEPARATION, SLOWEST_RATE
 
 FloatArray = NDArray[np.float64]
@@ -34,26 +47,46 @@ SLOW = 2
 """It returns, but contracts too slowly for the limit to be told."""
 GRAZES = 3
 """It returns, but an impact is so slow that it may be none in the limit."""
-CHATTERS = 4
-"""Complete chatter: infinitely many impacts end in sticking, which this version does not follow."""
+NOT_HELD = 4
+"""Mass 1 comes to rest on a stop, and the chain behind it has no closed form that keeps its digits."""
 BUDGET = 5
 """Too many impacts, in half a period or without settling."""
 OVERFLOWS = 6
 """A number overflowed."""
 
+INFINITE = -2
+"""In place of a number of impacts: infinitely many."""
+
 
 class Orbit(NamedTuple):
-    """The last half periods, a ring: states (2 N, ring), impacts per half and stop (ring, 2), least speed (ring,)."""
+    """The last half periods, a ring.
+
+    Attributes
+    ----------
+    states : (2 N, ring)
+    impacts, held : (ring, 2)
+        Per half and stop: impacts, and 1 where mass 1 has rested.
+    least, unpressed : (ring,)
+        Least speed of all impacts, and of those at which mass 1 was not pressed against the stop.
+    """
 
     states: FloatArray
     impacts: FloatArray
+    held: FloatArray
     least: FloatArray
+    unpressed: FloatArray
 
 
 def orbit(blocks: int, max_period: int) -> Orbit:
     """Return an empty ring long enough to judge motions of up to `max_period` forcing periods."""
     ring = 8 * max_period + 2
-    return Orbit(np.zeros((2 * blocks, ring)), np.zeros((ring, 2)), np.full(ring, np.inf))
+    return Orbit(
+        states=np.zeros((2 * blocks, ring)),
+        impacts=np.zeros((ring, 2)),
+        held=np.zeros((ring, 2)),
+        least=np.full(ring, np.inf),
+        unpressed=np.full(ring, np.inf),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -65,13 +98,14 @@ def enter(ring: Orbit, k: int, u: FloatArray, work: Workspace) -> None:
         ring.states[2 * j, row] = sign * u[j, 0]
         ring.states[2 * j + 1, row] = sign * u[j, 1]
     # in the frame of z the stops change sides every half period
-    even = (k - 1) % 2 == 0
-    ring.impacts[row, 0] = work.tally[0] if even else work.tally[1]
-    ring.impacts[row, 1] = work.tally[1] if even else work.tally[0]
-    ring.least[row] = work.tally[2]
-    work.tally[0] = 0.0
-    work.tally[1] = 0.0
-    work.tally[2] = np.inf
+    first = 0 if (k - 1) % 2 == 0 else 1
+    ring.impacts[row, first] = work.tally[RIGHT]
+    ring.impacts[row, 1 - first] = work.tally[LEFT]
+    ring.held[row, first] = work.tally[HELD_RIGHT]
+    ring.held[row, 1 - first] = work.tally[HELD_LEFT]
+    ring.least[row] = work.tally[LEAST_SPEED]
+    ring.unpressed[row] = work.tally[LEAST_UNPRESSED]
+    clear_tally(work.tally)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -107,9 +141,19 @@ def _least_return(problem: CellProblem, ring: Orbit, k: int, longest: int, clear
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _count(impacts: float, held: float) -> int:
+    """Return what stands for a stop in a motion's name."""
+    if not np.isfinite(impacts):
+        return INFINITE
+    if impacts > 0.0:
+        return int(impacts)
+    return 0 if held > 0.0 else -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def name_motion(
     problem: CellProblem, ring: Orbit, k: int, max_period: int, clearance: float, reach: float
-) -> tuple[int, int, int, int, bool, float]:
+) -> tuple[int, int, int, int, bool, float, bool]:
     """Judge the orbit after k half periods.
 
     Parameters
@@ -121,51 +165,60 @@ def name_motion(
     -------
     reason : NAMED, NOT_CLOSED, SLOW or GRAZES.
     period, impacts_right, impacts_left : int
-        The motion n-p_r-q_l; impacts are -1 for a stop that is not touched. 0 unless NAMED.
+        The motion n-p_r-q_l; impacts are -1 for a stop that is not touched, INFINITE with a complete chatter, 0 for a
+        stop that mass 1 rests on without an impact. All 0 unless NAMED.
     symmetric : bool
     least_speed : float
-        Least impact speed over the last two periods of z; infinite without impacts.
+        Least impact speed over the last two periods of z; infinite without impacts, 0 with a complete chatter.
+    sticking : bool
+        Whether mass 1 rests on a stop some time in the period.
     """
     m = _least_return(problem, ring, k, min(2 * max_period, k // 4), clearance)
     if m == 0 or (m % 2 == 1 and m > max_period):
-        return NOT_CLOSED, 0, 0, 0, False, np.inf
+        return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     size = ring.least.shape[0]
     now, before, earlier_still = 0.0, 0.0, 0.0
-    least = np.inf
+    least, unpressed = np.inf, np.inf
     for i in range(m):
         now = max(now, _separation(problem, ring, k - i, m, clearance, np.inf))
         before = max(before, _separation(problem, ring, k - i - m, m, clearance, np.inf))
         earlier_still = max(earlier_still, _separation(problem, ring, k - i - 2 * m, m, clearance, np.inf))
         row, earlier = (k - i) % size, (k - i - m) % size
         least = min(least, min(ring.least[row], ring.least[earlier]))
+        unpressed = min(unpressed, min(ring.unpressed[row], ring.unpressed[earlier]))
         for stop in range(2):
             if ring.impacts[row, stop] != ring.impacts[earlier, stop]:
-                return NOT_CLOSED, 0, 0, 0, False, np.inf
-    speed = least / (problem.omega * clearance)
+                return NOT_CLOSED, 0, 0, 0, False, np.inf, False
+    speed = unpressed / (problem.omega * clearance)
     # a slow impact amplifies round-off by one over its speed
     floor = min(CLOSING_GOAL, CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))
     limit = floor
     if now > floor:
         rate = max(now / before, before / earlier_still)
         if not rate <= SLOWEST_RATE or now > CLOSING_GOAL:
-            return SLOW, 0, 0, 0, False, np.inf
+            return SLOW, 0, 0, 0, False, np.inf, False
         limit = max(limit, now * rate / (1.0 - rate))
         if limit > LIMIT_DISTANCE:
-            return SLOW, 0, 0, 0, False, np.inf
+            return SLOW, 0, 0, 0, False, np.inf, False
     away = SEPARATION * LIMIT_DISTANCE
     for smaller in range(1, m):
         if _separation(problem, ring, k, smaller, clearance, away) <= away:
-            return SLOW, 0, 0, 0, False, np.inf
+            return SLOW, 0, 0, 0, False, np.inf, False
     if speed * speed <= SEPARATION * limit:
-        return GRAZES, 0, 0, 0, False, np.inf
-    right, left = 0, 0
+        return GRAZES, 0, 0, 0, False, np.inf, False
+    right, left = 0.0, 0.0
+    held_right, held_left = 0.0, 0.0
     for i in range(m):
         row = (k - i) % size
-        even = (k - i - 1) % 2 == 0
-        right += int(ring.impacts[row, 0 if even else 1])
-        left += int(ring.impacts[row, 1 if even else 0])
+        first = 0 if (k - i - 1) % 2 == 0 else 1
+        right += ring.impacts[row, first]
+        left += ring.impacts[row, 1 - first]
+        held_right += ring.held[row, first]
+        held_left += ring.held[row, 1 - first]
     symmetric = m % 2 == 1
     if symmetric:  # the other m halves of the motion are the mirror image of these
         right = left = right + left
+        held_right = held_left = held_right + held_left
     period = m if symmetric else m // 2
-    return NAMED, period, right if right > 0 else -1, left if left > 0 else -1, symmetric, least
+    sticking = held_right + held_left > 0.0
+    return NAMED, period, _count(right, held_right), _count(left, held_left), symmetric, least, sticking

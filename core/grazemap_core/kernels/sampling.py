@@ -1,4 +1,4 @@
-"""Samples of a trajectory in closed form, each from the last impact before it: no sample inherits another's error."""
+"""Samples of a trajectory in closed form, each from the last event before it: no sample inherits another's error."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem, flow_state
-from grazemap_core.kernels.contact import EVENT_COLUMNS
+from grazemap_core.kernels.held import HeldProblem, flow_held, held_motion, turned
+from grazemap_core.kernels.workspace import EVENT_COLUMNS, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 
 FloatArray = NDArray[np.float64]
 
@@ -17,9 +18,11 @@ FloatArray = NDArray[np.float64]
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_motion(
     problem: CellProblem,
+    held_problem: HeldProblem,
     shape: FloatArray,
     steady: NDArray[np.complex128],
     rows: FloatArray,
+    clearance: float,
     index: NDArray[np.int64],
     samples_per_period: int,
     first_half: int,
@@ -33,7 +36,9 @@ def sample_motion(
     steady : complex (N,)
         Steady response of every mass, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)
-        Where the record begins, then every impact, with the states behind them; increasing in time.
+        Where the record begins, then every event, with the states behind them; increasing in time. Behind an event of
+        a kind other than IMPACT and RELEASE mass 1 is at rest, or on its last bounces, which count as rest.
+    clearance : float
     index : (n,)
         Sample numbers, increasing; sample i is i / samples_per_period forcing periods after the record begins.
     samples_per_period, first_half : int
@@ -44,19 +49,33 @@ def sample_motion(
     x = np.empty((count, index.shape[0]))
     v = np.empty((count, index.shape[0]))
     u = np.empty((count, 2))
+    held = np.empty((count - 1, 2))
+    physical = np.empty(2 * count)
     row = 0
     for n in range(index.shape[0]):
         within = index[n] % samples_per_period  # of its forcing period
         half = first_half + 2 * (index[n] // samples_per_period)
         time = 2.0 * half_time * within / samples_per_period
-        while row + 1 < rows.shape[0] and (rows[row + 1, 0] - half) * half_time + rows[row + 1, 1] <= time:
+        while row + 1 < rows.shape[0] and (rows[row + 1, HALF] - half) * half_time + rows[row + 1, TIME] <= time:
             row += 1
+        passed = (half - rows[row, HALF]) * half_time + (time - rows[row, TIME])
+        angle = 2.0 * math.pi * within / samples_per_period
+        c, s = math.cos(angle), math.sin(angle)
+        if rows[row, KIND] != IMPACT and rows[row, KIND] != RELEASE:
+            for j in range(count - 1):
+                held[j, 0] = rows[row, EVENT_COLUMNS + 2 * j]
+                held[j, 1] = rows[row, EVENT_COLUMNS + 2 * j + 1]
+            flow_held(held_problem, held, passed)
+            cosine, sine = turned(held_problem.turn, 0, angle)
+            held_motion(held_problem, held, rows[row, STOP] * clearance, problem.omega, cosine, sine, physical)
+            for i in range(count):
+                x[i, n] = physical[i]
+                v[i, n] = physical[count + i]
+            continue
         for j in range(count):
             u[j, 0] = rows[row, EVENT_COLUMNS + 2 * j]
             u[j, 1] = rows[row, EVENT_COLUMNS + 2 * j + 1]
-        flow_state(problem, u, (half - rows[row, 0]) * half_time + (time - rows[row, 1]))
-        angle = 2.0 * math.pi * within / samples_per_period
-        c, s = math.cos(angle), math.sin(angle)
+        flow_state(problem, u, passed)
         for i in range(count):
             x[i, n] = steady[i].imag * c + steady[i].real * s
             v[i, n] = problem.omega * (steady[i].real * c - steady[i].imag * s)

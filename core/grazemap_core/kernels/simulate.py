@@ -14,21 +14,30 @@ from numpy.typing import NDArray
 from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, first_mass
 from grazemap_core.kernels.closing import (
     BUDGET,
-    CHATTERS,
     NAMED,
     NOT_CLOSED,
+    NOT_HELD,
     OVERFLOWS,
     Orbit,
     enter,
     name_motion,
 )
-from grazemap_core.kernels.contact import (
-    COMPLETE_CHATTER,
+from grazemap_core.kernels.contact import is_clear
+from grazemap_core.kernels.held import HeldProblem
+from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
+from grazemap_core.kernels.walk import walk_cell
+from grazemap_core.kernels.workspace import (
+    ANCHOR,
+    AT_STOP,
+    FOLLOWED,
+    HELD,
     IMPACT_BUDGET_SPENT,
+    NO_HELD_FLOW,
     OK,
+    ROWS,
+    UNDECIDED,
     Workspace,
-    is_clear,
-    walk_cell,
+    clear_tally,
 )
 from grazemap_core.tolerances import CLEARED, CONTACT_ROUNDING, SETTLING_IMPACTS
 
@@ -39,35 +48,43 @@ RECORD_FULL = 100
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run_half(problem: CellProblem, u: FloatArray, clearance: float, half: int, work: Workspace) -> int:
-    """Carry a state over half a forcing period, in place. Statuses as `walk_cell`."""
+def run_half(
+    problem: CellProblem, held: HeldProblem, u: FloatArray, clearance: float, half: int, work: Workspace
+) -> int:
+    """Carry a state over half a forcing period, in place. Statuses as `walk_cell`.
+
+    While mass 1 rests on a stop u is only where the half period ends: the free state at that moment, which the next
+    half does not go on from.
+    """
     cells = problem.cells // 2
     first = (half % 2) * cells
     x, v = first_mass(problem, u, problem.gain[first, 0], problem.gain[first, 1])
     reach, fourth = bounds(problem, u)
     limit = clearance - CONTACT_ROUNDING * (reach + clearance)
-    work.tally[0] = 0.0
-    work.tally[1] = 0.0
-    work.tally[2] = np.inf
+    clear_tally(work.tally)
     for cell in range(first, first + cells):
         work.saved[:] = u
         x_end, v_end = advance_cell(problem, u, cell + 1)
-        if work.cursor[0] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, limit):
+        if work.cursor[ANCHOR] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, limit):
             u[:] = work.saved
-            status = walk_cell(problem, u, clearance, cell, half, work)
+            status = walk_cell(problem, u, clearance, cell, 0.0, half, work)
+            if status == AT_STOP:
+                status = rest_in_cell(problem, held, u, clearance, cell, half, work)
             if status != OK:
                 return status
             x_end, v_end = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
             reach, fourth = bounds(problem, u)
             limit = clearance - CONTACT_ROUNDING * (reach + clearance)
         x, v = x_end, v_end
+    if work.cursor[HELD] != 0:
+        free_of_rest(problem, held, u, clearance, first + cells, 0.0, work)
     return OK
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _reason(status: int) -> int:
-    if status == COMPLETE_CHATTER:
-        return CHATTERS
+    if status == NO_HELD_FLOW:
+        return NOT_HELD
     if status == IMPACT_BUDGET_SPENT:
         return BUDGET
     return OVERFLOWS
@@ -76,63 +93,61 @@ def _reason(status: int) -> int:
 @njit(cache=True, nogil=True, error_model="numpy")
 def settle(
     problem: CellProblem,
+    held: HeldProblem,
     u: FloatArray,
     clearance: float,
-    stop_left: int,
     max_periods: int,
     max_period: int,
     ring: Orbit,
     work: Workspace,
-) -> tuple[int, int, int, int, bool, float, int]:
+) -> tuple[int, int, int, int, bool, float, bool, int]:
     """Run a trajectory until its motion can be named, or for `max_periods` forcing periods.
 
     Parameters
     ----------
     u : (N, 2)
-        Initial state; carried along in place.
-    stop_left : int
-        The stop that mass 1 starts on (+1 A, -1 C), or 0.
+        Initial state between the stops; carried along in place.
     ring, work
         Scratch; overwritten.
 
     Returns
     -------
     reason : a code of `closing`; NAMED when the motion is known.
-    period, impacts_right, impacts_left, symmetric, least_speed : as `name_motion`.
+    period, impacts_right, impacts_left, symmetric, least_speed, sticking : as `name_motion`.
     settled_after : int
         Forcing periods after which the orbit had closed, or after which no contact was possible any more; -1 unless
         NAMED.
     """
-    work.cursor[0] = stop_left
-    work.cursor[1] = 0
-    work.tally[0] = 0.0
-    work.tally[1] = 0.0
-    work.tally[2] = np.inf
+    work.cursor[:] = 0
+    clear_tally(work.tally)
     enter(ring, 0, u, work)
     reason = NOT_CLOSED
     impacts = 0.0
     for k in range(1, 2 * max_periods + 1):
-        status = run_half(problem, u, clearance, k - 1, work)
+        status = run_half(problem, held, u, clearance, k - 1, work)
         if status != OK:
-            return _reason(status), 0, 0, 0, False, np.inf, -1
-        impacts += work.tally[0] + work.tally[1]
+            return _reason(status), 0, 0, 0, False, np.inf, False, -1
+        impacts += work.tally[FOLLOWED]
         if impacts > SETTLING_IMPACTS:
-            return BUDGET, 0, 0, 0, False, np.inf, -1
+            return BUDGET, 0, 0, 0, False, np.inf, False, -1
         enter(ring, k, u, work)
         reach, _ = bounds(problem, u)
-        if problem.damped and work.cursor[0] == 0 and reach < CLEARED * clearance:
+        if problem.damped and work.cursor[ANCHOR] == 0 and reach < CLEARED * clearance:
             # the envelope of everything to come stays between the stops: never again a contact, and all else decays
-            return NAMED, 1, -1, -1, True, np.inf, (k + 1) // 2
-        reason, period, right, left, symmetric, least = name_motion(problem, ring, k, max_period, clearance, reach)
+            return NAMED, 1, -1, -1, True, np.inf, False, (k + 1) // 2
+        reason, period, right, left, symmetric, least, sticking = name_motion(
+            problem, ring, k, max_period, clearance, reach
+        )
         if reason == NAMED:
             window = period if symmetric else 2 * period  # half periods after which z returns
-            return NAMED, period, right, left, symmetric, least, max(0, (k - 3 * window + 1) // 2)
-    return reason, 0, 0, 0, False, np.inf, -1
+            return NAMED, period, right, left, symmetric, least, sticking, max(0, (k - 3 * window + 1) // 2)
+    return reason, 0, 0, 0, False, np.inf, False, -1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def settle_column(
     problem: CellProblem,
+    held: HeldProblem,
     initial: FloatArray,
     clearances: FloatArray,
     max_periods: int,
@@ -144,14 +159,14 @@ def settle_column(
 ) -> None:
     """Settle one trajectory per clearance, all from the state `initial` (N, 2) between the stops.
 
-    integers (n, 6) receives reason, period, impacts_right, impacts_left, symmetric, settled_after; least_speed (n,)
-    the least impact speed, NaN without impacts.
+    integers (n, 7) receives reason, period, impacts_right, impacts_left, symmetric, settled_after, sticking;
+    least_speed (n,) the least impact speed, NaN without impacts.
     """
     u = np.empty_like(initial)
     for i in range(clearances.shape[0]):
         u[:] = initial
-        reason, period, right, left, symmetric, least, after = settle(
-            problem, u, clearances[i], 0, max_periods, max_period, ring, work
+        reason, period, right, left, symmetric, least, sticking, after = settle(
+            problem, held, u, clearances[i], max_periods, max_period, ring, work
         )
         integers[i, 0] = reason
         integers[i, 1] = period
@@ -159,12 +174,14 @@ def settle_column(
         integers[i, 3] = left
         integers[i, 4] = 1 if symmetric else 0
         integers[i, 5] = after
+        integers[i, 6] = 1 if sticking else 0
         least_speed[i] = least if np.isfinite(least) else np.nan
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_recorded(
     problem: CellProblem,
+    held: HeldProblem,
     u: FloatArray,
     clearance: float,
     halves_done: int,
@@ -179,14 +196,24 @@ def run_recorded(
     the status with which the trajectory ended, u being the state there.
     """
     start = np.empty_like(u)
+    resting = np.empty_like(held.state)
+    cursor = np.empty_like(work.cursor)
+    floats = np.empty(5)
     for half in range(halves_done, halves):
         start[:] = u
-        cursor_stop, cursor_row = work.cursor[0], work.cursor[1]
-        status = run_half(problem, u, clearance, half, work)
-        if work.cursor[1] > work.events.shape[0]:
+        resting[:] = held.state
+        cursor[:] = work.cursor
+        floats[:2] = work.near[:2]
+        floats[2:4] = held.since
+        floats[4] = work.tally[UNDECIDED]
+        status = run_half(problem, held, u, clearance, half, work)
+        if work.cursor[ROWS] > work.events.shape[0]:
             u[:] = start
-            work.cursor[0] = cursor_stop
-            work.cursor[1] = cursor_row
+            held.state[:] = resting
+            work.cursor[:] = cursor
+            work.near[:2] = floats[:2]
+            held.since[:] = floats[2:4]
+            work.tally[UNDECIDED] = floats[4]
             return RECORD_FULL, half
         if status != OK:
             return status, half

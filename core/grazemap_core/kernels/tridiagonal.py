@@ -117,14 +117,24 @@ def residual(
     high: Floats,
     low: Floats,
     out: Complexes,
+    wall_stiffness: float,
+    wall_damping: float,
 ) -> None:
     """Write ``f - (K - omega^2 M + i omega C) x`` to `out` of shape (N,), in double-double until the end.
 
-    `high` + `low`, each of shape (N, 2), is x: real and imaginary parts.
+    `high` + `low`, each of shape (N, 2), is x: real and imaginary parts. The wall as in `steady_amplitudes`.
     """
     count = masses.size
     square_high, square_low = two_prod(omega, omega)
     real_high, real_low, imag_high, imag_low = 0.0, 0.0, 0.0, 0.0  # force in the link before
+    if wall_stiffness > 0.0:  # (k + i omega c)(0 - x_1)
+        dash_high, dash_low = two_prod(omega, wall_damping)
+        a_high, a_low = dd_scale(high[0, 0], low[0, 0], -wall_stiffness)
+        b_high, b_low = _dd_product(high[0, 1], low[0, 1], dash_high, dash_low)
+        real_high, real_low = dd_add(a_high, a_low, b_high, b_low)
+        a_high, a_low = dd_scale(high[0, 1], low[0, 1], -wall_stiffness)
+        b_high, b_low = _dd_product(high[0, 0], low[0, 0], dash_high, dash_low)
+        imag_high, imag_low = dd_add(a_high, a_low, -b_high, -b_low)
     for i in range(count):
         if i + 1 < count:
             re_high, re_low = dd_add(high[i, 0], low[i, 0], -high[i + 1, 0], -low[i + 1, 0])
@@ -155,7 +165,13 @@ def residual(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def steady_amplitudes(
-    masses: Floats, stiffnesses: Floats, link_damping: Floats, forcing: Floats, omega: Floats
+    masses: Floats,
+    stiffnesses: Floats,
+    link_damping: Floats,
+    forcing: Floats,
+    omega: Floats,
+    wall_stiffness: float = 0.0,
+    wall_damping: float = 0.0,
 ) -> tuple[Complexes, NDArray[np.int64]]:
     """Return the response to ``f sin(omega t)`` as complex amplitudes, x(t) = Im(amplitude e^{i omega t}).
 
@@ -163,6 +179,8 @@ def steady_amplitudes(
     ----------
     masses, stiffnesses, link_damping, forcing : ndarray of shape (N,)
     omega : ndarray of shape (n,)
+    wall_stiffness, wall_damping : float
+        Of the link that holds the first mass to a wall; 0 when there is none.
 
     Returns
     -------
@@ -185,7 +203,7 @@ def steady_amplitudes(
     for point in range(omega.size):
         frequency = omega[point]
         for i in range(count):
-            before = complex(0.0, 0.0)
+            before = complex(wall_stiffness, frequency * wall_damping)
             if i > 0:
                 before = complex(stiffnesses[i - 1], frequency * link_damping[i - 1])
             link = complex(stiffnesses[i], frequency * link_damping[i])
@@ -223,7 +241,18 @@ def steady_amplitudes(
             first = abs(high[0, 0]) + abs(high[0, 1])
             if remaining <= STEADY_ACCURACY * max(first, STEADY_ACCURACY * largest):
                 break
-            residual(masses, stiffnesses, link_damping, forcing, frequency, high, low, step)
+            residual(
+                masses,
+                stiffnesses,
+                link_damping,
+                forcing,
+                frequency,
+                high,
+                low,
+                step,
+                wall_stiffness,
+                wall_damping,
+            )
             solve(lower, diagonal, upper, second, swapped, step)
         if not remaining <= STEADY_DIVERGED * largest:
             status[point] = RESONANT

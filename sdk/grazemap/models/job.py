@@ -77,11 +77,16 @@ class JobList(Response):
     links: list[Link] = []
 
 
+INFINITE = -2
+"""Stands for infinitely many impacts in a count of them."""
+
+
 class Motion(Response):
     """The type of motion n-p_r-q_l that a trajectory settled to.
 
     `impacts_right` and `impacts_left` count contacts per `period` with stops A and C; -1: the stop is not touched,
-    0: it is touched at zero velocity. All of them are None when the motion is unresolved, and `reason` says why.
+    0: it is touched at zero velocity, INFINITE: infinitely often, in complete chatter. `sticking` says whether mass 1
+    rests on a stop some time in the period. All of them are None when the motion is unresolved, and `reason` says why.
     """
 
     kind: Literal["periodic", "quasi-periodic", "chaotic", "unresolved"]
@@ -89,15 +94,21 @@ class Motion(Response):
     impacts_right: int | None = None
     impacts_left: int | None = None
     symmetric: bool | None = None
+    sticking: bool | None = None
     label: str | None = None
     certified: bool = False
     reason: str | None = None
 
 
 def motion_label(period: int, impacts_right: int, impacts_left: int) -> str:
-    """Return the label n-p_r-q_l as plain text, for example "1-2r-2l" or "1-(-1)r-(-1)l"."""
+    """Return the label n-p_r-q_l as plain text, for example "1-2r-2l" or "1-(-1)r-(-1)l".
+
+    INFINITE reads "1-∞r-∞l".
+    """
 
     def count(impacts: int) -> str:
+        if impacts == INFINITE:
+            return "∞"
         return f"({impacts})" if impacts < 0 else str(impacts)
 
     return f"{period}-{count(impacts_right)}r-{count(impacts_left)}l"

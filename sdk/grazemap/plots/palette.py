@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from grazemap.models.job import INFINITE
 from grazemap.results import MotionShare
 
 UNRESOLVED = "#909090"
@@ -66,7 +67,8 @@ def motion_text(motion: MotionShare) -> str:
     """Return a motion's label with subscripts, n-p_r-q_l, as mathtext; its kind when it is not periodic."""
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
         return motion.kind
-    right, left = (f"({n})" if n < 0 else str(n) for n in (motion.impacts_right, motion.impacts_left))
+    counts = (motion.impacts_right, motion.impacts_left)
+    right, left = (r"\infty" if n == INFINITE else f"({n})" if n < 0 else str(n) for n in counts)
     return f"{motion.period}-${right}_r$-${left}_l$"
 
 

@@ -31,8 +31,11 @@ class UnfoldingMap(Result):
         Index into `kinds`.
     kinds : tuple of str
     period, impacts_right, impacts_left : ndarray of int, shape (clearance, omega)
-        The label n-p_r-q_l; it counts only where the kind is "periodic".
+        The label n-p_r-q_l; it counts only where the kind is "periodic". -1: the stop is not touched, -2: infinitely
+        many impacts, in complete chatter.
     symmetric : ndarray of bool, shape (clearance, omega)
+    sticking : ndarray of bool, shape (clearance, omega)
+        Whether mass 1 rests on a stop some time in the period.
     least_impact_velocity : ndarray of shape (clearance, omega)
         NaN where the motion has no impacts.
     settled_after : ndarray of int, shape (clearance, omega)
@@ -52,6 +55,7 @@ class UnfoldingMap(Result):
     impacts_right: IntArray
     impacts_left: IntArray
     symmetric: NDArray[np.bool_]
+    sticking: NDArray[np.bool_]
     least_impact_velocity: FloatArray
     settled_after: IntArray
     reason: IntArray
@@ -64,7 +68,7 @@ class UnfoldingMap(Result):
             **{name: floats(document[name]) for name in ("omega", "clearance", "least_impact_velocity")},
             **{name: integers(document[name]) for name in whole},
             **{name: tuple(str(text) for text in document[name]) for name in ("kinds", "reasons")},
-            "symmetric": np.asarray(document["symmetric"], dtype=np.bool_),
+            **{name: np.asarray(document[name], dtype=np.bool_) for name in ("symmetric", "sticking")},
         }
 
     def motions(self) -> list[MotionShare]:

@@ -55,6 +55,7 @@ def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) 
             "impacts_right": motion.get("impacts_right"),
             "impacts_left": motion.get("impacts_left"),
             "symmetric": motion.get("symmetric"),
+            "sticking": motion.get("sticking"),
             "label": label,
             "certified": motion.get("certified", False),
             "reason": motion.get("reason"),

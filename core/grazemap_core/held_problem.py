@@ -1,0 +1,124 @@
+"""From an oscillator to the arrays that describe it while mass 1 rests on a stop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.errors import ConditioningError
+from grazemap_core.kernels.held import HeldProblem
+from grazemap_core.modal import ModalModel, modal_model
+from grazemap_core.oscillator import Floats, Oscillator
+from grazemap_core.steady import held_response
+
+
+@dataclass(frozen=True, eq=False)
+class HeldModel:
+    """The chain behind a resting mass 1, for every forcing frequency.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    free : ModalModel
+        Of the whole chain.
+    held : ModalModel or None
+        Of masses 2 .. N behind the wall; None for one mass, and where it would lose digits.
+    """
+
+    oscillator: Oscillator
+    free: ModalModel
+    held: ModalModel | None
+
+    @property
+    def exists(self) -> bool:
+        """Whether the motion behind a resting mass 1 is known in closed form."""
+        return self.held is not None or self.oscillator.size == 1
+
+
+def held_model(oscillator: Oscillator, free: ModalModel) -> HeldModel:
+    """Return the model of an oscillator whose mass 1 rests; `free` is the modal model of the whole chain."""
+    chain = oscillator.held_chain
+    if chain is None:
+        return HeldModel(oscillator, free, None)
+    try:
+        return HeldModel(oscillator, free, modal_model(chain))
+    except ConditioningError:  # most trajectories never come to rest: only one that does is ended by this
+        return HeldModel(oscillator, free, None)
+
+
+def held_problem(
+    model: HeldModel, free_steady: NDArray[np.complex128], omega: float, cells: int, phase: float
+) -> HeldProblem:
+    """Return the kernels' view of a resting mass 1 at one forcing frequency.
+
+    Parameters
+    ----------
+    model : HeldModel
+    free_steady : complex, shape (N,)
+        Steady response of every mass of the whole chain.
+    omega, phase : float
+        Forcing frequency, and forcing phase at t = 0.
+    cells : int
+        Per forcing period.
+    """
+    oscillator = model.oscillator
+    count = oscillator.size - 1
+    m1, k1, c1 = oscillator.masses[0], oscillator.stiffnesses[0], oscillator.link_damping[0]
+    compliance = 1.0 / oscillator.stiffnesses
+    # springs in series: one force in all links
+    profile = np.cumsum(compliance[::-1])[::-1][1:] / np.sum(compliance)
+    steady = np.zeros(count, dtype=np.complex128)
+    exists = model.exists
+    if model.held is not None:
+        chain = oscillator.held_chain
+        assert chain is not None
+        response, found = held_response(chain, oscillator.forcing[1:].copy(), np.array([omega]))
+        steady, exists = response[0], bool(found[0])
+    pull = oscillator.forcing[0] / m1
+    if exists and count > 0:
+        pull = (oscillator.forcing[0] + (k1 + 1j * omega * c1) * steady[0]) / m1
+
+    # mirrored exactly, as the table of the free motion
+    angles = phase + 2.0 * math.pi * np.arange(cells // 2) / cells
+    half = np.exp(1j * angles)
+    turn = np.concatenate([half, -half, half[:1]])
+    blocks = model.held
+    readout = np.zeros((count, 4))
+    if blocks is not None:
+        a, b = blocks.shape[0, :, 0], blocks.shape[0, :, 1]
+        # x_2, v_2 and the acceleration of mass 2 in (u, u')
+        position, velocity = np.stack([a, b]), np.stack([-b * blocks.frequency_squared, a - 2.0 * blocks.decay * b])
+        square, twice = blocks.frequency_squared, 2.0 * blocks.decay
+        first = (k1 * position + c1 * velocity) / m1
+        readout = np.stack([first[0], first[1], -first[1] * square, first[0] - twice * first[1]], axis=1)
+    empty = np.zeros(count)
+    square_empty = np.zeros((2 * count, 2 * count))
+    return HeldProblem(
+        decay=empty if blocks is None else np.ascontiguousarray(blocks.decay),
+        discriminant=empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
+        frequency_squared=empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
+        readout=np.ascontiguousarray(readout),
+        gain=_pairs(pull * turn),
+        inward=float(1.0 / np.sum(compliance) / m1),
+        drag=float(c1 / m1),
+        profile=np.ascontiguousarray(profile),
+        turn=_pairs(turn),
+        steady=_pairs(steady),
+        free_steady=_pairs(free_steady),
+        to_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.to_modal),
+        from_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.from_modal),
+        to_free=np.ascontiguousarray(model.free.to_modal),
+        from_free=np.ascontiguousarray(model.free.from_modal),
+        exists=exists,
+        state=np.zeros((count, 2)),
+        since=np.zeros(2),
+        physical=np.zeros(2 * count + 2),
+    )
+
+
+def _pairs(values: NDArray[np.complex128]) -> Floats:
+    """Return complex numbers as an array of (real, imaginary), shape (n, 2)."""
+    return np.ascontiguousarray(np.stack([values.real, values.imag], axis=1))
