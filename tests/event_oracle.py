@@ -8,6 +8,7 @@ by the sign of a 40-digit number.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any, Self
 
 import mpmath as mp
 import numpy as np
@@ -33,6 +34,12 @@ class EventOracle:
     times: list[mp.mpf] = field(default_factory=list)
     stops: list[int] = field(default_factory=list)
     speeds: list[mp.mpf] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, oscillator: Any, omega: float, clearance: float, **start: Any) -> Self:
+        """Take over the numbers, and nothing else, of the core's oscillator."""
+        numbers = (oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing)
+        return cls(*(values.tolist() for values in numbers), oscillator.restitution, omega, clearance, **start)
 
     def __post_init__(self) -> None:
         n = len(self.masses)

@@ -15,7 +15,7 @@ from grazemap_core.kernels.cells import CellProblem, bounds
 from grazemap_core.kernels.closing import Orbit
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.sampling import sample_motion
-from grazemap_core.kernels.simulate import RECORD_FULL, run_recorded
+from grazemap_core.kernels.simulate import RECORD_FULL, is_free_for_ever, reason_of_end, run_recorded
 from grazemap_core.kernels.sticking import rest_behind_impact, start_on_stop
 from grazemap_core.kernels.walk import land
 from grazemap_core.kernels.workspace import (
@@ -26,10 +26,7 @@ from grazemap_core.kernels.workspace import (
     HALF,
     HELD,
     IMPACT,
-    IMPACT_BUDGET_SPENT,
     KIND,
-    NO_HELD_FLOW,
-    NOT_FINITE,
     OK,
     RELEASE,
     REST,
@@ -44,15 +41,9 @@ from grazemap_core.kernels.workspace import (
 from grazemap_core.motion import Motion, motion_from_codes
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import CLEARED, LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 Floats = NDArray[np.float64]
-
-_ENDINGS = {
-    NO_HELD_FLOW: closing.NOT_HELD,
-    IMPACT_BUDGET_SPENT: closing.BUDGET,
-    NOT_FINITE: closing.OVERFLOWS,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,13 +299,13 @@ def _motion(
     halves: int,
     max_period: int,
     clearance: float,
-    stop_left: int,
+    anchor: int,
 ) -> Motion:
     """Name the motion at the end of a trajectory."""
     if status != OK:
-        return motion_from_codes(_ENDINGS[status], 0, 0, 0, False, False)
+        return motion_from_codes(reason_of_end(status), 0, 0, 0, False, False)
     reach, _ = bounds(problem, u)
-    if stop_left == 0 and problem.damped and reach < CLEARED * clearance:
+    if is_free_for_ever(problem, reach, anchor, clearance):
         return motion_from_codes(closing.NAMED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = closing.name_motion(
         problem, ring, halves, max_period, clearance, reach

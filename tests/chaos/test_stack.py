@@ -16,6 +16,7 @@ from typing import Any
 
 import psutil
 import pytest
+from watching import living, until
 
 from grazemap_worker.store import connect
 
@@ -24,27 +25,6 @@ MAP = {
     "clearance": {"start": 1.3, "stop": 2.0, "points": 80},
 }
 LARGER_MAP = {**MAP, "omega": {"start": 0.26, "stop": 0.30, "points": 400}}
-
-
-def until(condition: Callable[[], object], seconds: float) -> float:
-    """Wait for a condition; return the seconds it took, or fail."""
-    started = time.monotonic()
-    while not condition():
-        assert time.monotonic() - started < seconds, "it did not happen in time"
-        time.sleep(0.02)
-    return time.monotonic() - started
-
-
-def living(processes: list[psutil.Process]) -> list[psutil.Process]:
-    """Those that run; one that ended and that nobody has waited for yet is dead all the same."""
-    found = []
-    for process in processes:
-        try:
-            if process.status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
-                found.append(process)
-        except psutil.NoSuchProcess:
-            continue
-    return found
 
 
 class RunningStack:

@@ -15,20 +15,8 @@ from grazemap_core.steady import forced_response
 from grazemap_core.trajectory import trajectory
 from grazemap_core.unfolding import unfolding_map_tile
 
+oracle = StickingOracle.of
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def oracle(oscillator: Oscillator, omega: float, clearance: float, **start: object) -> StickingOracle:
-    return StickingOracle(
-        oscillator.masses.tolist(),
-        oscillator.stiffnesses.tolist(),
-        oscillator.link_damping.tolist(),
-        oscillator.forcing.tolist(),
-        oscillator.restitution,
-        omega,
-        clearance,
-        **start,
-    )
 
 
 def random_case(seed: int) -> tuple[Oscillator, float, float]:

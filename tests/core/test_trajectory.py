@@ -14,20 +14,8 @@ from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import steady_response
 from grazemap_core.trajectory import trajectory
 
+oracle = EventOracle.of
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def oracle(oscillator: Oscillator, omega: float, clearance: float, **start: object) -> EventOracle:
-    return EventOracle(
-        oscillator.masses.tolist(),
-        oscillator.stiffnesses.tolist(),
-        oscillator.link_damping.tolist(),
-        oscillator.forcing.tolist(),
-        oscillator.restitution,
-        omega,
-        clearance,
-        **start,
-    )
 
 
 def random_case(rng: np.random.Generator) -> tuple[Oscillator, float, float]:

@@ -19,6 +19,7 @@ import pytest
 from rq import Queue
 from rq.job import Job as RqJob
 from rq.webhook import Webhook
+from watching import living, until
 
 from grazemap.codec import decode_npz
 from grazemap.models import Job, UnfoldingMapsRequest, grid_values
@@ -36,15 +37,6 @@ SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2)
 Start = Callable[..., psutil.Process]
 
 
-def until(condition: Callable[[], object], seconds: float) -> float:
-    """Wait for a condition; return the seconds it took, or fail."""
-    started = time.monotonic()
-    while not condition():
-        assert time.monotonic() - started < seconds, "it did not happen in time"
-        time.sleep(0.02)
-    return time.monotonic() - started
-
-
 def horses(supervisor: psutil.Process) -> list[psutil.Process]:
     """The work-horses that run: grandchildren of the supervisor."""
     found = []
@@ -54,18 +46,6 @@ def horses(supervisor: psutil.Process) -> list[psutil.Process]:
         except psutil.NoSuchProcess:
             continue
     return living(found)
-
-
-def living(processes: list[psutil.Process]) -> list[psutil.Process]:
-    """Those that run; one that ended and that nobody has waited for yet is dead all the same."""
-    found = []
-    for process in processes:
-        try:
-            if process.status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
-                found.append(process)
-        except psutil.NoSuchProcess:
-            continue
-    return found
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Whole trajectories: half period after half period, with or without a record of the impacts.
 
-`run_halves` is the one loop over cells; `settle` runs a trajectory until its motion can be named, and `settle_column`
+`run_half` is the one loop over cells; `settle` runs a trajectory until its motion can be named, and `settle_column`
 does so for a column of clearances. Serial on purpose: parallelism comes from processes, and every trajectory gives the
 same bytes whatever runs beside it.
 """
@@ -82,12 +82,19 @@ def run_half(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _reason(status: int) -> int:
+def reason_of_end(status: int) -> int:
+    """Return the reason code of a motion whose trajectory ended early with this status."""
     if status == NO_HELD_FLOW:
         return NOT_HELD
     if status == IMPACT_BUDGET_SPENT:
         return BUDGET
     return OVERFLOWS
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_free_for_ever(problem: CellProblem, reach: float, anchor: int, clearance: float) -> bool:
+    """Say whether the envelope of everything to come stays between the stops: no contact any more, and all decays."""
+    return problem.damped and anchor == 0 and reach < CLEARED * clearance
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -126,14 +133,13 @@ def settle(
     for k in range(1, 2 * max_periods + 1):
         status = run_half(problem, held, u, clearance, k - 1, work)
         if status != OK:
-            return _reason(status), 0, 0, 0, False, np.inf, False, -1
+            return reason_of_end(status), 0, 0, 0, False, np.inf, False, -1
         impacts += work.tally[FOLLOWED]
         if impacts > SETTLING_IMPACTS:
             return BUDGET, 0, 0, 0, False, np.inf, False, -1
         enter(ring, k, u, work)
         reach, _ = bounds(problem, u)
-        if problem.damped and work.cursor[ANCHOR] == 0 and reach < CLEARED * clearance:
-            # the envelope of everything to come stays between the stops: never again a contact, and all else decays
+        if is_free_for_ever(problem, reach, work.cursor[ANCHOR], clearance):
             return NAMED, 1, -1, -1, True, np.inf, False, (k + 1) // 2
         reason, period, right, left, symmetric, least, sticking = name_motion(
             problem, ring, k, max_period, clearance, reach

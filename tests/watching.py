@@ -1,0 +1,29 @@
+"""Waiting for what processes do, and telling which of them live."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import psutil
+
+
+def until(condition: Callable[[], object], seconds: float) -> float:
+    """Wait for a condition; return the seconds it took, or fail."""
+    started = time.monotonic()
+    while not condition():
+        assert time.monotonic() - started < seconds, "it did not happen in time"
+        time.sleep(0.02)
+    return time.monotonic() - started
+
+
+def living(processes: list[psutil.Process]) -> list[psutil.Process]:
+    """Those that run; one that ended and that nobody has waited for yet is dead all the same."""
+    found = []
+    for process in processes:
+        try:
+            if process.status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
+                found.append(process)
+        except psutil.NoSuchProcess:
+            continue
+    return found
