@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -62,24 +63,33 @@ class RunningStack:
         raise AssertionError("the service did not come back")
 
     def child(self, word: str) -> psutil.Process:
-        """The stack's child with a word in its command line."""
-        return next(child for child in living(self.process.children()) if word in " ".join(child.cmdline()))
-
-    def horses(self) -> list[psutil.Process]:
-        found = []
-        for worker in living(self.child("grazemap_worker").children()):
-            try:
-                found += living(worker.children())
-            except psutil.NoSuchProcess:
-                continue
-        return found
-
-    def a_horse(self) -> psutil.Process:
-        """A work-horse, as soon as there is one."""
+        """The stack's child with a word in its command line, as soon as there is one."""
         found: list[psutil.Process] = []
 
         def look() -> list[psutil.Process]:
-            found[:] = self.horses()
+            for child in living(self.process.children()):
+                with contextlib.suppress(psutil.NoSuchProcess):  # it may end while it is looked at
+                    if word in " ".join(child.cmdline()):
+                        found.append(child)
+            return found
+
+        until(look, 15)
+        return found[0]
+
+    def busy_workers(self) -> list[tuple[psutil.Process, psutil.Process]]:
+        """Workers with the work-horses that they have at this moment."""
+        found = []
+        for worker in living(self.child("grazemap_worker").children()):
+            with contextlib.suppress(psutil.NoSuchProcess):
+                found += [(worker, horse) for horse in living(worker.children())]
+        return found
+
+    def a_busy_worker(self) -> tuple[psutil.Process, psutil.Process]:
+        """A worker and its work-horse, as soon as there are both."""
+        found: list[tuple[psutil.Process, psutil.Process]] = []
+
+        def look() -> list[tuple[psutil.Process, psutil.Process]]:
+            found[:] = self.busy_workers()
             return found
 
         until(look, 15)
@@ -136,11 +146,11 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
     redis.flushall()
 
     assert stack.request("/v1/unfolding-maps", MAP)["id"] == identity
-    stack.a_horse().kill()
+    _, killed = stack.a_busy_worker()
+    killed.kill()
+    until(lambda: not living([killed]), 2)
 
-    horse = stack.a_horse()
-    worker = horse.parent()
-    assert worker is not None
+    worker, horse = stack.a_busy_worker()
     worker.kill()
     until(lambda: not living([horse]), 1)
 
@@ -156,10 +166,10 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
 
 def test_deleting_a_job_stops_its_work_within_two_seconds(stack: RunningStack) -> None:
     identity = stack.request("/v1/unfolding-maps", LARGER_MAP)["id"]
-    until(stack.horses, 10)
+    stack.a_busy_worker()
     started = time.monotonic()
     assert stack.request(f"/v1/jobs/{identity}", method="DELETE")["status"] == "dismissed"
-    until(lambda: not stack.horses(), 2)
+    until(lambda: not stack.busy_workers(), 2)
     assert time.monotonic() - started < 2
     assert len(living(stack.child("grazemap_worker").children())) == 2
 
@@ -168,7 +178,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
     running = start("--data", str(tmp_path / "data"), "--ready-file", str(tmp_path / "ready"))
     assert json.loads((tmp_path / "ready").read_text())["url"] == running.url
     running.request("/v1/unfolding-maps", LARGER_MAP)
-    until(running.horses, 10)
+    running.a_busy_worker()
     everything = running.process.children(recursive=True)
     assert len(everything) >= 6  # Redis, service, supervisor, two workers, a work-horse
     # no TCP port but the service's, and the socket is for this user alone
