@@ -80,6 +80,16 @@ IMPACT_BUDGET: Final = 50_000
 SETTLING_IMPACTS: Final = 1_000_000
 """Impacts after which a trajectory that has not settled is given up: a second or two. Thousands are the rule."""
 
+LANE_DEGREE: Final = 14
+"""Degree of the polynomials over a cell in the lockstep kernel, about its middle (see CELL_REACH)."""
+
+LANE_SURE: Final = 1e-7
+"""What the certificates of the lockstep kernel must hold by, relative to the terms of the gap. Above the square root of
+round-off: then a root that round-off moves is still the only one. Lanes below it are followed more carefully."""
+
+MOST_FUSED_MASSES: Final = 5
+"""Masses up to which the lockstep kernel advances all blocks in one loop; the compiler unrolls no more."""
+
 # --- motion -------------------------------------------------------------------------------------------------------
 
 CLOSING_GOAL: Final = 1e-9

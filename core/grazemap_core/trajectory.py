@@ -308,6 +308,6 @@ def _motion(
     if is_free_for_ever(problem, reach, anchor, clearance):
         return motion_from_codes(closing.NAMED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = closing.name_motion(
-        problem, ring, halves, max_period, clearance, reach
+        problem, ring, 0, halves, halves, max_period, clearance, reach
     )
     return motion_from_codes(reason, period, right, left, symmetric, sticking)

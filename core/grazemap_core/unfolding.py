@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels import closing
-from grazemap_core.kernels.simulate import settle_column
+from grazemap_core.kernels.column import CODES, settle_column
+from grazemap_core.kernels.lane_tables import lane_tables
+from grazemap_core.kernels.lanes import LANES
+from grazemap_core.kernels.lockstep import lanes
 from grazemap_core.kernels.workspace import workspace
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
@@ -20,7 +23,12 @@ Floats = NDArray[np.float64]
 
 
 def unfolding_map_tile(
-    oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int = 1000, max_period: int = 32
+    oscillator: Oscillator,
+    omega: Floats,
+    clearance: Floats,
+    max_periods: int = 1000,
+    max_period: int = 32,
+    early: bool = True,
 ) -> dict[str, NDArray[Any]]:
     """Settle one trajectory from rest (forcing phase 0) per point of a grid.
 
@@ -59,18 +67,36 @@ def unfolding_map_tile(
     models = trajectory_models(oscillator)
     steady = forced_response(oscillator, omega)
     at_rest = np.zeros(oscillator.size)
-    ring = closing.orbit(oscillator.size, max_period)
+    ring = closing.orbit(oscillator.size, max_period, LANES)
+    group = lanes(oscillator.size)
+    masses = (0,) * oscillator.size
     work = workspace(oscillator.size)
     column = np.ascontiguousarray(clearance, dtype=np.float64)
     shape = (len(clearance), len(omega))
-    integers = np.empty((len(clearance), 7), dtype=np.int64)
+    integers = np.empty((len(clearance), CODES), dtype=np.int64)
     least = np.empty(len(clearance))
-    codes = np.empty((7, *shape), dtype=np.int64)
+    codes = np.empty((CODES, *shape), dtype=np.int64)
     least_velocity = np.empty(shape)
     for i, w in enumerate(omega):
         problem, held = cell_problem(models, steady[i], float(w))
         initial = free_state(models.free, steady[i], float(w), at_rest, at_rest, 0.0)
-        settle_column(problem, held, initial, column, max_periods, max_period, ring, work, integers, least)
+        tables = lane_tables(problem, held.drag)
+        settle_column(
+            masses,
+            problem,
+            held,
+            tables,
+            initial,
+            column,
+            max_periods,
+            max_period,
+            early,
+            group,
+            ring,
+            work,
+            integers,
+            least,
+        )
         codes[:, :, i] = integers.T
         least_velocity[:, i] = least
     reason, period, right, left, symmetric, after, sticking = codes

@@ -59,14 +59,14 @@ INFINITE = -2
 
 
 class Orbit(NamedTuple):
-    """The last half periods, a ring.
+    """The last half periods of one or more lanes, a ring.
 
     Attributes
     ----------
-    states : (2 N, ring)
-    impacts, held : (ring, 2)
+    states : (ring, 2 N, lanes)
+    impacts, held : (ring, 2, lanes)
         Per half and stop: impacts, and 1 where mass 1 has rested.
-    least, unpressed : (ring,)
+    least, unpressed : (ring, lanes)
         Least speed of all impacts, and of those at which mass 1 was not pressed against the stop.
     """
 
@@ -77,46 +77,46 @@ class Orbit(NamedTuple):
     unpressed: FloatArray
 
 
-def orbit(blocks: int, max_period: int) -> Orbit:
+def orbit(blocks: int, max_period: int, lanes: int = 1) -> Orbit:
     """Return an empty ring long enough to judge motions of up to `max_period` forcing periods."""
     ring = 8 * max_period + 2
     return Orbit(
-        states=np.zeros((2 * blocks, ring)),
-        impacts=np.zeros((ring, 2)),
-        held=np.zeros((ring, 2)),
-        least=np.full(ring, np.inf),
-        unpressed=np.full(ring, np.inf),
+        states=np.zeros((ring, 2 * blocks, lanes)),
+        impacts=np.zeros((ring, 2, lanes)),
+        held=np.zeros((ring, 2, lanes)),
+        least=np.full((ring, lanes), np.inf),
+        unpressed=np.full((ring, lanes), np.inf),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def enter(ring: Orbit, k: int, u: FloatArray, work: Workspace) -> None:
-    """Enter the state after k half periods and the tally of the half period that led to it; clear the tally."""
+    """Enter the state after k half periods into lane 0 with the tally of the half before it; clear the tally."""
     row = k % ring.least.shape[0]
     sign = 1.0 if k % 2 == 0 else -1.0
     for j in range(u.shape[0]):
-        ring.states[2 * j, row] = sign * u[j, 0]
-        ring.states[2 * j + 1, row] = sign * u[j, 1]
+        ring.states[row, 2 * j, 0] = sign * u[j, 0]
+        ring.states[row, 2 * j + 1, 0] = sign * u[j, 1]
     # in the frame of z the stops change sides every half period
     first = 0 if (k - 1) % 2 == 0 else 1
-    ring.impacts[row, first] = work.tally[RIGHT]
-    ring.impacts[row, 1 - first] = work.tally[LEFT]
-    ring.held[row, first] = work.tally[HELD_RIGHT]
-    ring.held[row, 1 - first] = work.tally[HELD_LEFT]
-    ring.least[row] = work.tally[LEAST_SPEED]
-    ring.unpressed[row] = work.tally[LEAST_UNPRESSED]
+    ring.impacts[row, first, 0] = work.tally[RIGHT]
+    ring.impacts[row, 1 - first, 0] = work.tally[LEFT]
+    ring.held[row, first, 0] = work.tally[HELD_RIGHT]
+    ring.held[row, 1 - first, 0] = work.tally[HELD_LEFT]
+    ring.least[row, 0] = work.tally[LEAST_SPEED]
+    ring.unpressed[row, 0] = work.tally[LEAST_UNPRESSED]
     clear_tally(work.tally)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _separation(problem: CellProblem, ring: Orbit, k: int, m: int, clearance: float, enough: float) -> float:
+def _separation(problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float, enough: float) -> float:
     """Return the distance of z_k and z_(k-m) in units of the clearance; any value above `enough` may be cut short."""
     size = ring.least.shape[0]
     now, then = k % size, (k - m) % size
     enough *= clearance
     largest = 0.0
     for i in range(2 * problem.decay.shape[0]):
-        change = abs(ring.states[i, now] - ring.states[i, then])
+        change = abs(ring.states[now, i, lane] - ring.states[then, i, lane])
         largest = max(largest, change * problem.closeness[i // 2, i % 2])
         if largest > enough:
             break
@@ -124,17 +124,17 @@ def _separation(problem: CellProblem, ring: Orbit, k: int, m: int, clearance: fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _least_return(problem: CellProblem, ring: Orbit, k: int, longest: int, clearance: float) -> int:
+def _least_return(problem: CellProblem, ring: Orbit, lane: int, k: int, longest: int, clearance: float) -> int:
     """Return the least m <= longest with z_k closer than CLOSING_GOAL to z_(k-m), or 0."""
     size = ring.least.shape[0]
     row = k % size
-    here = ring.states[0, row]
+    here = ring.states[row, 0, lane]
     near = CLOSING_GOAL * clearance / problem.closeness[0, 0]
     for m in range(1, longest + 1):
         row = row - 1 if row > 0 else size - 1
         # one coordinate tells most returns apart; the others are looked at only where it agrees
-        if abs(ring.states[0, row] - here) <= near and (
-            _separation(problem, ring, k, m, clearance, CLOSING_GOAL) <= CLOSING_GOAL
+        if abs(ring.states[row, 0, lane] - here) <= near and (
+            _separation(problem, ring, lane, k, m, clearance, CLOSING_GOAL) <= CLOSING_GOAL
         ):
             return m
     return 0
@@ -152,12 +152,21 @@ def _count(impacts: float, held: float) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def name_motion(
-    problem: CellProblem, ring: Orbit, k: int, max_period: int, clearance: float, reach: float
+    problem: CellProblem,
+    ring: Orbit,
+    lane: int,
+    k: int,
+    entered: int,
+    max_period: int,
+    clearance: float,
+    reach: float,
 ) -> tuple[int, int, int, int, bool, float, bool]:
-    """Judge the orbit after k half periods.
+    """Judge the orbit of a lane after k half periods.
 
     Parameters
     ----------
+    entered : int
+        Half periods that the lane has done: k, or less where its trajectory began later than the ring.
     reach : float
         Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
 
@@ -173,21 +182,21 @@ def name_motion(
     sticking : bool
         Whether mass 1 rests on a stop some time in the period.
     """
-    m = _least_return(problem, ring, k, min(2 * max_period, k // 4), clearance)
+    m = _least_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     size = ring.least.shape[0]
     now, before, earlier_still = 0.0, 0.0, 0.0
     least, unpressed = np.inf, np.inf
     for i in range(m):
-        now = max(now, _separation(problem, ring, k - i, m, clearance, np.inf))
-        before = max(before, _separation(problem, ring, k - i - m, m, clearance, np.inf))
-        earlier_still = max(earlier_still, _separation(problem, ring, k - i - 2 * m, m, clearance, np.inf))
+        now = max(now, _separation(problem, ring, lane, k - i, m, clearance, np.inf))
+        before = max(before, _separation(problem, ring, lane, k - i - m, m, clearance, np.inf))
+        earlier_still = max(earlier_still, _separation(problem, ring, lane, k - i - 2 * m, m, clearance, np.inf))
         row, earlier = (k - i) % size, (k - i - m) % size
-        least = min(least, min(ring.least[row], ring.least[earlier]))
-        unpressed = min(unpressed, min(ring.unpressed[row], ring.unpressed[earlier]))
+        least = min(least, min(ring.least[row, lane], ring.least[earlier, lane]))
+        unpressed = min(unpressed, min(ring.unpressed[row, lane], ring.unpressed[earlier, lane]))
         for stop in range(2):
-            if ring.impacts[row, stop] != ring.impacts[earlier, stop]:
+            if ring.impacts[row, stop, lane] != ring.impacts[earlier, stop, lane]:
                 return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     speed = unpressed / (problem.omega * clearance)
     # a slow impact amplifies round-off by one over its speed
@@ -202,7 +211,7 @@ def name_motion(
             return SLOW, 0, 0, 0, False, np.inf, False
     away = SEPARATION * LIMIT_DISTANCE
     for smaller in range(1, m):
-        if _separation(problem, ring, k, smaller, clearance, away) <= away:
+        if _separation(problem, ring, lane, k, smaller, clearance, away) <= away:
             return SLOW, 0, 0, 0, False, np.inf, False
     if speed * speed <= SEPARATION * limit:
         return GRAZES, 0, 0, 0, False, np.inf, False
@@ -211,10 +220,10 @@ def name_motion(
     for i in range(m):
         row = (k - i) % size
         first = 0 if (k - i - 1) % 2 == 0 else 1
-        right += ring.impacts[row, first]
-        left += ring.impacts[row, 1 - first]
-        held_right += ring.held[row, first]
-        held_left += ring.held[row, 1 - first]
+        right += ring.impacts[row, first, lane]
+        left += ring.impacts[row, 1 - first, lane]
+        held_right += ring.held[row, first, lane]
+        held_left += ring.held[row, 1 - first, lane]
     symmetric = m % 2 == 1
     if symmetric:  # the other m halves of the motion are the mirror image of these
         right = left = right + left

@@ -1,8 +1,7 @@
 """Whole trajectories: half period after half period, with or without a record of the impacts.
 
-`run_half` is the one loop over cells; `settle` runs a trajectory until its motion can be named, and `settle_column`
-does so for a column of clearances. Serial on purpose: parallelism comes from processes, and every trajectory gives the
-same bytes whatever runs beside it.
+`run_half` is the one loop over cells; `settle` runs a trajectory until its motion can be named. One at a time;
+`lockstep` and `column` run many.
 """
 
 from __future__ import annotations
@@ -142,46 +141,12 @@ def settle(
         if is_free_for_ever(problem, reach, work.cursor[ANCHOR], clearance):
             return NAMED, 1, -1, -1, True, np.inf, False, (k + 1) // 2
         reason, period, right, left, symmetric, least, sticking = name_motion(
-            problem, ring, k, max_period, clearance, reach
+            problem, ring, 0, k, k, max_period, clearance, reach
         )
         if reason == NAMED:
             window = period if symmetric else 2 * period  # half periods after which z returns
             return NAMED, period, right, left, symmetric, least, sticking, max(0, (k - 3 * window + 1) // 2)
     return reason, 0, 0, 0, False, np.inf, False, -1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def settle_column(
-    problem: CellProblem,
-    held: HeldProblem,
-    initial: FloatArray,
-    clearances: FloatArray,
-    max_periods: int,
-    max_period: int,
-    ring: Orbit,
-    work: Workspace,
-    integers: NDArray[np.int64],
-    least_speed: FloatArray,
-) -> None:
-    """Settle one trajectory per clearance, all from the state `initial` (N, 2) between the stops.
-
-    integers (n, 7) receives reason, period, impacts_right, impacts_left, symmetric, settled_after, sticking;
-    least_speed (n,) the least impact speed, NaN without impacts.
-    """
-    u = np.empty_like(initial)
-    for i in range(clearances.shape[0]):
-        u[:] = initial
-        reason, period, right, left, symmetric, least, sticking, after = settle(
-            problem, held, u, clearances[i], max_periods, max_period, ring, work
-        )
-        integers[i, 0] = reason
-        integers[i, 1] = period
-        integers[i, 2] = right
-        integers[i, 3] = left
-        integers[i, 4] = 1 if symmetric else 0
-        integers[i, 5] = after
-        integers[i, 6] = 1 if sticking else 0
-        least_speed[i] = least if np.isfinite(least) else np.nan
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

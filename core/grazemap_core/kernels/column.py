@@ -1,0 +1,183 @@
+"""A column of an unfolding map: every clearance of one forcing frequency, run until its motion can be named.
+
+The lanes of a lockstep group are a queue's workers: one whose motion is named takes the next clearance of the column,
+at the start of the next forcing period. Serial on purpose: parallelism comes from processes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grazemap_core.kernels.cells import CellProblem
+from grazemap_core.kernels.closing import BUDGET, NAMED, NOT_CLOSED, Orbit, name_motion
+from grazemap_core.kernels.held import HeldProblem
+from grazemap_core.kernels.lane_tables import LaneTables
+from grazemap_core.kernels.lanes import COLUMNS, LANES, Masses
+from grazemap_core.kernels.lockstep import Lanes, begin, idle, run_half
+from grazemap_core.kernels.simulate import is_free_for_ever, reason_of_end
+from grazemap_core.kernels.workspace import (
+    ANCHOR,
+    FOLLOWED,
+    HELD_LEFT,
+    HELD_RIGHT,
+    LEAST_SPEED,
+    LEAST_UNPRESSED,
+    LEFT,
+    OK,
+    RIGHT,
+    Workspace,
+)
+from grazemap_core.tolerances import CLOSING_GOAL, SETTLING_IMPACTS
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# columns of the codes of a motion
+REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING = 0, 1, 2, 3, 4, 5, 6
+CODES = 7
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _enter(ring: Orbit, k: int, group: Lanes) -> None:
+    """Enter every lane's state after k half periods and tally of the one before it; clear the tallies."""
+    row = k % ring.least.shape[0]
+    sign = 1.0 if k % 2 == 0 else -1.0
+    first = 0 if (k - 1) % 2 == 0 else 1  # in the frame of z the stops change sides every half period
+    for c in range(ring.states.shape[1]):
+        for lane in range(LANES):
+            ring.states[row, c, lane] = sign * group.even[c * LANES + lane]
+    for lane in range(LANES):
+        ring.impacts[row, first, lane] = group.tally[RIGHT, lane]
+        ring.impacts[row, 1 - first, lane] = group.tally[LEFT, lane]
+        ring.held[row, first, lane] = group.tally[HELD_RIGHT, lane]
+        ring.held[row, 1 - first, lane] = group.tally[HELD_LEFT, lane]
+        ring.least[row, lane] = group.tally[LEAST_SPEED, lane]
+        ring.unpressed[row, lane] = group.tally[LEAST_UNPRESSED, lane]
+        group.tally[RIGHT, lane] = 0.0
+        group.tally[LEFT, lane] = 0.0
+        group.tally[HELD_RIGHT, lane] = 0.0
+        group.tally[HELD_LEFT, lane] = 0.0
+        group.tally[FOLLOWED, lane] = 0.0
+        group.tally[LEAST_SPEED, lane] = np.inf
+        group.tally[LEAST_UNPRESSED, lane] = np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mark_returns(ring: Orbit, k: int, longest: int, near: FloatArray, returned: IntArray) -> None:
+    """Mark the lanes whose first coordinate is back where it was some 1 .. longest half periods ago."""
+    size = ring.least.shape[0]
+    row = k % size
+    now = ring.states[row, 0]
+    returned[:] = 0
+    for _ in range(longest):
+        row = row - 1 if row > 0 else size - 1
+        then = ring.states[row, 0]
+        for lane in range(LANES):
+            returned[lane] |= 1 if abs(then[lane] - now[lane]) <= near[lane] else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle_column(
+    masses: Masses,
+    problem: CellProblem,
+    held: HeldProblem,
+    tables: LaneTables,
+    initial: FloatArray,
+    clearances: FloatArray,
+    max_periods: int,
+    max_period: int,
+    early: bool,
+    group: Lanes,
+    ring: Orbit,
+    work: Workspace,
+    codes: IntArray,
+    least_speed: FloatArray,
+) -> None:
+    """Settle one trajectory per clearance, all from the state `initial` (N, 2) between the stops.
+
+    Parameters
+    ----------
+    masses : tuple of length N
+    early : bool
+        Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`.
+    group, ring, work
+        Scratch; overwritten.
+    codes : (n, CODES)
+        Receives reason, period, impacts_right, impacts_left, symmetric, settled_after, sticking, as `simulate.settle`.
+    least_speed : (n,)
+        Receives the least impact speed, NaN without impacts.
+    """
+    n = clearances.shape[0]
+    point = np.full(LANES, -1)
+    began = np.zeros(LANES, dtype=np.int64)
+    impacts = np.zeros(LANES)
+    near = np.zeros(LANES)
+    returned = np.zeros(LANES, dtype=np.int64)
+    u = np.empty_like(initial)
+    for lane in range(LANES):
+        idle(group, lane)
+    queued = 0
+    done = 0
+    k = 0
+    used = 0
+    while done < n:
+        if k % 2 == 0 and queued < n:
+            row = k % ring.least.shape[0]
+            for lane in range(LANES):
+                if queued < n and point[lane] < 0:
+                    begin(group, lane, problem, initial, clearances[queued])
+                    for c in range(ring.states.shape[1]):
+                        ring.states[row, c, lane] = initial[c // 2, c % 2]
+                    near[lane] = CLOSING_GOAL * clearances[queued] / problem.closeness[0, 0]
+                    point[lane] = queued
+                    began[lane] = k
+                    impacts[lane] = 0.0
+                    queued += 1
+                    used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
+        run_half(masses, problem, held, tables, group, k, used, u, work)
+        k += 1
+        for lane in range(used):
+            impacts[lane] += group.tally[FOLLOWED, lane]
+        _enter(ring, k, group)
+        if early:
+            _mark_returns(ring, k, 2 * max_period, near, returned)
+        for lane in range(used):
+            i = point[lane]
+            if i < 0:
+                continue
+            entered = k - began[lane]
+            last = entered == 2 * max_periods
+            reason, period, right, left, symmetric, sticking = NOT_CLOSED, 0, 0, 0, False, False
+            least, after = np.inf, -1
+            reach = group.reach[lane]
+            if group.status[lane] != OK:
+                reason = reason_of_end(group.status[lane])
+                last = True
+            elif impacts[lane] > SETTLING_IMPACTS:
+                reason = BUDGET
+                last = True
+            elif is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearances[i]) and (early or last):
+                reason, period, right, left, symmetric = NAMED, 1, -1, -1, True
+                after = (entered + 1) // 2
+            elif last or (early and returned[lane] != 0):
+                reason, period, right, left, symmetric, least, sticking = name_motion(
+                    problem, ring, lane, k, entered, max_period, clearances[i], reach
+                )
+                if reason == NAMED:
+                    window = period if symmetric else 2 * period  # half periods after which z returns
+                    after = max(0, (entered - 3 * window + 1) // 2)
+            if not (last or reason == NAMED):
+                continue
+            codes[i, REASON] = reason
+            codes[i, PERIOD] = period
+            codes[i, IMPACTS_RIGHT] = right
+            codes[i, IMPACTS_LEFT] = left
+            codes[i, SYMMETRIC] = 1 if symmetric else 0
+            codes[i, SETTLED_AFTER] = after
+            codes[i, STICKING] = 1 if sticking else 0
+            least_speed[i] = least if np.isfinite(least) else np.nan
+            point[lane] = -1
+            idle(group, lane)
+            done += 1

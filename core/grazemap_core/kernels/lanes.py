@@ -1,0 +1,481 @@
+"""Many trajectories side by side: the straight-line arithmetic that carries all lanes through one cell.
+
+Every function here is a few loops over lanes, innermost and without a branch, so that the compiler turns them into
+vector instructions; what is unusual about a lane is left to `lockstep`, lane by lane. A row of a work array holds one
+quantity for all LANES. The number of masses is a constant to the compiler: it is the length of the tuple `masses`,
+of which nothing else matters.
+
+Loops over columns run over whole groups of COLUMNS, filled up with copies: a lane gets the same bytes whatever runs
+beside it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grazemap_core.kernels import lane_tables
+from grazemap_core.kernels.lane_tables import TERMS, LaneTables
+from grazemap_core.tolerances import LANE_SURE, MOST_FUSED_MASSES
+
+FloatArray = NDArray[np.float64]
+Masses = tuple[int, ...]
+
+LANES = 128
+"""Trajectories in lockstep: many, so that those with an impact in one cell fill vectors; few enough for the caches."""
+COLUMNS = 16
+"""Lanes with an impact are solved in groups of so many: the longest vector of any processor, twice."""
+
+# A state has 2 N + 2 rows: (u, u') of every block, then x1 and v1.
+
+# rows of `Columns.rows`
+START_X, START_V, GAP, END_X, END_V, END_LIMIT = 0, 1, 2, 3, 4, 5
+"""On entry x1 and v1 at the start of the cell and the clearance; on return x1, v1 and the limit at its end."""
+REACH, FOURTH, PLACE, JUMP, SIDE, SPEED, PRESSING, SURE, CERTAIN = 6, 7, 8, 9, 10, 11, 12, 13, 14
+"""Bounds at the start; z of the impact; velocity that it adds; stop; speed before it; acceleration toward the stop
+behind it; what remains of the certificates, and which of them hold."""
+HIGHEST = 15
+COLUMN_ROWS = 16
+
+NOTHING, FIRST, ONLY = 0.0, 1.0, 2.0
+"""What is certain: nothing; the first impact in the cell; that it is the only one, and wants no closer look."""
+
+
+class Columns(NamedTuple):
+    """The lanes of one cell that have an impact, side by side.
+
+    Attributes
+    ----------
+    start, end : (2 N * LANES,)
+        (u, u') of every block at the start of the cell, and at its end.
+    series : (TERMS * LANES,)
+        Coefficients of x1 in z.
+    rows : (COLUMN_ROWS * LANES,)
+    """
+
+    start: FloatArray
+    end: FloatArray
+    series: FloatArray
+    rows: FloatArray
+
+
+def columns(masses: int) -> Columns:
+    """Return room for all lanes of an oscillator."""
+    return Columns(
+        start=np.zeros(2 * masses * LANES),
+        end=np.zeros(2 * masses * LANES),
+        series=np.zeros(TERMS * LANES),
+        rows=np.zeros(COLUMN_ROWS * LANES),
+    )
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _advance_fused(
+    masses: Masses,
+    tables: LaneTables,
+    steady_x: float,
+    steady_v: float,
+    here: FloatArray,
+    there: FloatArray,
+    limit: FloatArray,
+    flags: NDArray[np.int64],
+    used: int,
+) -> int:
+    flow, readout = tables.flow, tables.readout
+    third = tables.scalars[lane_tables.STEP] / 3.0
+    flagged = 0
+    at_x, at_v = 2 * len(masses) * LANES, (2 * len(masses) + 1) * LANES
+    for lane in range(min(used, LANES)):
+        x, v = steady_x, steady_v
+        for j in range(len(masses)):
+            first, second = here[2 * j * LANES + lane], here[(2 * j + 1) * LANES + lane]
+            a = flow[j, 0] * first + flow[j, 1] * second
+            b = flow[j, 2] * first + flow[j, 3] * second
+            there[2 * j * LANES + lane] = a
+            there[(2 * j + 1) * LANES + lane] = b
+            x += readout[j, 0] * a + readout[j, 1] * b
+            v += readout[j, 2] * a + readout[j, 3] * b
+        x0, v0 = here[at_x + lane], here[at_v + lane]
+        highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x - third * v), abs(x)))
+        flag = 0 if highest < limit[lane] else 1
+        flags[lane] = flag
+        flagged += flag
+        there[at_x + lane] = x
+        there[at_v + lane] = v
+    return flagged
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _advance_by_block(
+    blocks: int,
+    tables: LaneTables,
+    steady_x: float,
+    steady_v: float,
+    here: FloatArray,
+    there: FloatArray,
+    limit: FloatArray,
+    flags: NDArray[np.int64],
+    used: int,
+) -> int:
+    third = tables.scalars[lane_tables.STEP] / 3.0
+    used = min(used, LANES)
+    start = here[2 * blocks * LANES : (2 * blocks + 2) * LANES]
+    end = there[2 * blocks * LANES : (2 * blocks + 2) * LANES]
+    for lane in range(used):
+        end[lane] = steady_x
+        end[LANES + lane] = steady_v
+    for j in range(blocks):
+        f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
+        r0, r1, r2, r3 = tables.readout[j, 0], tables.readout[j, 1], tables.readout[j, 2], tables.readout[j, 3]
+        before, behind = here[2 * j * LANES : (2 * j + 2) * LANES], there[2 * j * LANES : (2 * j + 2) * LANES]
+        for lane in range(used):
+            first, second = before[lane], before[LANES + lane]
+            a = f0 * first + f1 * second
+            b = f2 * first + f3 * second
+            behind[lane] = a
+            behind[LANES + lane] = b
+            end[lane] += r0 * a + r1 * b
+            end[LANES + lane] += r2 * a + r3 * b
+    flagged = 0
+    for lane in range(used):
+        x, v = end[lane], end[LANES + lane]
+        x0, v0 = start[lane], start[LANES + lane]
+        highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x - third * v), abs(x)))
+        flag = 0 if highest < limit[lane] else 1
+        flags[lane] = flag
+        flagged += flag
+    return flagged
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def advance(
+    masses: Masses,
+    tables: LaneTables,
+    end: int,
+    here: FloatArray,
+    there: FloatArray,
+    limit: FloatArray,
+    flags: NDArray[np.int64],
+    used: int,
+) -> int:
+    """Carry the first `used` lanes over one cell without impacts; certify where there is none (`contact.is_clear`).
+
+    Parameters
+    ----------
+    end : int
+        Cell boundary at which the cell ends.
+    here, there : ((2 N + 2) * LANES,)
+        State at the start, which is left as it is, and at the end.
+    limit : (LANES,)
+        What the Bernstein coefficients of |x1| must stay below for a cell to be clear.
+    flags : (LANES,)
+        On return 1 where the cell may have a contact.
+    used : int
+        A multiple of COLUMNS.
+
+    Returns
+    -------
+    The number of lanes flagged.
+    """
+    x, v = tables.gain[end, 0], tables.gain[end, 1]
+    if len(masses) <= MOST_FUSED_MASSES:
+        return _advance_fused(masses, tables, x, v, here, there, limit, flags, used)
+    return _advance_by_block(len(masses), tables, x, v, here, there, limit, flags, used)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def refresh_limits(
+    blocks: int, tables: LaneTables, state: FloatArray, clearance: FloatArray, limit: FloatArray, reach: FloatArray
+) -> None:
+    """Set limit (LANES,) from the bounds of all that is to come, and reach (LANES,) to that of |x1|."""
+    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
+    margin = tables.scalars[lane_tables.MARGIN]
+    for lane in range(LANES):
+        reach[lane] = steady
+        limit[lane] = fourth
+    for j in range(blocks):
+        frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
+        block = state[2 * j * LANES : (2 * j + 2) * LANES]
+        for lane in range(LANES):
+            envelope = frequency * abs(block[lane]) + abs(block[LANES + lane])
+            reach[lane] += of_reach * envelope
+            limit[lane] += of_fourth * envelope
+    for lane in range(LANES):
+        limit[lane] = clearance[lane] - margin * (reach[lane] + clearance[lane]) - limit[lane]
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _terms(masses: Masses, row: FloatArray, start: FloatArray, forcing: float, column: int) -> float:
+    total = forcing
+    for c in range(2 * len(masses)):
+        total += row[c] * start[c * LANES + column]
+    return total
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _expand(
+    masses: Masses, table: FloatArray, forcing: FloatArray, start: FloatArray, series: FloatArray, count: int
+) -> None:
+    """Write the coefficients of x1 in z, five at a time so that the state is read seldom."""
+    count = min(count, LANES)
+    for n in range(0, TERMS, 5):
+        f0, f1, f2, f3, f4 = forcing[n], forcing[n + 1], forcing[n + 2], forcing[n + 3], forcing[n + 4]
+        t0, t1, t2, t3, t4 = table[n], table[n + 1], table[n + 2], table[n + 3], table[n + 4]
+        out = series[n * LANES : (n + 5) * LANES]
+        for k in range(count):
+            out[k] = _terms(masses, t0, start, f0, k)
+            out[LANES + k] = _terms(masses, t1, start, f1, k)
+            out[2 * LANES + k] = _terms(masses, t2, start, f2, k)
+            out[3 * LANES + k] = _terms(masses, t3, start, f3, k)
+            out[4 * LANES + k] = _terms(masses, t4, start, f4, k)
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _free_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count: int) -> None:
+    """Write the state at the end of the cell as if there were no impact, x1 and v1 there, and the bounds so far."""
+    count = min(count, LANES)
+    rows = columns.rows
+    x, v = tables.gain[end, 0], tables.gain[end, 1]
+    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
+    for k in range(count):
+        rows[END_X * LANES + k] = x
+        rows[END_V * LANES + k] = v
+        rows[REACH * LANES + k] = steady
+        rows[FOURTH * LANES + k] = fourth
+    for j in range(blocks):
+        f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
+        r0, r1, r2, r3 = tables.readout[j, 0], tables.readout[j, 1], tables.readout[j, 2], tables.readout[j, 3]
+        frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
+        before = columns.start[2 * j * LANES : (2 * j + 2) * LANES]
+        behind = columns.end[2 * j * LANES : (2 * j + 2) * LANES]
+        for k in range(count):
+            first, second = before[k], before[LANES + k]
+            a = f0 * first + f1 * second
+            b = f2 * first + f3 * second
+            behind[k] = a
+            behind[LANES + k] = b
+            rows[END_X * LANES + k] += r0 * a + r1 * b
+            rows[END_V * LANES + k] += r2 * a + r3 * b
+            envelope = frequency * abs(first) + abs(second)
+            rows[REACH * LANES + k] += of_reach * envelope
+            rows[FOURTH * LANES + k] += of_fourth * envelope
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _value_slope_bend(series: FloatArray, k: int, z: float) -> tuple[float, float, float]:
+    """Return a polynomial of degree 14, its derivative and half its second derivative (Horner, written out)."""
+    f = series[14 * LANES + k]
+    d = f
+    e = f
+    f = f * z + series[13 * LANES + k]
+    d = d * z + f
+    f = f * z + series[12 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[11 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[10 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[9 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[8 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[7 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[6 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[5 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[4 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[3 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[2 * LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[LANES + k]
+    e = e * z + d
+    d = d * z + f
+    f = f * z + series[k]
+    return f, d, e
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _find_impact(step: float, restitution: float, drag: float, columns: Columns, count: int) -> None:
+    """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
+
+    The guess is the root of the cubic through positions and velocities at both ends, to three digits or so; two steps
+    of Halley's method with the whole series then reach round-off. The certificate: Hermite's interpolant with double
+    nodes at the start of the cell and at the impact errs by x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero,
+    (tau_i - tau), what is left is a quadratic, positive if its three Bernstein coefficients exceed
+    max|x''''| tau_i^4 / 162.
+    """
+    count = min(count, LANES)
+    rows, series = columns.rows, columns.series
+    per_step = 2.0 / step
+    per_square = 2.0 * per_step * per_step
+    bounce = 1.0 + restitution
+    for k in range(count):
+        x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
+        x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
+        clearance = rows[GAP * LANES + k]
+        # the cubic at mid-cell tells the stop
+        side = 1.0 if 4.0 * (x0 + x1) + step * (v0 - v1) > 0.0 else -1.0
+        g0, g1 = clearance - side * x0, clearance - side * x1
+        d0, d1 = -side * v0 * step, -side * v1 * step
+        falling = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
+        t = min(max(2.0 * g0 / max(np.sqrt(falling) - d0, 1e-300), 0.0), 1.0)
+        c2, c3 = 3.0 * (g1 - g0) - 2.0 * d0 - d1, 2.0 * (g0 - g1) + d0 + d1
+        f = ((c3 * t + c2) * t + d0) * t + g0
+        d = (3.0 * c3 * t + 2.0 * c2) * t + d0
+        e = 3.0 * c3 * t + c2
+        t = t - f * d / (d * d - f * e)
+        f = ((c3 * t + c2) * t + d0) * t + g0
+        d = (3.0 * c3 * t + 2.0 * c2) * t + d0
+        e = 3.0 * c3 * t + c2
+        t = t - f * d / (d * d - f * e)
+        z = min(max(2.0 * t - 1.0, -1.0), 1.0)
+        target = side * clearance
+        f, d, e = _value_slope_bend(series, k, z)
+        f = target - f
+        z += f * d / (d * d + f * e)
+        f, d, e = _value_slope_bend(series, k, z)
+        f = target - f
+        change = f * d / (d * d + f * e)
+        z += change
+        v = (d + 2.0 * e * change) * per_step
+        jump = -bounce * v
+        speed = side * v
+        passed = 0.5 * (1.0 + z)
+        square = passed * passed
+        quadratic = min(min(g0, 1.5 * g0 + 0.5 * passed * d0), passed * step * speed)
+        rows[PLACE * LANES + k] = z
+        rows[JUMP * LANES + k] = jump
+        rows[SIDE * LANES + k] = side
+        rows[SPEED * LANES + k] = speed
+        rows[PRESSING * LANES + k] = side * (e * per_square - drag * jump)
+        rows[SURE * LANES + k] = quadratic - (384.0 / 162.0) * square * square * rows[FOURTH * LANES + k]
+        rows[HIGHEST * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
+        # the change after this one is as good as zero, and so small that the speed is right
+        settled = (abs(change) < 1e-8) & (abs(e * change) < 1e-6 * abs(d))
+        rows[CERTAIN * LANES + k] = FIRST if settled & (abs(z) < 1.0) else NOTHING
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _horner(table: FloatArray, z: float) -> float:
+    value = table[14]
+    value = value * z + table[13]
+    value = value * z + table[12]
+    value = value * z + table[11]
+    value = value * z + table[10]
+    value = value * z + table[9]
+    value = value * z + table[8]
+    value = value * z + table[7]
+    value = value * z + table[6]
+    value = value * z + table[5]
+    value = value * z + table[4]
+    value = value * z + table[3]
+    value = value * z + table[2]
+    value = value * z + table[1]
+    return value * z + table[0]
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _kicked_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count: int) -> None:
+    """Add the impact to the state at the end of the cell; x1, v1 and the limit there."""
+    count = min(count, LANES)
+    rows = columns.rows
+    x, v = tables.gain[end, 0], tables.gain[end, 1]
+    steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
+    margin = tables.scalars[lane_tables.MARGIN]
+    for k in range(count):
+        clearance = rows[GAP * LANES + k]
+        rows[END_X * LANES + k] = x
+        rows[END_V * LANES + k] = v
+        rows[END_LIMIT * LANES + k] = (1.0 - margin) * clearance - margin * steady - fourth
+    for j in range(blocks):
+        first_table, second_table = tables.kick[2 * j], tables.kick[2 * j + 1]
+        r0, r1, r2, r3 = tables.readout[j, 0], tables.readout[j, 1], tables.readout[j, 2], tables.readout[j, 3]
+        frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
+        behind = columns.end[2 * j * LANES : (2 * j + 2) * LANES]
+        for k in range(count):
+            z, jump = rows[PLACE * LANES + k], rows[JUMP * LANES + k]
+            a = behind[k] + jump * _horner(first_table, z)
+            b = behind[LANES + k] + jump * _horner(second_table, z)
+            behind[k] = a
+            behind[LANES + k] = b
+            rows[END_X * LANES + k] += r0 * a + r1 * b
+            rows[END_V * LANES + k] += r2 * a + r3 * b
+            rows[END_LIMIT * LANES + k] -= weight * (frequency * abs(a) + abs(b))
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _certify(tables: LaneTables, columns: Columns, count: int) -> None:
+    """Certify the rest of the cell, and that nothing about the impact wants a closer look.
+
+    Behind the impact as before it (`_find_impact`), with the zero at the start. The other stop is out of reach where
+    the Bernstein coefficients of both arcs stay short of it. Mass 1 must not come back to this stop within the next
+    cell, nor come to rest there: those lanes are followed with the gap's own precision (`contact`).
+    """
+    count = min(count, LANES)
+    rows = columns.rows
+    step, restitution = tables.scalars[lane_tables.STEP], tables.scalars[lane_tables.RESTITUTION]
+    kick_reach, kick_fourth = tables.scalars[lane_tables.KICK_REACH], tables.scalars[lane_tables.KICK_FOURTH]
+    at_rest = 1e-4 * (1.0 - restitution) * step
+    for k in range(count):
+        clearance, side = rows[GAP * LANES + k], rows[SIDE * LANES + k]
+        jump = abs(rows[JUMP * LANES + k])
+        left = 0.5 * (1.0 - rows[PLACE * LANES + k])
+        time = left * step
+        leaving = restitution * rows[SPEED * LANES + k]
+        gap, rate = clearance - side * rows[END_X * LANES + k], -side * rows[END_V * LANES + k]
+        reach = rows[REACH * LANES + k] + kick_reach * jump
+        fourth = rows[FOURTH * LANES + k] + kick_fourth * jump
+        square = left * left
+        quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
+        margin = LANE_SURE * (reach + clearance)
+        above = 2.0 * clearance - fourth - margin
+        first = min(rows[SURE * LANES + k] - margin, above - rows[HIGHEST * LANES + k])
+        rest = quadratic - (384.0 / 162.0) * square * square * fourth - margin
+        rest = min(rest, above - max(time * leaving / 3.0, max(gap, gap - time * rate / 3.0)))
+        # the parabola through both rates, a cell ahead, times the time left
+        ahead = time * gap + step * (time * rate + 0.5 * step * (rate - leaving))
+        bouncing = 2.0 * leaving - at_rest * rows[PRESSING * LANES + k]
+        only = min(rest, min(ahead, bouncing)) > 0.0
+        certain = (first > 0.0) & (rows[CERTAIN * LANES + k] > 0.0)
+        rows[CERTAIN * LANES + k] = (ONLY if only else FIRST) if certain else NOTHING
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_impacts(masses: Masses, tables: LaneTables, cell: int, columns: Columns, count: int) -> None:
+    """Find the one impact of each column in a cell, and carry it on to the cell's end.
+
+    Parameters
+    ----------
+    cell : int
+        Index in the forcing period.
+    columns : Columns
+        `start` and the rows START_X, START_V, GAP are read; all else is written. Where CERTAIN is ONLY there is exactly
+        one impact in the cell; where it is FIRST, one at PLACE and perhaps more behind it.
+    count : int
+        Columns filled, a multiple of COLUMNS.
+    """
+    end = cell + 1
+    scalars = tables.scalars
+    _expand(masses, tables.series, tables.forcing[cell], columns.start, columns.series, count)
+    _free_end(len(masses), tables, end, columns, count)
+    _find_impact(scalars[lane_tables.STEP], scalars[lane_tables.RESTITUTION], scalars[lane_tables.DRAG], columns, count)
+    _kicked_end(len(masses), tables, end, columns, count)
+    _certify(tables, columns, count)

@@ -1,0 +1,543 @@
+"""Many trajectories of one oscillator at one forcing frequency in lockstep, cell after cell.
+
+All lanes are in the same cell of the same half period; each has its own clearance, state and regime. Cells without a
+contact, and those with one impact that can be certified, are done for all lanes at once (`lanes`). Lanes that need more
+(several impacts on one stop, a slow bounce, a close passage) go through a second pass together (`bounces`). What is
+left (rest on a stop, a graze to within round-off, both stops in one cell) goes through the cell by itself, as a
+trajectory on its own would (`walk`, `sticking`), and is back in step at the cell's end.
+
+A lane gets the same bytes whatever the others do.
+"""
+
+# Handing a tuple of many arrays to a function, or looking up an array in it, costs as much as an impact: what is done
+# once per impact is inlined and works on arrays that were looked up before.
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grazemap_core.kernels import bounces
+from grazemap_core.kernels import lanes as rows
+from grazemap_core.kernels.cells import CellProblem, bounds, first_mass, flow_state
+from grazemap_core.kernels.held import HeldProblem
+from grazemap_core.kernels.lane_tables import LaneTables
+from grazemap_core.kernels.lanes import (
+    COLUMNS,
+    LANES,
+    Columns,
+    Masses,
+    advance,
+    columns,
+    refresh_limits,
+    solve_impacts,
+)
+from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
+from grazemap_core.kernels.walk import may_rest, walk_cell
+from grazemap_core.kernels.workspace import (
+    ANCHOR,
+    AT_STOP,
+    FOLLOWED,
+    HALF,
+    HELD,
+    IMPACT,
+    KIND,
+    LEAST_SPEED,
+    LEAST_UNPRESSED,
+    LEFT,
+    OK,
+    RIGHT,
+    ROOTS,
+    ROWS,
+    STOP,
+    TALLY_SIZE,
+    TIME,
+    VELOCITY,
+    Workspace,
+)
+from grazemap_core.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FREE, NEAR, RESTING = 0, 1, 2
+"""Regimes at the boundary of a cell."""
+LEAVING, STEPPING = 3, 4
+"""Within a cell: on the way to be NEAR, or FREE, at its end."""
+
+
+class Lanes(NamedTuple):
+    """Where every lane stands; LANES of each, one after the other.
+
+    Attributes
+    ----------
+    even, odd : ((2 N + 2) * LANES,)
+        State: (u, u') of every block, x1 and v1. They take turns as the start and the end of a cell; a half period
+        begins, and ends, with `even`.
+    clearance, limit, reach : (LANES,)
+        The clearance; what bounds of |x1| must stay below for a cell to be clear; bound of |x1| for all time to come.
+    tally : (TALLY_SIZE, LANES)
+        As in `workspace.Workspace`.
+    regime : (LANES,)
+        FREE between the stops, NEAR a stop that mass 1 has just left, RESTING on one.
+    cursor, near, resting, since : (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
+        The regime of a lane that is not free, as in `workspace.Workspace` and `held.HeldProblem`.
+    status : (LANES,)
+        OK, or why the trajectory ended.
+    events : (LANES, capacity, KIND + 1)
+        First columns of the first events; those beyond are counted in `cursor` only.
+    waiting, alone, offset : (LANES,), (LANES, 2 N), (LANES,)
+        Lanes that must go through the present cell by themselves; (u, u') and the time in the cell where they begin.
+    flags, chosen, beside, tile_lane, active, columns, tile
+        Scratch.
+    """
+
+    even: FloatArray
+    odd: FloatArray
+    clearance: FloatArray
+    limit: FloatArray
+    reach: FloatArray
+    tally: FloatArray
+    regime: IntArray
+    cursor: IntArray
+    near: FloatArray
+    resting: FloatArray
+    since: FloatArray
+    status: IntArray
+    events: FloatArray
+    waiting: IntArray
+    alone: FloatArray
+    offset: FloatArray
+    flags: IntArray
+    chosen: IntArray
+    beside: IntArray
+    tile_lane: IntArray
+    active: IntArray
+    columns: Columns
+    tile: bounces.Tile
+
+
+def lanes(masses: int, events: int = 0) -> Lanes:
+    """Return idle lanes for an oscillator, with room for the first events of each."""
+    return Lanes(
+        even=np.zeros((2 * masses + 2) * LANES),
+        odd=np.zeros((2 * masses + 2) * LANES),
+        clearance=np.full(LANES, np.inf),
+        limit=np.full(LANES, np.inf),
+        reach=np.zeros(LANES),
+        tally=np.zeros((TALLY_SIZE, LANES)),
+        regime=np.zeros(LANES, dtype=np.int64),
+        cursor=np.zeros((LANES, 4), dtype=np.int64),
+        near=np.zeros((LANES, 3)),
+        resting=np.zeros((LANES, masses - 1, 2)),
+        since=np.zeros((LANES, 2)),
+        status=np.zeros(LANES, dtype=np.int64),
+        events=np.zeros((LANES, events, KIND + 1)),
+        waiting=np.zeros(LANES, dtype=np.int64),
+        alone=np.zeros((LANES, 2 * masses)),
+        offset=np.zeros(LANES),
+        flags=np.zeros(LANES, dtype=np.int64),
+        chosen=np.zeros(LANES + 1, dtype=np.int64),
+        beside=np.zeros(LANES, dtype=np.int64),
+        tile_lane=np.zeros(bounces.WIDTH, dtype=np.int64),
+        active=np.zeros(bounces.WIDTH, dtype=np.int64),
+        columns=columns(masses),
+        tile=bounces.tile(masses),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def idle(group: Lanes, lane: int) -> None:
+    """Put a lane out of use: at rest, and out of reach of any stop."""
+    for c in range(group.even.shape[0] // LANES):
+        group.even[c * LANES + lane] = 0.0
+        group.odd[c * LANES + lane] = 0.0
+    group.clearance[lane] = np.inf
+    group.limit[lane] = np.inf
+    group.regime[lane] = FREE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _limit(problem: CellProblem, u: FloatArray, clearance: float) -> float:
+    """Return what the Bernstein coefficients of |x1| must stay below for a cell to be clear (`contact.is_clear`)."""
+    reach, fourth = bounds(problem, u)
+    square = problem.step * problem.step
+    return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / 384.0 * fourth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def begin(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearance: float) -> None:
+    """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
+    blocks = u.shape[0]
+    for j in range(blocks):
+        group.even[2 * j * LANES + lane] = u[j, 0]
+        group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
+    x, v = first_mass(problem, u, problem.gain[0, 0], problem.gain[0, 1])
+    group.even[2 * blocks * LANES + lane] = x
+    group.even[(2 * blocks + 1) * LANES + lane] = v
+    group.clearance[lane] = clearance
+    group.reach[lane] = bounds(problem, u)[0]
+    group.limit[lane] = _limit(problem, u, clearance)
+    group.regime[lane] = FREE
+    group.cursor[lane] = 0
+    group.status[lane] = OK
+    group.tally[:, lane] = 0.0
+    group.tally[LEAST_SPEED, lane] = np.inf
+    group.tally[LEAST_UNPRESSED, lane] = np.inf
+
+
+@njit(nogil=True, error_model="numpy", forceinline=True)
+def _enter_impact(
+    tally: FloatArray,
+    cursor: IntArray,
+    events: FloatArray,
+    lane: int,
+    half: int,
+    time: float,
+    side: float,
+    speed: float,
+    pressing: float,
+) -> None:
+    """Enter an impact, `time` after the start of the half period, into a lane's tally and events."""
+    tally[RIGHT if side > 0.0 else LEFT, lane] += 1.0
+    tally[FOLLOWED, lane] += 1.0
+    tally[LEAST_SPEED, lane] = min(tally[LEAST_SPEED, lane], speed)
+    if pressing <= 0.0:
+        tally[LEAST_UNPRESSED, lane] = min(tally[LEAST_UNPRESSED, lane], speed)
+    row = cursor[lane, ROWS]
+    if row < events.shape[1]:
+        events[lane, row, HALF] = half
+        events[lane, row, TIME] = time
+        events[lane, row, STOP] = side
+        events[lane, row, VELOCITY] = side * speed
+        events[lane, row, KIND] = IMPACT
+    cursor[lane, ROWS] = row + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _set_aside(group: Lanes, lane: int, count: int, here: FloatArray) -> int:
+    """Let a lane go through the whole cell by itself. Returns how many do so now."""
+    for c in range(group.alone.shape[1]):
+        group.alone[lane, c] = here[c * LANES + lane]
+    group.offset[lane] = 0.0
+    group.waiting[count] = lane
+    return count + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _set_aside_behind_impact(
+    problem: CellProblem, group: Lanes, lane: int, k: int, u: FloatArray, status: int, count: int
+) -> int:
+    """Let a lane go on by itself behind the impact at which column k of the tile stands. Returns how many do so now.
+
+    `status` is AT_STOP where mass 1 may come to rest there, else OK.
+    """
+    at = group.tile.rows
+    for j in range(u.shape[0]):
+        u[j, 0] = group.tile.end[2 * j, k]
+        u[j, 1] = group.tile.end[2 * j + 1, k]
+    left = 0.5 * (1.0 - at[bounces.PLACE, k]) * problem.step
+    flow_state(problem, u, -left)
+    for j in range(u.shape[0]):
+        group.alone[lane, 2 * j] = u[j, 0]
+        group.alone[lane, 2 * j + 1] = u[j, 1]
+    leaving = at[bounces.RATE, k] / (0.5 * problem.step)
+    group.offset[lane] = problem.step - left
+    group.cursor[lane, ANCHOR] = 1 if at[bounces.SIDE, k] > 0.0 else -1
+    group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
+    group.near[lane, 0] = 0.0
+    group.near[lane, 1] = leaving
+    group.status[lane] = status
+    group.waiting[count] = lane
+    return count + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bounce(
+    masses: Masses,
+    problem: CellProblem,
+    tables: LaneTables,
+    group: Lanes,
+    count: int,
+    cell: int,
+    half: int,
+    here: FloatArray,
+    there: FloatArray,
+    u: FloatArray,
+    aside: int,
+) -> int:
+    """Carry the lanes in the first `count` columns of the tile, which is filled but not entered, to the cell's end.
+
+    Returns how many lanes are set aside by now; `aside` were before.
+    """
+    tile, lanes_of, active, regime = group.tile, group.tile_lane, group.active, group.regime
+    tally, cursor, events, near = group.tally, group.cursor, group.events, group.near
+    clearance, limit = group.clearance, group.limit
+    at, end = tile.rows, tile.end
+    step, restitution = problem.step, problem.restitution
+    before = step * (cell % (problem.cells // 2))
+    half_step = 0.5 * step
+    states = 2 * len(masses)
+    for k in range(bounces.WIDTH):
+        active[k] = 1 if k < count else 0
+        if k >= count:
+            at[bounces.JUMP, k] = 0.0
+    bounces.enter_tile(masses, tables, cell, tile)
+    while True:
+        for k in range(count):
+            if active[k] != 0 and at[bounces.JUMP, k] != 0.0:
+                lane, speed, pressing = lanes_of[k], at[bounces.SPEED, k], at[bounces.PRESSING, k]
+                time = before + half_step * (1.0 + at[bounces.PLACE, k])
+                _enter_impact(tally, cursor, events, lane, half, time, at[bounces.SIDE, k], speed, pressing)
+                if may_rest(restitution, step, pressing, restitution * speed):
+                    aside = _set_aside_behind_impact(problem, group, lane, k, u, AT_STOP, aside)
+                    active[k] = 0
+        bounces.next_contacts(tables, tile)
+        struck = 0
+        for k in range(count):
+            if active[k] == 0:
+                at[bounces.LENGTH, k] = 0.0
+                at[bounces.JUMP, k] = 0.0
+                continue
+            lane, outcome = lanes_of[k], at[bounces.OUTCOME, k]
+            if outcome == bounces.CONTACT:
+                struck += 1
+            elif outcome == bounces.CLEAR:
+                active[k] = 0
+                stays = False
+                if at[bounces.ON_STOP, k] > 0.0 or regime[lane] == NEAR:
+                    gap, rate = at[bounces.END_GAP, k], at[bounces.END_RATE, k]
+                    near[lane, 0] = gap
+                    near[lane, 1] = rate
+                    # the parabola through both rates: does it come back within the next cell?
+                    bend = 0.5 * (rate - at[bounces.RATE, k] / half_step) / (half_step * (1.0 - at[bounces.PLACE, k]))
+                    stays = gap < ANCHORED_GAP * clearance[lane] or gap + step * (rate + step * bend) < 0.0
+                regime[lane] = LEAVING if stays else STEPPING
+            else:
+                active[k] = 0
+                if at[bounces.ON_STOP, k] > 0.0:
+                    aside = _set_aside_behind_impact(problem, group, lane, k, u, OK, aside)
+                else:
+                    aside = _set_aside(group, lane, aside, here)
+        if struck == 0:
+            break
+        bounces.strike_tile(tables, tile)
+    bounces.leave_tile(tables, cell, tile)
+    for k in range(count):
+        lane = lanes_of[k]
+        if regime[lane] != LEAVING and regime[lane] != STEPPING:
+            continue
+        for c in range(states):
+            there[c * LANES + lane] = end[c, k]
+        there[states * LANES + lane] = at[bounces.END_X, k]
+        there[(states + 1) * LANES + lane] = at[bounces.END_V, k]
+        if regime[lane] == LEAVING:
+            regime[lane] = NEAR
+            limit[lane] = -np.inf
+            cursor[lane, ANCHOR] = 1 if at[bounces.SIDE, k] > 0.0 else -1
+            cursor[lane, ROOTS] = 0
+        else:
+            regime[lane] = FREE
+            limit[lane] = at[bounces.END_LIMIT, k]
+            cursor[lane, ANCHOR] = 0
+    return aside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _meet_stops(
+    masses: Masses,
+    problem: CellProblem,
+    tables: LaneTables,
+    group: Lanes,
+    cell: int,
+    half: int,
+    here: FloatArray,
+    there: FloatArray,
+    used: int,
+    u: FloatArray,
+) -> int:
+    """Do the cell again for the lanes that are flagged. Returns how many of them are set aside for `_go_alone`."""
+    chosen, beside, flags, regime, lanes_of = group.chosen, group.beside, group.flags, group.regime, group.tile_lane
+    tally, cursor, events, near = group.tally, group.cursor, group.events, group.near
+    clearance, limit = group.clearance, group.limit
+    start, end, at = group.columns.start, group.columns.end, group.columns.rows
+    on, of_tile = group.tile.rows, group.tile.start
+    half_step = 0.5 * problem.step
+    before = problem.step * (cell % (problem.cells // 2))
+    states = 2 * len(masses)
+    flagged = 0
+    for lane in range(used):
+        chosen[flagged] = lane
+        flagged += flags[lane]
+    count = 0
+    left = 0
+    for i in range(flagged):
+        lane = chosen[i]
+        if regime[lane] != FREE:
+            beside[left] = lane
+            left += 1
+            continue
+        chosen[count] = lane
+        for c in range(states):
+            start[c * LANES + count] = here[c * LANES + lane]
+        at[rows.START_X * LANES + count] = here[states * LANES + lane]
+        at[rows.START_V * LANES + count] = here[(states + 1) * LANES + lane]
+        at[rows.GAP * LANES + count] = clearance[lane]
+        count += 1
+    if count > 0:
+        solve_impacts(masses, tables, cell, group.columns, (count + COLUMNS - 1) // COLUMNS * COLUMNS)
+    filled = 0
+    aside = 0
+    for i in range(count + left):
+        if i < count:
+            lane = chosen[i]
+            side, certain = at[rows.SIDE * LANES + i], at[rows.CERTAIN * LANES + i]
+            if certain == rows.ONLY:
+                for c in range(states):
+                    there[c * LANES + lane] = end[c * LANES + i]
+                there[states * LANES + lane] = at[rows.END_X * LANES + i]
+                there[(states + 1) * LANES + lane] = at[rows.END_V * LANES + i]
+                limit[lane] = at[rows.END_LIMIT * LANES + i]
+                time = before + half_step * (1.0 + at[rows.PLACE * LANES + i])
+                speed, pressing = at[rows.SPEED * LANES + i], at[rows.PRESSING * LANES + i]
+                _enter_impact(tally, cursor, events, lane, half, time, side, speed, pressing)
+                continue
+            on[bounces.SIDE, filled] = side
+            if certain == rows.FIRST:
+                on[bounces.PLACE, filled] = at[rows.PLACE * LANES + i]
+                on[bounces.SPEED, filled] = at[rows.SPEED * LANES + i]
+                on[bounces.JUMP, filled] = at[rows.JUMP * LANES + i]
+            else:
+                on[bounces.PLACE, filled] = -1.0
+                on[bounces.GAP, filled] = clearance[lane] - side * at[rows.START_X * LANES + i]
+                on[bounces.RATE, filled] = -side * at[rows.START_V * LANES + i] * half_step
+                on[bounces.SPEED, filled] = 0.0
+                on[bounces.JUMP, filled] = 0.0
+        else:
+            lane = beside[i - count]
+            if regime[lane] == RESTING:
+                aside = _set_aside(group, lane, aside, here)
+                continue
+            on[bounces.SIDE, filled] = cursor[lane, ANCHOR]
+            on[bounces.PLACE, filled] = -1.0
+            on[bounces.GAP, filled] = near[lane, 0]
+            on[bounces.RATE, filled] = near[lane, 1] * half_step
+            on[bounces.SPEED, filled] = 0.0
+            on[bounces.JUMP, filled] = 0.0
+        lanes_of[filled] = lane
+        on[bounces.CLEARANCE, filled] = clearance[lane]
+        for c in range(states):
+            of_tile[c, filled] = here[c * LANES + lane]
+        filled += 1
+        if filled == bounces.WIDTH:
+            aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
+            filled = 0
+    if filled > 0:
+        aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
+    return aside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _go_alone(
+    problem: CellProblem,
+    held: HeldProblem,
+    group: Lanes,
+    lane: int,
+    cell: int,
+    half: int,
+    there: FloatArray,
+    u: FloatArray,
+    work: Workspace,
+) -> None:
+    """Carry one lane to the end of a cell by itself, from where `alone` and `offset` say; u (N, 2) is scratch."""
+    blocks = u.shape[0]
+    clearance, offset = group.clearance[lane], group.offset[lane]
+    for j in range(blocks):
+        u[j, 0] = group.alone[lane, 2 * j]
+        u[j, 1] = group.alone[lane, 2 * j + 1]
+    work.cursor[:] = group.cursor[lane]
+    work.near[:] = group.near[lane]
+    work.tally[:] = group.tally[:, lane]
+    if work.cursor[HELD] != 0:
+        held.state[:] = group.resting[lane]
+        held.since[:] = group.since[lane]
+    room = group.events.shape[1]
+    seen = max(work.cursor[ROWS] - 1, 0)  # a rest changes the kind of the impact that led to it
+    if seen < room:
+        for c in range(KIND + 1):
+            work.events[seen, c] = group.events[lane, seen, c]
+    status = AT_STOP
+    if group.status[lane] == AT_STOP:
+        work.near[2] = offset
+    else:
+        status = walk_cell(problem, u, clearance, cell, offset, half, work)
+    if status == AT_STOP:
+        status = rest_in_cell(problem, held, u, clearance, cell, half, work)
+    for row in range(seen, min(work.cursor[ROWS], room)):
+        for c in range(KIND + 1):
+            group.events[lane, row, c] = work.events[row, c]
+    group.status[lane] = status
+    if status != OK:
+        idle(group, lane)
+        return
+    resting = work.cursor[HELD] != 0
+    group.cursor[lane] = work.cursor
+    group.near[lane] = work.near
+    group.tally[:, lane] = work.tally
+    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
+    if resting:
+        group.resting[lane] = held.state
+        group.since[lane] = held.since
+        if cell + 1 == problem.cells or cell + 1 == problem.cells // 2:
+            free_of_rest(problem, held, u, clearance, cell + 1, 0.0, work)
+    x, v = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
+    for j in range(blocks):
+        there[2 * j * LANES + lane] = u[j, 0]
+        there[(2 * j + 1) * LANES + lane] = u[j, 1]
+    there[2 * blocks * LANES + lane] = x
+    there[(2 * blocks + 1) * LANES + lane] = v
+    group.limit[lane] = -np.inf if group.regime[lane] != FREE else _limit(problem, u, clearance)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_half(
+    masses: Masses,
+    problem: CellProblem,
+    held: HeldProblem,
+    tables: LaneTables,
+    group: Lanes,
+    half: int,
+    used: int,
+    u: FloatArray,
+    work: Workspace,
+) -> None:
+    """Carry the first `used` lanes over half a forcing period.
+
+    Parameters
+    ----------
+    masses : tuple of length N
+        Only its length matters.
+    half : int
+        Index of the half period; an even one begins at phase 0.
+    used : int
+        A multiple of COLUMNS.
+    u, work
+        Scratch, (N, 2) and of as many events as the lanes'; overwritten.
+    """
+    cells = problem.cells // 2
+    first = (half % 2) * cells
+    here, there = group.even, group.odd
+    for cell in range(first, first + cells):
+        if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
+            for i in range(_meet_stops(masses, problem, tables, group, cell, half, here, there, used, u)):
+                _go_alone(problem, held, group, group.waiting[i], cell, half, there, u, work)
+        here, there = there, here
+    if cells % 2 == 1:
+        group.even[:] = group.odd
+    refresh_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach)
+    for lane in range(used):
+        if group.regime[lane] != FREE:
+            group.limit[lane] = -np.inf
