@@ -118,7 +118,7 @@ def _kick(tables: LaneTables, tile: Tile) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile) -> None:
-    """Set up a tile from tile.start and the rows CLEARANCE, SIDE, PLACE, GAP, RATE, and SPEED and JUMP of an impact there.
+    """Set up a tile from tile.start and the rows CLEARANCE, SIDE, PLACE, GAP, RATE, and an impact's SPEED and JUMP.
 
     A column without an impact (JUMP 0) begins at PLACE with the gap and the rate given.
     """
@@ -163,13 +163,17 @@ def _polynomial(
     a11: float,
     a12: float,
     a13: float,
+    a14: float,
     s: float,
 ) -> tuple[float, float, float]:
-    """Return a polynomial of degree 13, its derivative and half its second derivative (Horner, written out)."""
-    f = a13
+    """Return a polynomial of degree 14, its derivative and half its second derivative (Horner, written out)."""
+    f = a14
     d = f
-    f = f * s + a12
+    f = f * s + a13
     e = d
+    d = d * s + f
+    f = f * s + a12
+    e = e * s + d
     d = d * s + f
     f = f * s + a11
     e = e * s + d
@@ -224,11 +228,14 @@ def _moduli(
     a11: float,
     a12: float,
     a13: float,
+    a14: float,
     s: float,
 ) -> tuple[float, float]:
     """Return bounds on [0, s]: the sum of the moduli of all terms, and s^4 times that of the fourth derivative's."""
-    size = abs(a13)
-    fourth = 17160.0 * abs(a13)
+    size = abs(a14)
+    fourth = 24024.0 * abs(a14)
+    size = size * s + abs(a13)
+    fourth = fourth * s + 17160.0 * abs(a13)
     size = size * s + abs(a12)
     fourth = fourth * s + 11880.0 * abs(a12)
     size = size * s + abs(a11)
@@ -295,10 +302,11 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
         a11 = series[12, k] if on else series[11, k]
         a12 = series[13, k] if on else series[12, k]
         a13 = series[14, k] if on else series[13, k]
+        a14 = 0.0 if on else series[14, k]
         left = 1.0 - rows[PLACE, k]
         # value, slope and bounds at the end of the cell
-        g, d, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, left)
-        size, fourth = _moduli(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, left)
+        g, d, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, left)
+        size, fourth = _moduli(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, left)
         g1, d1 = g, d * left
         d0 = a1 * left
         c2, c3 = 3.0 * (g1 - a0) - 2.0 * d0 - d1, 2.0 * (a0 - g1) + d0 + d1
@@ -307,7 +315,7 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
         low = np.sqrt(max(bend, 0.0)) + c2
         t = -d0 / (low if low > 0.0 else 1.0)
         t = min(max(t if (low > 0.0) & (bend > 0.0) else 0.5, 0.125), 0.875)
-        gm, dm, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, t * left)
+        gm, dm, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, t * left)
         dm *= left
         quartic = fourth / 144.0
         u = 1.0 - t
@@ -327,15 +335,15 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
         e = 3.0 * c3 * t + c2
         t = t - f * d / (d * d - f * e)
         s = min(max(t, 0.0), 1.0) * left
-        f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, s)
+        f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, s)
         s -= f * d / (d * d - f * e)
-        f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, s)
+        f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, s)
         s -= f * d / (d * d - f * e)
-        f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, s)
+        f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, s)
         change = -f * d / (d * d - f * e)
         s += change
         slope = d + 2.0 * e * change
-        part, fourth_there = _moduli(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, s)
+        part, fourth_there = _moduli(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, s)
         quadratic = min(min(a0, 1.5 * a0 + 0.5 * s * a1), -s * slope) - fourth_there / 162.0
         sure = quadratic - LANE_SURE * part
         # round-off of the terms behind the first, which is known to its own precision
