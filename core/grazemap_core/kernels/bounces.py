@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels import lane_tables
 from grazemap_core.kernels.lane_tables import TERMS, LaneTables
-from grazemap_core.kernels.lanes import Masses
+from grazemap_core.kernels.lanes import Masses, horner, least_on
 from grazemap_core.tolerances import LANE_SURE
 
 FloatArray = NDArray[np.float64]
+
+Five = tuple[float, float, float, float, float]
 
 WIDTH = 16
 """Columns of a tile."""
@@ -46,11 +48,11 @@ class Tile(NamedTuple):
 
     Attributes
     ----------
-    start, end : (2 N, WIDTH)
+    start, end : (2 N * WIDTH,)
         (u, u') of every block at the start of the cell, and at its end.
-    series : (TERMS, WIDTH)
+    series : (TERMS * WIDTH,)
         Coefficients of the gap in s.
-    rows : (ROWS, WIDTH)
+    rows : (ROWS * WIDTH,)
     """
 
     start: FloatArray
@@ -62,58 +64,125 @@ class Tile(NamedTuple):
 def tile(masses: int) -> Tile:
     """Return an empty tile for an oscillator."""
     return Tile(
-        start=np.zeros((2 * masses, WIDTH)),
-        end=np.zeros((2 * masses, WIDTH)),
-        series=np.zeros((TERMS, WIDTH)),
-        rows=np.zeros((ROWS, WIDTH)),
+        start=np.zeros(2 * masses * WIDTH),
+        end=np.zeros(2 * masses * WIDTH),
+        series=np.zeros(TERMS * WIDTH),
+        rows=np.zeros(ROWS * WIDTH),
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _shift(series: FloatArray, by: FloatArray) -> None:
-    """Expand every column about a point that lies `by` (WIDTH,) further on (repeated synthetic division)."""
-    for i in range(TERMS - 1):
-        for n in range(TERMS - 2, i - 1, -1):
-            low, high = series[n], series[n + 1]
-            for k in range(WIDTH):
-                low[k] += by[k] * high[k]
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _sweep(c: Five, above: float, z: float) -> Five:
+    """One step of synthetic division by (s - z) through five coefficients, `above` being that of the next degree."""
+    c4 = c[4] + z * above
+    c3 = c[3] + z * c4
+    c2 = c[2] + z * c3
+    c1 = c[1] + z * c2
+    return c[0] + z * c1, c1, c2, c3, c4
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _horner_row(table: FloatArray, z: FloatArray, jump: FloatArray, out: FloatArray) -> None:
-    """Add jump times a polynomial at z to `out`; all (WIDTH,)."""
-    t0, t1, t2, t3, t4 = table[0], table[1], table[2], table[3], table[4]
-    t5, t6, t7, t8, t9 = table[5], table[6], table[7], table[8], table[9]
-    t10, t11, t12, t13, t14 = table[10], table[11], table[12], table[13], table[14]
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _shift(series: FloatArray, rows: FloatArray, by: int) -> None:
+    """Expand every column about a point that lies by as much as row `by` says further on.
+
+    Every sweep divides by (s - z) once more and leaves one coefficient of the new series behind. It goes on over those
+    below, which are done with: five at a time they stay in registers, which is worth more than the operations.
+    """
     for k in range(WIDTH):
-        x = z[k]
-        high = (((t14 * x + t13) * x + t12) * x + t11) * x + t10
-        middle = ((((high * x + t9) * x + t8) * x + t7) * x + t6) * x + t5
-        out[k] += jump[k] * (((((middle * x + t4) * x + t3) * x + t2) * x + t1) * x + t0)
+        z = rows[by * WIDTH + k]
+        low = (series[k], series[WIDTH + k], series[2 * WIDTH + k], series[3 * WIDTH + k], series[4 * WIDTH + k])
+        mid = (
+            series[5 * WIDTH + k],
+            series[6 * WIDTH + k],
+            series[7 * WIDTH + k],
+            series[8 * WIDTH + k],
+            series[9 * WIDTH + k],
+        )
+        high = (
+            series[10 * WIDTH + k],
+            series[11 * WIDTH + k],
+            series[12 * WIDTH + k],
+            series[13 * WIDTH + k],
+            series[14 * WIDTH + k],
+        )
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        low = _sweep(low, mid[0], z)
+        series[k] = low[0]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        low = _sweep(low, mid[0], z)
+        series[WIDTH + k] = low[1]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        low = _sweep(low, mid[0], z)
+        series[2 * WIDTH + k] = low[2]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        low = _sweep(low, mid[0], z)
+        series[3 * WIDTH + k] = low[3]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        low = _sweep(low, mid[0], z)
+        series[4 * WIDTH + k] = low[4]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        series[5 * WIDTH + k] = mid[0]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        series[6 * WIDTH + k] = mid[1]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        series[7 * WIDTH + k] = mid[2]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        series[8 * WIDTH + k] = mid[3]
+        high = _sweep(high, 0.0, z)
+        mid = _sweep(mid, high[0], z)
+        series[9 * WIDTH + k] = mid[4]
+        high = _sweep(high, 0.0, z)
+        series[10 * WIDTH + k] = high[0]
+        high = _sweep(high, 0.0, z)
+        series[11 * WIDTH + k] = high[1]
+        high = _sweep(high, 0.0, z)
+        series[12 * WIDTH + k] = high[2]
+        high = _sweep(high, 0.0, z)
+        series[13 * WIDTH + k] = high[3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _add_kick(table: FloatArray, rows: FloatArray, out: FloatArray) -> None:
+    """Add to `out` (WIDTH,) what every column's kick amounts to at the end of the cell, in one component of a state."""
+    for k in range(WIDTH):
+        out[k] += rows[JUMP * WIDTH + k] * horner(table, rows[PLACE * WIDTH + k])
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _kick(tables: LaneTables, tile: Tile) -> None:
     """Let every column with a JUMP (0 elsewhere) begin behind an impact where it stands."""
     rows, series = tile.rows, tile.series
     half = 0.5 * tables.scalars[lane_tables.STEP]
     restitution = tables.scalars[lane_tables.RESTITUTION]
-    side, jump, speed = rows[SIDE], rows[JUMP], rows[SPEED]
+    per_square = 2.0 / (half * half)
     for n in range(2, TERMS):
         response = tables.response[n]
-        row = series[n]
+        row = series[n * WIDTH : (n + 1) * WIDTH]
         for k in range(WIDTH):
-            row[k] -= side[k] * jump[k] * response
+            row[k] -= rows[SIDE * WIDTH + k] * rows[JUMP * WIDTH + k] * response
     for k in range(WIDTH):
-        struck = jump[k] != 0.0
-        rows[ON_STOP, k] = 1.0 if struck else rows[ON_STOP, k]
-        rows[GAP, k] = 0.0 if struck else rows[GAP, k]
-        rows[RATE, k] = restitution * speed[k] * half if struck else rows[RATE, k]
-        series[0, k] = rows[GAP, k]
-        series[1, k] = rows[RATE, k]
-        rows[PRESSING, k] = -2.0 * series[2, k] / (half * half)
-    for c in range(tile.end.shape[0]):
-        _horner_row(tables.kick[c], rows[PLACE], jump, tile.end[c])
+        struck = rows[JUMP * WIDTH + k] != 0.0
+        on, gap, rate = rows[ON_STOP * WIDTH + k], rows[GAP * WIDTH + k], rows[RATE * WIDTH + k]
+        leaving = restitution * rows[SPEED * WIDTH + k] * half
+        gap = 0.0 if struck else gap
+        rate = leaving if struck else rate
+        rows[ON_STOP * WIDTH + k] = 1.0 if struck else on
+        rows[GAP * WIDTH + k] = gap
+        rows[RATE * WIDTH + k] = rate
+        series[k] = gap
+        series[WIDTH + k] = rate
+        rows[PRESSING * WIDTH + k] = -per_square * series[2 * WIDTH + k]
+    for c in range(2 * tables.flow.shape[0]):
+        _add_kick(tables.kick[c], rows, tile.end[c * WIDTH : (c + 1) * WIDTH])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -122,28 +191,26 @@ def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile) -> Non
 
     A column without an impact (JUMP 0) begins at PLACE with the gap and the rate given.
     """
-    rows, series = tile.rows, tile.series
-    side, place = rows[SIDE], rows[PLACE]
+    rows, series, start = tile.rows, tile.series, tile.start
     forcing = tables.forcing[cell]
     for n in range(TERMS):
-        row = series[n]
+        row = series[n * WIDTH : (n + 1) * WIDTH]
         table = tables.series[n]
         steady = forcing[n]
         for k in range(WIDTH):
             total = steady
             for c in range(2 * len(masses)):
-                total += table[c] * tile.start[c, k]
-            row[k] = -side[k] * total
-    _shift(series, place)
+                total += table[c] * start[c * WIDTH + k]
+            row[k] = -rows[SIDE * WIDTH + k] * total
+    _shift(series, rows, PLACE)
     for j in range(tables.flow.shape[0]):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
-        first, second = tile.start[2 * j], tile.start[2 * j + 1]
-        a, b = tile.end[2 * j], tile.end[2 * j + 1]
+        before, behind = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], tile.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(WIDTH):
-            a[k] = f0 * first[k] + f1 * second[k]
-            b[k] = f2 * first[k] + f3 * second[k]
+            behind[k] = f0 * before[k] + f1 * before[WIDTH + k]
+            behind[WIDTH + k] = f2 * before[k] + f3 * before[WIDTH + k]
     for k in range(WIDTH):
-        rows[ON_STOP, k] = 0.0
+        rows[ON_STOP * WIDTH + k] = 0.0
     _kick(tables, tile)
 
 
@@ -261,18 +328,6 @@ def _moduli(
     return size, fourth * ((s * s) * (s * s))
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
-    """Return a lower bound of a function on [0, 1] from values and slopes at the ends, |fourth derivative| / 144 known.
-
-    Hermite's interpolant in Bernstein's basis of degree four; its error, at most that times 6 t^2 (1 - t)^2, falls on
-    the middle coefficient.
-    """
-    c1, c2 = g0 + d0 / 3.0, g1 - d1 / 3.0
-    ends = min(min(g0, g1), min(0.25 * g0 + 0.75 * c1, 0.25 * g1 + 0.75 * c2))
-    return min(ends, 0.5 * (c1 + c2) - quartic)
-
-
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def next_contacts(tables: LaneTables, tile: Tile) -> None:
     """Find in every column the next contact with its stop up to the end of the cell, or certify that there is none.
@@ -286,53 +341,75 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
     rows, series = tile.rows, tile.series
     half = 0.5 * tables.scalars[lane_tables.STEP]
     bounce = 1.0 + tables.scalars[lane_tables.RESTITUTION]
+    margin = tables.scalars[lane_tables.MARGIN]
     for k in range(WIDTH):
-        on = rows[ON_STOP, k] > 0.0
-        a0 = series[1, k] if on else series[0, k]
-        a1 = series[2, k] if on else series[1, k]
-        a2 = series[3, k] if on else series[2, k]
-        a3 = series[4, k] if on else series[3, k]
-        a4 = series[5, k] if on else series[4, k]
-        a5 = series[6, k] if on else series[5, k]
-        a6 = series[7, k] if on else series[6, k]
-        a7 = series[8, k] if on else series[7, k]
-        a8 = series[9, k] if on else series[8, k]
-        a9 = series[10, k] if on else series[9, k]
-        a10 = series[11, k] if on else series[10, k]
-        a11 = series[12, k] if on else series[11, k]
-        a12 = series[13, k] if on else series[12, k]
-        a13 = series[14, k] if on else series[13, k]
-        a14 = 0.0 if on else series[14, k]
-        left = 1.0 - rows[PLACE, k]
+        on = rows[ON_STOP * WIDTH + k] > 0.0
+        c0, c1, c2, c3, c4 = (
+            series[k],
+            series[WIDTH + k],
+            series[2 * WIDTH + k],
+            series[3 * WIDTH + k],
+            series[4 * WIDTH + k],
+        )
+        c5, c6, c7, c8, c9 = (
+            series[5 * WIDTH + k],
+            series[6 * WIDTH + k],
+            series[7 * WIDTH + k],
+            series[8 * WIDTH + k],
+            series[9 * WIDTH + k],
+        )
+        c10, c11, c12, c13, c14 = (
+            series[10 * WIDTH + k],
+            series[11 * WIDTH + k],
+            series[12 * WIDTH + k],
+            series[13 * WIDTH + k],
+            series[14 * WIDTH + k],
+        )
+        a0 = c1 if on else c0
+        a1 = c2 if on else c1
+        a2 = c3 if on else c2
+        a3 = c4 if on else c3
+        a4 = c5 if on else c4
+        a5 = c6 if on else c5
+        a6 = c7 if on else c6
+        a7 = c8 if on else c7
+        a8 = c9 if on else c8
+        a9 = c10 if on else c9
+        a10 = c11 if on else c10
+        a11 = c12 if on else c11
+        a12 = c13 if on else c12
+        a13 = c14 if on else c13
+        a14 = 0.0 if on else c14
+        left = 1.0 - rows[PLACE * WIDTH + k]
         # value, slope and bounds at the end of the cell
         g, d, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, left)
         size, fourth = _moduli(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, left)
         g1, d1 = g, d * left
         d0 = a1 * left
-        c2, c3 = 3.0 * (g1 - a0) - 2.0 * d0 - d1, 2.0 * (a0 - g1) + d0 + d1
+        h2, h3 = 3.0 * (g1 - a0) - 2.0 * d0 - d1, 2.0 * (a0 - g1) + d0 + d1
         # the lowest point of the cubic, kept off the ends
-        bend = c2 * c2 - 3.0 * c3 * d0
-        low = np.sqrt(max(bend, 0.0)) + c2
+        bend = h2 * h2 - 3.0 * h3 * d0
+        low = np.sqrt(max(bend, 0.0)) + h2
         t = -d0 / (low if low > 0.0 else 1.0)
         t = min(max(t if (low > 0.0) & (bend > 0.0) else 0.5, 0.125), 0.875)
         gm, dm, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, t * left)
         dm *= left
         quartic = fourth / 144.0
         u = 1.0 - t
-        before = _least_on(a0, d0 * t, gm, dm * t, quartic * ((t * t) * (t * t)))
-        behind = _least_on(gm, dm * u, g1, d1 * u, quartic * ((u * u) * (u * u)))
-        rounding = tables.scalars[lane_tables.MARGIN] * size
+        before = least_on(a0, d0 * t, gm, dm * t, quartic * ((t * t) * (t * t)))
+        behind = least_on(gm, dm * u, g1, d1 * u, quartic * ((u * u) * (u * u)))
+        rounding = margin * size
         clear = min(before, behind) > rounding
 
         falling = max(d0 * d0 - 4.0 * (g1 - a0 - d0) * a0, 0.0)
         t = min(max(2.0 * a0 / max(np.sqrt(falling) - d0, 1e-300), 0.0), 1.0)
-        f = ((c3 * t + c2) * t + d0) * t + a0
-        d = (3.0 * c3 * t + 2.0 * c2) * t + d0
-        e = 3.0 * c3 * t + c2
+        f = ((h3 * t + h2) * t + d0) * t + a0
+        d = (3.0 * h3 * t + 2.0 * h2) * t + d0
+        e = 3.0 * h3 * t + h2
         t = t - f * d / (d * d - f * e)
-        f = ((c3 * t + c2) * t + d0) * t + a0
-        d = (3.0 * c3 * t + 2.0 * c2) * t + d0
-        e = 3.0 * c3 * t + c2
+        f = ((h3 * t + h2) * t + d0) * t + a0
+        d = (3.0 * h3 * t + 2.0 * h2) * t + d0
+        e = 3.0 * h3 * t + h2
         t = t - f * d / (d * d - f * e)
         s = min(max(t, 0.0), 1.0) * left
         f, d, e = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, s)
@@ -348,29 +425,29 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
         sure = quadratic - LANE_SURE * part
         # round-off of the terms behind the first, which is known to its own precision
         settled = (abs(change) < 1e-8 * s) & (abs(e * change) < 1e-6 * abs(d)) & (s > 0.0) & (s < left)
-        within = LANE_SURE * part > tables.scalars[lane_tables.MARGIN] * size * s / left
+        within = LANE_SURE * part * left > margin * size * s
         contact = (sure > 0.0) & settled & within
         # the other stop is out of reach
         travel = size * (left if on else 1.0)
-        inside = travel + rounding < 1.9 * rows[CLEARANCE, k]
+        inside = travel + rounding < 1.9 * rows[CLEARANCE * WIDTH + k]
         contact = contact & inside
         clear = clear & inside & (not contact)
         speed = -slope * (s if on else 1.0) / half
-        rows[OUTCOME, k] = CONTACT if contact else (CLEAR if clear else UNSURE)
-        rows[LENGTH, k] = s if contact else 0.0
-        rows[SPEED, k] = speed if contact else 0.0
-        rows[JUMP, k] = -rows[SIDE, k] * bounce * speed if contact else 0.0
-        rows[END_GAP, k] = g1 * (left if on else 1.0)
-        rows[END_RATE, k] = (g1 + d1 if on else d1 / left) / half
+        rows[OUTCOME * WIDTH + k] = CONTACT if contact else (CLEAR if clear else UNSURE)
+        rows[LENGTH * WIDTH + k] = s if contact else 0.0
+        rows[SPEED * WIDTH + k] = speed if contact else 0.0
+        rows[JUMP * WIDTH + k] = -rows[SIDE * WIDTH + k] * bounce * speed if contact else 0.0
+        rows[END_GAP * WIDTH + k] = g1 * (left if on else 1.0)
+        rows[END_RATE * WIDTH + k] = (g1 + d1 if on else d1 / left) / half
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def strike_tile(tables: LaneTables, tile: Tile) -> None:
     """Carry every column with a contact on to it, and let it begin anew behind the impact; the others stay."""
     rows = tile.rows
-    _shift(tile.series, rows[LENGTH])
+    _shift(tile.series, rows, LENGTH)
     for k in range(WIDTH):
-        rows[PLACE, k] += rows[LENGTH, k]
+        rows[PLACE * WIDTH + k] += rows[LENGTH * WIDTH + k]
     _kick(tables, tile)
 
 
@@ -381,16 +458,17 @@ def leave_tile(tables: LaneTables, cell: int, tile: Tile) -> None:
     x, v = tables.gain[cell + 1, 0], tables.gain[cell + 1, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
-    end_x, end_v, end_limit, clearance = rows[END_X], rows[END_V], rows[END_LIMIT], rows[CLEARANCE]
     for k in range(WIDTH):
-        end_x[k] = x
-        end_v[k] = v
-        end_limit[k] = (1.0 - margin) * clearance[k] - margin * steady - fourth
+        clearance = rows[CLEARANCE * WIDTH + k]
+        rows[END_X * WIDTH + k] = x
+        rows[END_V * WIDTH + k] = v
+        rows[END_LIMIT * WIDTH + k] = (1.0 - margin) * clearance - margin * steady - fourth
     for j in range(tables.flow.shape[0]):
         r0, r1, r2, r3 = tables.readout[j, 0], tables.readout[j, 1], tables.readout[j, 2], tables.readout[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
-        a, b = tile.end[2 * j], tile.end[2 * j + 1]
+        end = tile.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(WIDTH):
-            end_x[k] += r0 * a[k] + r1 * b[k]
-            end_v[k] += r2 * a[k] + r3 * b[k]
-            end_limit[k] -= weight * (frequency * abs(a[k]) + abs(b[k]))
+            a, b = end[k], end[WIDTH + k]
+            rows[END_X * WIDTH + k] += r0 * a + r1 * b
+            rows[END_V * WIDTH + k] += r2 * a + r3 * b
+            rows[END_LIMIT * WIDTH + k] -= weight * (frequency * abs(a) + abs(b))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels import lane_tables
 from grazemap_core.kernels.lane_tables import TERMS, LaneTables
-from grazemap_core.tolerances import LANE_SURE, MOST_FUSED_MASSES
+from grazemap_core.tolerances import ANCHORED_GAP, LANE_SURE, MOST_FUSED_MASSES
 
 FloatArray = NDArray[np.float64]
 Masses = tuple[int, ...]
@@ -40,8 +40,9 @@ behind it; what remains of the certificates, and which of them hold."""
 HIGHEST = 15
 COLUMN_ROWS = 16
 
-NOTHING, FIRST, ONLY = 0.0, 1.0, 2.0
-"""What is certain: nothing; the first impact in the cell; that it is the only one, and wants no closer look."""
+NOTHING, FIRST, ONLY, NONE = 0.0, 1.0, 2.0, 3.0
+"""What is certain: nothing; the first impact in the cell; that it is the only one, and wants no closer look; that there
+is none."""
 
 
 class Columns(NamedTuple):
@@ -313,14 +314,26 @@ def _value_slope_bend(series: FloatArray, k: int, z: float) -> tuple[float, floa
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _find_impact(step: float, restitution: float, drag: float, columns: Columns, count: int) -> None:
+def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
+    """Return a lower bound of a function on [0, 1] from values and slopes at the ends, |fourth derivative| / 144 known.
+
+    Hermite's interpolant in Bernstein's basis of degree four; its error, at most that times 6 t^2 (1 - t)^2, falls on
+    the middle coefficient.
+    """
+    c1, c2 = g0 + d0 / 3.0, g1 - d1 / 3.0
+    ends = min(min(g0, g1), min(0.25 * g0 + 0.75 * c1, 0.25 * g1 + 0.75 * c2))
+    return min(ends, 0.5 * (c1 + c2) - quartic)
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _find_impact(step: float, restitution: float, drag: float, margin: float, columns: Columns, count: int) -> None:
     """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
 
     The guess is the root of the cubic through positions and velocities at both ends, to three digits or so; two steps
     of Halley's method with the whole series then reach round-off. The certificate: Hermite's interpolant with double
     nodes at the start of the cell and at the impact errs by x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero,
     (tau_i - tau), what is left is a quadratic, positive if its three Bernstein coefficients exceed
-    max|x''''| tau_i^4 / 162.
+    max|x''''| tau_i^4 / 162. That there is no contact at all is certified more sharply than in `advance`, too.
     """
     count = min(count, LANES)
     rows, series = columns.rows, columns.series
@@ -370,11 +383,16 @@ def _find_impact(step: float, restitution: float, drag: float, columns: Columns,
         rows[HIGHEST * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
         # the change after this one is as good as zero, and so small that the speed is right
         settled = (abs(change) < 1e-8) & (abs(e * change) < 1e-6 * abs(d))
-        rows[CERTAIN * LANES + k] = FIRST if settled & (abs(z) < 1.0) else NOTHING
+        quartic = (384.0 / 144.0) * rows[FOURTH * LANES + k]
+        twice = 2.0 * clearance
+        least = min(least_on(g0, d0, g1, d1, quartic), least_on(twice - g0, -d0, twice - g1, -d1, quartic))
+        none = least > margin * (rows[REACH * LANES + k] + clearance)
+        rows[CERTAIN * LANES + k] = NONE if none else (FIRST if settled & (abs(z) < 1.0) else NOTHING)
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _horner(table: FloatArray, z: float) -> float:
+def horner(table: FloatArray, z: float) -> float:
+    """Return the polynomial of degree 14 with these coefficients."""
     value = table[14]
     value = value * z + table[13]
     value = value * z + table[12]
@@ -412,8 +430,8 @@ def _kicked_end(blocks: int, tables: LaneTables, end: int, columns: Columns, cou
         behind = columns.end[2 * j * LANES : (2 * j + 2) * LANES]
         for k in range(count):
             z, jump = rows[PLACE * LANES + k], rows[JUMP * LANES + k]
-            a = behind[k] + jump * _horner(first_table, z)
-            b = behind[LANES + k] + jump * _horner(second_table, z)
+            a = behind[k] + jump * horner(first_table, z)
+            b = behind[LANES + k] + jump * horner(second_table, z)
             behind[k] = a
             behind[LANES + k] = b
             rows[END_X * LANES + k] += r0 * a + r1 * b
@@ -426,8 +444,8 @@ def _certify(tables: LaneTables, columns: Columns, count: int) -> None:
     """Certify the rest of the cell, and that nothing about the impact wants a closer look.
 
     Behind the impact as before it (`_find_impact`), with the zero at the start. The other stop is out of reach where
-    the Bernstein coefficients of both arcs stay short of it. Mass 1 must not come back to this stop within the next
-    cell, nor come to rest there: those lanes are followed with the gap's own precision (`contact`).
+    the Bernstein coefficients of both arcs stay short of it. Mass 1 must not be so near to this stop at the end, and
+    come back within the next cell, that the gap needs a precision of its own, nor come to rest there.
     """
     count = min(count, LANES)
     rows = columns.rows
@@ -453,9 +471,11 @@ def _certify(tables: LaneTables, columns: Columns, count: int) -> None:
         # the parabola through both rates, a cell ahead, times the time left
         ahead = time * gap + step * (time * rate + 0.5 * step * (rate - leaving))
         bouncing = 2.0 * leaving - at_rest * rows[PRESSING * LANES + k]
-        only = min(rest, min(ahead, bouncing)) > 0.0
-        certain = (first > 0.0) & (rows[CERTAIN * LANES + k] > 0.0)
-        rows[CERTAIN * LANES + k] = (ONLY if only else FIRST) if certain else NOTHING
+        apart = max(ahead, gap - ANCHORED_GAP * clearance)
+        only = min(rest, min(apart, bouncing)) > 0.0
+        said = rows[CERTAIN * LANES + k]
+        certain = (first > 0.0) & (said == FIRST)
+        rows[CERTAIN * LANES + k] = NONE if said == NONE else ((ONLY if only else FIRST) if certain else NOTHING)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -468,7 +488,7 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, columns: Column
         Index in the forcing period.
     columns : Columns
         `start` and the rows START_X, START_V, GAP are read; all else is written. Where CERTAIN is ONLY there is exactly
-        one impact in the cell; where it is FIRST, one at PLACE and perhaps more behind it.
+        one impact in the cell; where it is FIRST, one at PLACE and perhaps more behind it; where it is NONE, none.
     count : int
         Columns filled, a multiple of COLUMNS.
     """
@@ -476,6 +496,7 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, columns: Column
     scalars = tables.scalars
     _expand(masses, tables.series, tables.forcing[cell], columns.start, columns.series, count)
     _free_end(len(masses), tables, end, columns, count)
-    _find_impact(scalars[lane_tables.STEP], scalars[lane_tables.RESTITUTION], scalars[lane_tables.DRAG], columns, count)
+    step, restitution, drag = scalars[lane_tables.STEP], scalars[lane_tables.RESTITUTION], scalars[lane_tables.DRAG]
+    _find_impact(step, restitution, drag, scalars[lane_tables.MARGIN], columns, count)
     _kicked_end(len(masses), tables, end, columns, count)
     _certify(tables, columns, count)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels import bounces
 from grazemap_core.kernels import lanes as rows
+from grazemap_core.kernels.bounces import WIDTH
 from grazemap_core.kernels.cells import CellProblem, bounds, first_mass, flow_state
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tables import LaneTables
@@ -62,6 +63,9 @@ from grazemap_core.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+OUT_OF_REACH = 1e300
+"""Clearance of a lane out of use; finite, because differences of infinities are not."""
 
 FREE, NEAR, RESTING = 0, 1, 2
 """Regimes at the boundary of a cell."""
@@ -125,8 +129,8 @@ def lanes(masses: int, events: int = 0) -> Lanes:
     return Lanes(
         even=np.zeros((2 * masses + 2) * LANES),
         odd=np.zeros((2 * masses + 2) * LANES),
-        clearance=np.full(LANES, np.inf),
-        limit=np.full(LANES, np.inf),
+        clearance=np.full(LANES, OUT_OF_REACH),
+        limit=np.full(LANES, OUT_OF_REACH),
         reach=np.zeros(LANES),
         tally=np.zeros((TALLY_SIZE, LANES)),
         regime=np.zeros(LANES, dtype=np.int64),
@@ -142,8 +146,8 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         flags=np.zeros(LANES, dtype=np.int64),
         chosen=np.zeros(LANES + 1, dtype=np.int64),
         beside=np.zeros(LANES, dtype=np.int64),
-        tile_lane=np.zeros(bounces.WIDTH, dtype=np.int64),
-        active=np.zeros(bounces.WIDTH, dtype=np.int64),
+        tile_lane=np.zeros(WIDTH, dtype=np.int64),
+        active=np.zeros(WIDTH, dtype=np.int64),
         columns=columns(masses),
         tile=bounces.tile(masses),
     )
@@ -155,8 +159,8 @@ def idle(group: Lanes, lane: int) -> None:
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + lane] = 0.0
         group.odd[c * LANES + lane] = 0.0
-    group.clearance[lane] = np.inf
-    group.limit[lane] = np.inf
+    group.clearance[lane] = OUT_OF_REACH
+    group.limit[lane] = OUT_OF_REACH
     group.regime[lane] = FREE
 
 
@@ -237,16 +241,16 @@ def _set_aside_behind_impact(
     """
     at = group.tile.rows
     for j in range(u.shape[0]):
-        u[j, 0] = group.tile.end[2 * j, k]
-        u[j, 1] = group.tile.end[2 * j + 1, k]
-    left = 0.5 * (1.0 - at[bounces.PLACE, k]) * problem.step
+        u[j, 0] = group.tile.end[2 * j * WIDTH + k]
+        u[j, 1] = group.tile.end[(2 * j + 1) * WIDTH + k]
+    left = 0.5 * (1.0 - at[bounces.PLACE * WIDTH + k]) * problem.step
     flow_state(problem, u, -left)
     for j in range(u.shape[0]):
         group.alone[lane, 2 * j] = u[j, 0]
         group.alone[lane, 2 * j + 1] = u[j, 1]
-    leaving = at[bounces.RATE, k] / (0.5 * problem.step)
+    leaving = at[bounces.RATE * WIDTH + k] / (0.5 * problem.step)
     group.offset[lane] = problem.step - left
-    group.cursor[lane, ANCHOR] = 1 if at[bounces.SIDE, k] > 0.0 else -1
+    group.cursor[lane, ANCHOR] = 1 if at[bounces.SIDE * WIDTH + k] > 0.0 else -1
     group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
@@ -281,17 +285,17 @@ def _bounce(
     before = step * (cell % (problem.cells // 2))
     half_step = 0.5 * step
     states = 2 * len(masses)
-    for k in range(bounces.WIDTH):
+    for k in range(WIDTH):
         active[k] = 1 if k < count else 0
         if k >= count:
-            at[bounces.JUMP, k] = 0.0
+            at[bounces.JUMP * WIDTH + k] = 0.0
     bounces.enter_tile(masses, tables, cell, tile)
     while True:
         for k in range(count):
-            if active[k] != 0 and at[bounces.JUMP, k] != 0.0:
-                lane, speed, pressing = lanes_of[k], at[bounces.SPEED, k], at[bounces.PRESSING, k]
-                time = before + half_step * (1.0 + at[bounces.PLACE, k])
-                _enter_impact(tally, cursor, events, lane, half, time, at[bounces.SIDE, k], speed, pressing)
+            if active[k] != 0 and at[bounces.JUMP * WIDTH + k] != 0.0:
+                lane, speed, pressing = lanes_of[k], at[bounces.SPEED * WIDTH + k], at[bounces.PRESSING * WIDTH + k]
+                time = before + half_step * (1.0 + at[bounces.PLACE * WIDTH + k])
+                _enter_impact(tally, cursor, events, lane, half, time, at[bounces.SIDE * WIDTH + k], speed, pressing)
                 if may_rest(restitution, step, pressing, restitution * speed):
                     aside = _set_aside_behind_impact(problem, group, lane, k, u, AT_STOP, aside)
                     active[k] = 0
@@ -299,26 +303,30 @@ def _bounce(
         struck = 0
         for k in range(count):
             if active[k] == 0:
-                at[bounces.LENGTH, k] = 0.0
-                at[bounces.JUMP, k] = 0.0
+                at[bounces.LENGTH * WIDTH + k] = 0.0
+                at[bounces.JUMP * WIDTH + k] = 0.0
                 continue
-            lane, outcome = lanes_of[k], at[bounces.OUTCOME, k]
+            lane, outcome = lanes_of[k], at[bounces.OUTCOME * WIDTH + k]
             if outcome == bounces.CONTACT:
                 struck += 1
             elif outcome == bounces.CLEAR:
                 active[k] = 0
                 stays = False
-                if at[bounces.ON_STOP, k] > 0.0 or regime[lane] == NEAR:
-                    gap, rate = at[bounces.END_GAP, k], at[bounces.END_RATE, k]
+                if at[bounces.ON_STOP * WIDTH + k] > 0.0 or regime[lane] == NEAR:
+                    gap, rate = at[bounces.END_GAP * WIDTH + k], at[bounces.END_RATE * WIDTH + k]
                     near[lane, 0] = gap
                     near[lane, 1] = rate
-                    # the parabola through both rates: does it come back within the next cell?
-                    bend = 0.5 * (rate - at[bounces.RATE, k] / half_step) / (half_step * (1.0 - at[bounces.PLACE, k]))
-                    stays = gap < ANCHORED_GAP * clearance[lane] or gap + step * (rate + step * bend) < 0.0
+                    # so near, and the parabola through both rates comes back within the next cell?
+                    bend = (
+                        0.5
+                        * (rate - at[bounces.RATE * WIDTH + k] / half_step)
+                        / (half_step * (1.0 - at[bounces.PLACE * WIDTH + k]))
+                    )
+                    stays = gap < ANCHORED_GAP * clearance[lane] and gap + step * (rate + step * bend) < 0.0
                 regime[lane] = LEAVING if stays else STEPPING
             else:
                 active[k] = 0
-                if at[bounces.ON_STOP, k] > 0.0:
+                if at[bounces.ON_STOP * WIDTH + k] > 0.0:
                     aside = _set_aside_behind_impact(problem, group, lane, k, u, OK, aside)
                 else:
                     aside = _set_aside(group, lane, aside, here)
@@ -331,17 +339,17 @@ def _bounce(
         if regime[lane] != LEAVING and regime[lane] != STEPPING:
             continue
         for c in range(states):
-            there[c * LANES + lane] = end[c, k]
-        there[states * LANES + lane] = at[bounces.END_X, k]
-        there[(states + 1) * LANES + lane] = at[bounces.END_V, k]
+            there[c * LANES + lane] = end[c * WIDTH + k]
+        there[states * LANES + lane] = at[bounces.END_X * WIDTH + k]
+        there[(states + 1) * LANES + lane] = at[bounces.END_V * WIDTH + k]
         if regime[lane] == LEAVING:
             regime[lane] = NEAR
             limit[lane] = -np.inf
-            cursor[lane, ANCHOR] = 1 if at[bounces.SIDE, k] > 0.0 else -1
+            cursor[lane, ANCHOR] = 1 if at[bounces.SIDE * WIDTH + k] > 0.0 else -1
             cursor[lane, ROOTS] = 0
         else:
             regime[lane] = FREE
-            limit[lane] = at[bounces.END_LIMIT, k]
+            limit[lane] = at[bounces.END_LIMIT * WIDTH + k]
             cursor[lane, ANCHOR] = 0
     return aside
 
@@ -395,6 +403,8 @@ def _meet_stops(
         if i < count:
             lane = chosen[i]
             side, certain = at[rows.SIDE * LANES + i], at[rows.CERTAIN * LANES + i]
+            if certain == rows.NONE:
+                continue
             if certain == rows.ONLY:
                 for c in range(states):
                     there[c * LANES + lane] = end[c * LANES + i]
@@ -405,34 +415,34 @@ def _meet_stops(
                 speed, pressing = at[rows.SPEED * LANES + i], at[rows.PRESSING * LANES + i]
                 _enter_impact(tally, cursor, events, lane, half, time, side, speed, pressing)
                 continue
-            on[bounces.SIDE, filled] = side
+            on[bounces.SIDE * WIDTH + filled] = side
             if certain == rows.FIRST:
-                on[bounces.PLACE, filled] = at[rows.PLACE * LANES + i]
-                on[bounces.SPEED, filled] = at[rows.SPEED * LANES + i]
-                on[bounces.JUMP, filled] = at[rows.JUMP * LANES + i]
+                on[bounces.PLACE * WIDTH + filled] = at[rows.PLACE * LANES + i]
+                on[bounces.SPEED * WIDTH + filled] = at[rows.SPEED * LANES + i]
+                on[bounces.JUMP * WIDTH + filled] = at[rows.JUMP * LANES + i]
             else:
-                on[bounces.PLACE, filled] = -1.0
-                on[bounces.GAP, filled] = clearance[lane] - side * at[rows.START_X * LANES + i]
-                on[bounces.RATE, filled] = -side * at[rows.START_V * LANES + i] * half_step
-                on[bounces.SPEED, filled] = 0.0
-                on[bounces.JUMP, filled] = 0.0
+                on[bounces.PLACE * WIDTH + filled] = -1.0
+                on[bounces.GAP * WIDTH + filled] = clearance[lane] - side * at[rows.START_X * LANES + i]
+                on[bounces.RATE * WIDTH + filled] = -side * at[rows.START_V * LANES + i] * half_step
+                on[bounces.SPEED * WIDTH + filled] = 0.0
+                on[bounces.JUMP * WIDTH + filled] = 0.0
         else:
             lane = beside[i - count]
             if regime[lane] == RESTING:
                 aside = _set_aside(group, lane, aside, here)
                 continue
-            on[bounces.SIDE, filled] = cursor[lane, ANCHOR]
-            on[bounces.PLACE, filled] = -1.0
-            on[bounces.GAP, filled] = near[lane, 0]
-            on[bounces.RATE, filled] = near[lane, 1] * half_step
-            on[bounces.SPEED, filled] = 0.0
-            on[bounces.JUMP, filled] = 0.0
+            on[bounces.SIDE * WIDTH + filled] = cursor[lane, ANCHOR]
+            on[bounces.PLACE * WIDTH + filled] = -1.0
+            on[bounces.GAP * WIDTH + filled] = near[lane, 0]
+            on[bounces.RATE * WIDTH + filled] = near[lane, 1] * half_step
+            on[bounces.SPEED * WIDTH + filled] = 0.0
+            on[bounces.JUMP * WIDTH + filled] = 0.0
         lanes_of[filled] = lane
-        on[bounces.CLEARANCE, filled] = clearance[lane]
+        on[bounces.CLEARANCE * WIDTH + filled] = clearance[lane]
         for c in range(states):
-            of_tile[c, filled] = here[c * LANES + lane]
+            of_tile[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
-        if filled == bounces.WIDTH:
+        if filled == WIDTH:
             aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
             filled = 0
     if filled > 0:
