@@ -65,17 +65,17 @@ def _enter(ring: Orbit, k: int, group: Lanes) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mark_returns(ring: Orbit, k: int, longest: int, near: FloatArray, returned: IntArray) -> None:
-    """Mark the lanes whose first coordinate is back where it was some 1 .. longest half periods ago."""
+def _nearest_return(ring: Orbit, k: int, longest: int, nearest: FloatArray) -> None:
+    """Write how near every lane's first coordinate is to where it was some 1 .. longest half periods ago."""
     size = ring.least.shape[0]
     row = k % size
     now = ring.states[row, 0]
-    returned[:] = 0
+    nearest[:] = np.inf
     for _ in range(longest):
         row = row - 1 if row > 0 else size - 1
         then = ring.states[row, 0]
         for lane in range(LANES):
-            returned[lane] |= 1 if abs(then[lane] - now[lane]) <= near[lane] else 0
+            nearest[lane] = min(nearest[lane], abs(then[lane] - now[lane]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,7 +114,7 @@ def settle_column(
     began = np.zeros(LANES, dtype=np.int64)
     impacts = np.zeros(LANES)
     near = np.zeros(LANES)
-    returned = np.zeros(LANES, dtype=np.int64)
+    nearest = np.zeros(LANES)
     u = np.empty_like(initial)
     for lane in range(LANES):
         idle(group, lane)
@@ -142,7 +142,7 @@ def settle_column(
             impacts[lane] += group.tally[FOLLOWED, lane]
         _enter(ring, k, group)
         if early:
-            _mark_returns(ring, k, 2 * max_period, near, returned)
+            _nearest_return(ring, k, 2 * max_period, nearest)
         for lane in range(used):
             i = point[lane]
             if i < 0:
@@ -161,7 +161,7 @@ def settle_column(
             elif is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearances[i]) and (early or last):
                 reason, period, right, left, symmetric = NAMED, 1, -1, -1, True
                 after = (entered + 1) // 2
-            elif last or (early and returned[lane] != 0):
+            elif last or (early and nearest[lane] <= near[lane]):
                 reason, period, right, left, symmetric, least, sticking = name_motion(
                     problem, ring, lane, k, entered, max_period, clearances[i], reach
                 )
