@@ -1,4 +1,4 @@
-"""This core among the contestants."""
+"""The core among the contestants."""
 
 from __future__ import annotations
 

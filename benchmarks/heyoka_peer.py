@@ -109,7 +109,7 @@ class _ImpactFlow:
         self._first_lane = 0
         equations, x1, index = _equations(oscillator, omega)
         restitution = oscillator.restitution
-        views: list[memoryview] = []
+        views: list[Any] = []
 
         def rebound(_integrator: Any, _sign: int, lane: int) -> bool:
             views[0][lane] *= -restitution
@@ -121,6 +121,7 @@ class _ImpactFlow:
             return True
 
         callback = recorded_rebound if recorded else rebound
+        distances = (hy.par[0] - x1, hy.par[0] + x1)
         falling = hy.event_direction.negative
         self._rest = np.zeros((len(equations), self.batch))
         self._rest[-1] = 1.0
@@ -128,7 +129,7 @@ class _ImpactFlow:
             equations,
             self._rest.copy(),
             pars=np.ones((1, self.batch)),
-            t_events=[hy.t_event_batch(hy.par[0] + side * x1, callback=callback, direction=falling) for side in (-1, 1)],
+            t_events=[hy.t_event_batch(distance, callback=callback, direction=falling) for distance in distances],
             compact_mode=False,
             **({} if settings.tolerance is None else {"tol": settings.tolerance}),
         )
@@ -172,21 +173,20 @@ class _ContactSearch:
         def seen(_integrator: Any, time: float, _sign: int, lane: int) -> None:
             self._first[lane] = min(self._first[lane], time)
 
+        distances = (hy.par[0] - x1, hy.par[0] + x1)
         falling = hy.event_direction.negative
         self._integrator = hy.taylor_adaptive_batch(
             equations,
             np.zeros((len(equations), self.batch)),
             pars=np.ones((2, self.batch)),
-            nt_events=[hy.nt_event_batch(hy.par[0] + side * x1, seen, direction=falling) for side in (-1, 1)],
+            nt_events=[hy.nt_event_batch(distance, seen, direction=falling) for distance in distances],
             compact_mode=False,
             **({} if settings.tolerance is None else {"tol": settings.tolerance}),
         )
 
     def run(self, start: Start, clearances: Floats) -> Floats:
         """Return the first contact for every clearance, NaN for none."""
-        state = np.concatenate(
-            [start.displacement, start.velocity, [math.sin(start.phase), math.cos(start.phase)]]
-        )
+        state = np.concatenate([start.displacement, start.velocity, [math.sin(start.phase), math.cos(start.phase)]])
         found = np.empty(len(clearances))
         for first in range(0, len(clearances), self.batch):
             lanes = np.minimum(np.arange(first, first + self.batch), len(clearances) - 1)

@@ -46,10 +46,10 @@ def _multiply_add(p: Floats, q: Floats, r: Floats, s: Floats, a: float, b: float
 
 def prepared(repeats: int) -> tuple[Callable[[], object], int]:
     """Return what is to be timed, compiled, and how many multiply-adds it is."""
-    rows = [np.linspace(0.1 * i, 1.0, LANES) for i in range(CHAINS)]
+    p, q, r, s = (np.linspace(0.1 * i, 1.0, LANES) for i in range(CHAINS))
 
     def run() -> None:
-        _multiply_add(*rows, 0.5, 0.1, repeats)
+        _multiply_add(p, q, r, s, 0.5, 0.1, repeats)
 
-    _multiply_add(*rows, 0.5, 0.1, 1)
+    _multiply_add(p, q, r, s, 0.5, 0.1, 1)
     return run, repeats * LANES * CHAINS * UNROLLED

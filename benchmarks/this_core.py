@@ -5,29 +5,37 @@ Flows in: the numbers of a `Work` or a `Start`; flows out: arrays. Nothing is ti
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from benchmarks.work import Floats, Integers, Start
 from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.held_problem import HeldModel
 from grazemap_core.kernels.cells import CellProblem, bounds
 from grazemap_core.kernels.closing import NAMED, Orbit, enter, name_motion, orbit
 from grazemap_core.kernels.held import HeldProblem
-from grazemap_core.kernels.simulate import reason_of_end, run_half
-from grazemap_core.kernels.workspace import FOLLOWED, HALF, OK, ROWS, TIME, Workspace, clear_tally, workspace
+from grazemap_core.kernels.simulate import RECORD_FULL, is_free_for_ever, run_half, run_recorded
+from grazemap_core.kernels.workspace import ANCHOR, FOLLOWED, HALF, OK, ROWS, TIME, Workspace, clear_tally, workspace
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
 from grazemap_core.tolerances import TAYLOR_DEGREE
 from grazemap_core.trajectory import trajectory
 from grazemap_core.unfolding import unfolding_map_tile
 
+Booleans = NDArray[np.bool_]
+
 KERNEL = "scalar"
 """Which of the core's kernels runs; goes into the result."""
 
 DEGREE = TAYLOR_DEGREE
 """Degree of the local series in which a contact is solved for."""
+
+PIXEL_LANES = 4
+"""Copies of one pixel that are run together to time it: enough to fill the kernel and to hide the set-up."""
 
 LONGEST_PERIOD = 32
 """Longest motion that is looked for when a pixel is classified."""
@@ -44,7 +52,7 @@ class Classified(NamedTuple):
         Impacts followed one by one; -1 where the computation does not count them.
     """
 
-    named: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    named: Booleans
     impacts: Integers
 
 
@@ -57,9 +65,15 @@ class _Problem(NamedTuple):
     work: Workspace
 
 
+@lru_cache
+def _models(oscillator: Oscillator) -> HeldModel:
+    """Return the modal models of an oscillator, as a map computes them: once."""
+    return trajectory_models(oscillator)
+
+
 def _problem(oscillator: Oscillator, omega: float, start: Start | None = None, events: int = 0) -> _Problem:
     """Set up an oscillator, from rest unless a start is given."""
-    models = trajectory_models(oscillator)
+    models = _models(oscillator)
     steady = forced_response(oscillator, np.array([omega]))[0]
     at_rest = np.zeros(oscillator.size)
     x, v, phase = (at_rest, at_rest, 0.0) if start is None else (start.displacement, start.velocity, start.phase)
@@ -76,9 +90,7 @@ def cells_per_period(oscillator: Oscillator, omega: float) -> int:
 def fixed_length(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> Integers:
     """Run every lane from rest for so many forcing periods. Returns the impacts of every lane, shape (lanes,)."""
     problem = _problem(oscillator, omega)
-    impacts = np.empty(len(clearances), dtype=np.int64)
-    _run_lanes(problem.cells, problem.held, problem.initial, clearances, 2 * periods, problem.work, impacts)
-    return impacts
+    return _lanes(problem, clearances, periods, classified=False)[0]
 
 
 def impact_times(oscillator: Oscillator, omega: float, clearance: float, periods: int) -> Floats:
@@ -88,27 +100,34 @@ def impact_times(oscillator: Oscillator, omega: float, clearance: float, periods
 
 def first_contacts(oscillator: Oscillator, start: Start, clearances: Floats) -> Floats:
     """Return the time of the first contact within one forcing period, NaN if there is none, shape (clearances,)."""
-    problem = _problem(oscillator, start.omega, start, events=1)
-    times = np.empty(len(clearances))
-    _first_contacts(problem.cells, problem.held, problem.initial, clearances, problem.work, times)
+    cells, held, initial, work = _problem(oscillator, start.omega, start, events=64)
+    ring = orbit(oscillator.size, 1)
+    half_time = 0.5 * cells.cells * cells.step
+    times = np.full(len(clearances), np.nan)
+    for i, clearance in enumerate(clearances):
+        work.cursor[:] = 0
+        clear_tally(work.tally)
+        status, _ = run_recorded(cells, held, initial.copy(), float(clearance), 0, 2, ring, work)
+        if status == RECORD_FULL or work.cursor[ROWS] > 0:
+            times[i] = work.events[0, HALF] * half_time + work.events[0, TIME]
     return times
 
 
 def map_of_fixed_length(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
     """Run every pixel of a grid for so many forcing periods, whatever it does, then classify it."""
-    ring = orbit(oscillator.size, LONGEST_PERIOD)
-    named = np.empty((len(clearances), len(omegas)), dtype=np.bool_)
-    impacts = np.empty(named.shape, dtype=np.int64)
-    reasons, counts = np.empty(len(clearances), dtype=np.int64), np.empty(len(clearances), dtype=np.int64)
-    for i, omega in enumerate(omegas):
-        problem = _problem(oscillator, float(omega))
-        _classify_lanes(
-            problem.cells, problem.held, problem.initial, clearances, 2 * periods, LONGEST_PERIOD, ring, problem.work,
-            reasons, counts,
-        )  # fmt: skip
-        named[:, i] = reasons == NAMED
-        impacts[:, i] = counts
-    return Classified(named, impacts)
+    columns = [_lanes(_problem(oscillator, float(omega)), clearances, periods, classified=True) for omega in omegas]
+    return Classified(np.stack([named for _, named in columns], 1), np.stack([impacts for impacts, _ in columns], 1))
+
+
+def _lanes(problem: _Problem, clearances: Floats, periods: int, classified: bool) -> tuple[Integers, Booleans]:
+    """Return impacts and whether the motion was recognised, both of shape (lanes,)."""
+    impacts, named = np.empty(len(clearances), dtype=np.int64), np.empty(len(clearances), dtype=np.bool_)
+    ring = orbit(problem.initial.shape[0], LONGEST_PERIOD)
+    _run_lanes(
+        problem.cells, problem.held, problem.initial, clearances, 2 * periods, ring, classified, problem.work,
+        impacts, named,
+    )  # fmt: skip
+    return impacts, named
 
 
 def map_with_settling(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
@@ -124,75 +143,34 @@ def _run_lanes(
     initial: Floats,
     clearances: Floats,
     halves: int,
-    work: Workspace,
-    impacts: Integers,
-) -> None:
-    """Run lanes one after the other, counting impacts."""
-    u = np.empty_like(initial)
-    for lane in range(clearances.shape[0]):
-        u[:] = initial
-        work.cursor[:] = 0
-        clear_tally(work.tally)
-        count = 0.0
-        for half in range(halves):
-            if run_half(problem, held, u, clearances[lane], half, work) != OK:
-                break
-            count += work.tally[FOLLOWED]
-        impacts[lane] = int(count)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _first_contacts(
-    problem: CellProblem, held: HeldProblem, initial: Floats, clearances: Floats, work: Workspace, times: Floats
-) -> None:
-    """Run lanes until their first event, for one forcing period at most."""
-    u = np.empty_like(initial)
-    half_time = 0.5 * problem.cells * problem.step
-    for lane in range(clearances.shape[0]):
-        u[:] = initial
-        work.cursor[:] = 0
-        clear_tally(work.tally)
-        times[lane] = np.nan
-        for half in range(2):
-            status = run_half(problem, held, u, clearances[lane], half, work)
-            if work.cursor[ROWS] > 0:
-                times[lane] = work.events[0, HALF] * half_time + work.events[0, TIME]
-                break
-            if status != OK:
-                break
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _classify_lanes(
-    problem: CellProblem,
-    held: HeldProblem,
-    initial: Floats,
-    clearances: Floats,
-    halves: int,
-    max_period: int,
     ring: Orbit,
+    classified: bool,
     work: Workspace,
-    reasons: Integers,
     impacts: Integers,
+    named: Booleans,
 ) -> None:
-    """Run lanes to their end and judge the orbit there."""
+    """Run lanes one after the other to their end, counting impacts; judge the orbit there if `classified`."""
     u = np.empty_like(initial)
     for lane in range(clearances.shape[0]):
         u[:] = initial
         work.cursor[:] = 0
         clear_tally(work.tally)
-        enter(ring, 0, u, work)
+        if classified:
+            enter(ring, 0, u, work)
         count = 0.0
-        reason = NAMED
+        status = OK
         for half in range(halves):
             status = run_half(problem, held, u, clearances[lane], half, work)
             if status != OK:
-                reason = reason_of_end(status)
                 break
             count += work.tally[FOLLOWED]
-            enter(ring, half + 1, u, work)
-        if reason == NAMED:
-            reach, _ = bounds(problem, u)
-            reason = name_motion(problem, ring, halves, max_period, clearances[lane], reach)[0]
-        reasons[lane] = reason
+            if classified:
+                enter(ring, half + 1, u, work)
         impacts[lane] = int(count)
+        named[lane] = False
+        if classified and status == OK:
+            reach, _ = bounds(problem, u)
+            if is_free_for_ever(problem, reach, work.cursor[ANCHOR], clearances[lane]):
+                named[lane] = True
+            else:
+                named[lane] = name_motion(problem, ring, halves, LONGEST_PERIOD, clearances[lane], reach)[0] == NAMED

@@ -23,6 +23,13 @@ LANE_STEP = 5e-4
 LANE_CYCLE = 128
 """After so many lanes the clearances begin again, so that any number of lanes has the same motion throughout."""
 
+SIZE_OMEGA = 0.45
+IMPACTING = 0.7
+FREE = 10.0
+"""Chains of 1 to 8 masses hit about four times per period at this frequency and relative clearance, and none chatters;
+at omega = 0.29 mass 1 of the longer ones hardly moves in the steady motion and chatters in the transient. With the
+other clearance there are no impacts."""
+
 MAP_OMEGA = (0.26, 0.32)
 MAP_CLEARANCE = (1.2, 2.1)
 
@@ -75,17 +82,18 @@ def chain(masses: int) -> Oscillator:
     )
 
 
-def reference_work(lanes: int, periods: int = PERIODS, masses: int = 3) -> Work:
-    """Return the reference work on so many lanes; lane 0 is the reference trajectory itself.
+def reference_work(lanes: int, periods: int = PERIODS, alike: bool = False) -> Work:
+    """Return the reference work on so many lanes; lane 0 is the reference trajectory itself, and all are if `alike`."""
+    steps = np.zeros(lanes) if alike else (np.arange(lanes) % LANE_CYCLE).astype(np.float64)
+    return Work(chain(3), OMEGA, np.asarray(CLEARANCE + LANE_STEP * steps), periods)
 
-    Chains of another size get the same clearance relative to the amplitude of their steady motion.
-    """
+
+def work_of_size(masses: int, relative_clearance: float, lanes: int, periods: int = PERIODS) -> Work:
+    """Return work on a chain of so many masses; the clearance is relative to the amplitude of the steady motion."""
     oscillator = chain(masses)
-    clearance = CLEARANCE
-    if masses != 3:
-        clearance *= abs(steady_motion(oscillator, OMEGA)[0]) / abs(steady_motion(chain(3), OMEGA)[0])
-    steps = np.arange(lanes) % LANE_CYCLE
-    return Work(oscillator, OMEGA, clearance * (1.0 + LANE_STEP / CLEARANCE * steps), periods)
+    clearance = relative_clearance * abs(steady_motion(oscillator, SIZE_OMEGA)[0])
+    steps = (np.arange(lanes) % LANE_CYCLE).astype(np.float64)
+    return Work(oscillator, SIZE_OMEGA, np.asarray(clearance * (1.0 + LANE_STEP * steps)), periods)
 
 
 def steady_motion(oscillator: Oscillator, omega: float) -> NDArray[np.complex128]:
