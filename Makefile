@@ -5,7 +5,7 @@ BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples
 
 .DEFAULT_GOAL := help
-.PHONY: help run serve test bench lint types lock browser clean
+.PHONY: help run serve test bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -30,9 +30,15 @@ $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
 	touch $@
 
-BENCH_OPTIONS ?=
-bench: $(BENCH_STAMP)  ## speed beside scipy and heyoka, into out/bench.json (BENCH_OPTIONS=--quick: one minute)
-	$(BIN)/python -m benchmarks out/bench.json $(BENCH_OPTIONS)
+bench: $(BENCH_STAMP)  ## speed beside scipy and heyoka, into out/bench.json (ten minutes)
+	$(BIN)/python -m benchmarks out/bench.json
+
+bench-quick: $(BENCH_STAMP)  ## the same in a minute, with rougher figures, into out/bench-quick.json
+	$(BIN)/python -m benchmarks out/bench-quick.json --quick
+
+performance: $(STAMP)  ## docs/performance.md and its picture, from the last out/bench.json
+	cp out/bench.json docs/performance.json
+	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
 lint: $(STAMP)  ## style, spelling, import contracts, compose file
 	$(BIN)/ruff check .

@@ -24,7 +24,7 @@ def describe() -> Machine:
         target=str(target),
         features=sorted(name for name, there in features.items() if there),
         cores=len(os.sched_getaffinity(0)),
-        system=f"{platform.system()} {platform.release()} {platform.machine()}",
+        system=f"{platform.system()} {platform.machine()}",
         load=os.getloadavg()[0],
         versions={"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
     )

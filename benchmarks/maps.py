@@ -25,6 +25,8 @@ FIXED = "fixed length, classified"
 SETTLING = "until settled"
 COLUMNS = 4
 """Columns of a block."""
+COMPILED_WITHIN = 300.0
+"""Seconds after which a process that is not ready has failed: the pool starts another one for ever."""
 
 
 class Block(NamedTuple):
@@ -73,7 +75,7 @@ def run_map(mode: str, side: int, periods: int, operation_rate: float, progress:
     named = 0
     counts: dict[int, list[int]] = {}
     with context.Pool(processes, _warm_up, (ready,)) as pool:
-        ready.wait()
+        ready.wait(COMPILED_WITHIN)
         began = told = time.perf_counter()
         for number, (index, answer) in enumerate(pool.imap_unordered(_numbered, enumerate(blocks)), 1):
             seconds[answer.process] += answer.seconds
@@ -151,7 +153,7 @@ def compile_kernels() -> None:
 def _warm_up(ready: Barrier) -> None:
     """Get a new process ready, then wait for the others."""
     compile_kernels()
-    ready.wait()
+    ready.wait(COMPILED_WITHIN)
 
 
 def _numbered(task: tuple[int, Block]) -> tuple[int, Answer]:

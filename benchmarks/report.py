@@ -1,13 +1,15 @@
 """The tables of a run, and the page made of them.
 
-`python -m benchmarks.report out/bench.json > docs/performance.md` writes the page; its picture goes into docs/pictures,
-or the folder given with --pictures. Every figure comes from the document.
+`python -m benchmarks.report docs/performance.json > docs/performance.md` writes the page (`make performance` does, with
+the document of the last run); its picture goes into docs/pictures, or the folder given with --pictures. Every figure
+comes from the document.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -34,27 +36,23 @@ def page(bench: Bench, picture: str) -> str:
     machine = bench.machine
     ours = bench.throughput[0]
     versions = ", ".join(f"{name} {number}" for name, number in machine.versions.items())
-    quick = " It is a quick run: a figure here is a rough one." if bench.quick else ""
-    head = f"""# Performance
-
-This page is made from the document of one run of `make bench` by
-`python -m benchmarks.report out/bench.json > docs/performance.md`; do not edit it.{quick}
-
-Made {bench.made[:10]} in {bench.seconds:.0f} s on {machine.cores} cores of: {machine.processor}, code for
-{machine.target} ({_vectors(machine.features)}), {machine.system}, load {machine.load:.1f} before the run. Versions:
-{versions}. Kernel of this core: {bench.kernel}.
-
-Only ratios of one run carry over to another machine. The tools take turns, {len(ours.cpu_seconds)} rounds; figures are
-medians over the rounds with their quartiles in brackets, and a ratio is taken within each round. Seconds are CPU
-seconds of one core, so that what else ran on the machine counts as little as it can; wall seconds are in the document
-beside them.
-
-The reference work is the default oscillator at omega = {bench.omega:g} and clearance {bench.clearance:g}, from rest,
-for {ours.periods} forcing periods. Where a tool runs many lanes at once, their clearances differ a little, so that
-lanes do not hit together; in rows marked "alike" every lane is the reference trajectory itself.
-"""
+    head = [
+        "This page is made from [the document](performance.json) of one run of `make bench` by `make performance`; do"
+        " not edit it." + (" The run was a quick one, its figures are rough." if bench.quick else ""),
+        f"Made {bench.made[:10]} in {bench.seconds:.0f} s on {machine.cores} cores of: {machine.processor}, code for"
+        f" {machine.target} ({_vectors(machine.features)}), {machine.system}, load {machine.load:.1f} before the run."
+        f" Versions: {versions}. Kernel of this core: {bench.kernel}.",
+        f"Only ratios of one run carry over to another machine. The tools take turns, {len(ours.cpu_seconds)} rounds;"
+        " figures are medians over the rounds with their quartiles in brackets, and a ratio is taken within each round."
+        " Seconds are CPU seconds of one core, so that what else ran on the machine counts as little as it can; wall"
+        " seconds are in the document beside them.",
+        f"The reference work is the default oscillator at omega = {bench.omega:g} and clearance {bench.clearance:g},"
+        f" from rest, for {ours.periods} forcing periods. Where a tool runs many lanes at once, their clearances differ"
+        ' a little, so that lanes do not hit together; in rows marked "alike" every lane is the reference trajectory'
+        " itself. A tool that runs one lane runs the reference trajectory.",
+    ]
     body = tables(bench).replace("## Cost against size\n", f"## Cost against size\n\n![Cost against size]({picture})\n")
-    return f"{head}\n{body}"
+    return "\n\n".join(["# Performance", *map(_wrapped, head), body])
 
 
 def draw(bench: Bench, path: Path) -> None:
@@ -103,8 +101,12 @@ def _throughput(bench: Bench) -> str:
     compared = min(entry.impacts_compared for entry in bench.throughput)
     head = ("tool", "lanes", "periods", "periods/s/core", "impacts per period", "impacts of lane 0", "largest error")
     return (
-        f"{_table(head, rows)}\n\nThe largest error is that of the first {compared} impact times of lane 0 against"
-        " 40-digit arithmetic (inputs exact binary64)."
+        _table(head, rows)
+        + "\n\n"
+        + _wrapped(
+            f"The largest error is that of the first {compared} impact times of lane 0 against 40-digit arithmetic"
+            " (inputs exact binary64)."
+        )
     )
 
 
@@ -133,9 +135,13 @@ def _limit(bench: Bench) -> str:
         ("share of the limit", _spread(limit.share, "{:.1%}")),
     ]
     return (
-        f"Counted for the lockstep scheme with N = {limit.masses}, degree {limit.degree}: the fewest double-precision"
-        "\noperations it needs, one fused multiply-add being one; the scheme is described in"
-        f" `benchmarks/operation_count.py`.\n\n{_table(('', ''), rows)}"
+        _wrapped(
+            f"Counted for the lockstep scheme with N = {limit.masses}, degree {limit.degree}: the fewest"
+            " double-precision operations it needs, one fused multiply-add being one; the scheme is described in"
+            " `benchmarks/operation_count.py`."
+        )
+        + "\n\n"
+        + _table(("quantity", "value"), rows)
     )
 
 
@@ -152,8 +158,11 @@ def _grazing(bench: Bench) -> str:
         rows.append((tool, str(found[0].cases), *cells, str(sum(row.invented for row in found))))
     head = ("tool", "frequencies", *(f"{overshoot:g}" for overshoot in overshoots), "false contacts")
     return (
-        "Share of first impacts found when the free motion would overshoot the stop by this fraction of its amplitude,"
-        "\nat random frequencies; the last column counts contacts reported where it stays inside by as much.\n\n"
+        _wrapped(
+            "First impacts found when the free motion would overshoot the stop by this fraction of its amplitude, at"
+            " random frequencies; the last column counts contacts reported where it stays inside by as much."
+        )
+        + "\n\n"
         + _table(head, rows)
     )
 
@@ -165,12 +174,15 @@ def _maps(bench: Bench) -> str:
     cost = bench.pixel_cost
     spread = ", ".join(f"{value:.2f} at {name} %" for name, value in cost.percentiles.items())
     return (
-        f"{_table(head, rows)}\n\nThe share is the map's throughput over the reference work's, both counted in"
-        " operations per CPU second (so per\ncell and impact). Of"
-        f" {cost.sampled} single pixels timed alone at fixed length, the cost per operation over the median is"
-        f"\n{spread}; the largest is {cost.largest:.2f}, at omega = {cost.largest_at[0]:.4f}, clearance"
-        f" {cost.largest_at[1]:.4f}. With cells + impacts\nas the measure the largest is"
-        f" {cost.largest_per_cell_and_impact:.2f}."
+        _table(head, rows)
+        + "\n\n"
+        + _wrapped(
+            "The share is the map's throughput over the reference work's, both in operations of the count per CPU"
+            f" second. Of {cost.sampled} single pixels timed alone at fixed length, the cost per operation over the"
+            f" median is {spread}; the largest is {cost.largest:.2f}, at omega = {cost.largest_at[0]:.4f}, clearance"
+            f" {cost.largest_at[1]:.4f}. With cells + impacts as the measure the largest is"
+            f" {cost.largest_per_cell_and_impact:.2f}."
+        )
     )
 
 
@@ -215,12 +227,19 @@ def _sizes(bench: Bench) -> str:
     ]
     law = bench.side_law
     return (
-        f"Chains of N masses at omega = {bench.size_omega:g}; cells and impacts are per forcing period, what an impact"
-        f" costs is on top of its cell.\n\n{_table(head, masses)}\n\n"
-        f"A cell costs {_law(bench.cell_law)}.\nAn impact costs {_law(bench.impact_law)}.\n\n"
+        _wrapped(
+            f"Chains of N masses at omega = {bench.size_omega:g}; cells and impacts are per forcing period, what an"
+            " impact costs is on top of its cell."
+        )
+        + f"\n\n{_table(head, masses)}\n\n"
+        + _wrapped(f"A cell costs {_law(bench.cell_law)}. An impact costs {_law(bench.impact_law)}.")
+        + "\n\n"
         + _table(("side", "periods", "wall s", "core s, all processes", "core ns per pixel and period"), sides)
-        + f"\n\nA map costs {law.constant:.2g} + {1e6 * law.slope:.3g} CPU seconds per million pixels, the line being"
-        f" right to {law.largest_deviation:.0%}; as a power,\npixels to the {law.exponent:.3f}."
+        + "\n\n"
+        + _wrapped(
+            f"A map costs {law.constant:.2g} + {1e6 * law.slope:.3g} CPU seconds per million pixels, the line being"
+            f" right to {law.largest_deviation:.0%}; as a power, pixels to the {law.exponent:.3f}."
+        )
     )
 
 
@@ -234,7 +253,7 @@ def _law(law: Law) -> str:
 
 def _found(row: GrazingRow) -> str:
     """Write how many were found, in full when not all."""
-    return "all" if row.found == row.cases else f"{row.found} ({row.found / row.cases:.0%})"
+    return "all" if row.found == row.cases else f"{row.found} ({100.0 * row.found / row.cases:.4g}%)"
 
 
 def _spread(spread: Spread, form: str) -> str:
@@ -250,6 +269,11 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(
         "| " + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) + " |" for line in lines
     )
+
+
+def _wrapped(text: str) -> str:
+    """Return a paragraph in lines of at most 120 characters."""
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
 
 
 def _vectors(features: list[str]) -> str:

@@ -14,6 +14,7 @@ from benchmarks.contestants import Clocked, Contestant, time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.exact import errors_of, exact_impact_times
 from benchmarks.heyoka_peer import Heyoka, fastest_batch
+from benchmarks.law import fit
 from benchmarks.machine import describe
 from benchmarks.result import Advantage, Bench, Limit, Spread, Throughput
 from benchmarks.scipy_peer import Scipy
@@ -41,8 +42,8 @@ class Extent:
 
 
 FULL = Extent(
-    rounds=9, core_lanes=1024, heyoka_lanes=128, scipy_periods=PERIODS, core_cases=10_000, heyoka_cases=10_000,
-    scipy_cases=100, map_side=512, map_budget=500.0, pixels=24, side_budget=50.0,
+    rounds=9, core_lanes=512, heyoka_lanes=128, scipy_periods=PERIODS, core_cases=10_000, heyoka_cases=10_000,
+    scipy_cases=100, map_side=512, map_budget=300.0, pixels=24, side_budget=50.0,
 )  # fmt: skip
 QUICK = Extent(
     rounds=3, core_lanes=256, heyoka_lanes=128, scipy_periods=25, core_cases=300, heyoka_cases=300,
@@ -115,7 +116,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
     operation_rate = ours.rate.median * limit.operations_per_period
     map_runs = [maps.run_map(mode, side, PERIODS, operation_rate, progress) for mode in (maps.FIXED, maps.SETTLING)]
     pixel_cost = maps.pixel_cost(extent.pixels, PERIODS, progress)
-    masses = size_law.against_masses(extent.core_lanes // 8, PERIODS, extent.rounds, progress)
+    masses = size_law.against_masses(extent.core_lanes // 4, PERIODS, extent.rounds, progress)
     sides = size_law.against_sides(ours.rate.median, extent.side_budget, progress)
     return Bench(
         made=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -134,10 +135,10 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
         maps=map_runs,
         pixel_cost=pixel_cost,
         masses=masses,
-        cell_law=size_law.fit([p.masses for p in masses], [p.cell_seconds.median for p in masses]),
-        impact_law=size_law.fit([p.masses for p in masses], [p.impact_seconds.median for p in masses]),
+        cell_law=fit([p.masses for p in masses], [p.cell_seconds.median for p in masses]),
+        impact_law=fit([p.masses for p in masses], [p.impact_seconds.median for p in masses]),
         sides=sides,
-        side_law=size_law.fit([point.side**2 for point in sides], [point.kernel_seconds for point in sides]),
+        side_law=fit([point.side**2 for point in sides], [point.kernel_seconds for point in sides]),
     )
 
 

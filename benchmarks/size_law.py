@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from benchmarks.contestants import time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.maps import FIXED, run_map, scheme_at
-from benchmarks.result import Law, MassPoint, SidePoint, Spread
+from benchmarks.result import MassPoint, SidePoint, Spread
 from benchmarks.work import FREE, IMPACTING, SIZE_OMEGA, work_of_size
 
 MASSES = (1, 2, 3, 5, 8)
@@ -69,16 +69,3 @@ def against_sides(rate: float, budget: float, progress: Callable[[str], None]) -
             )
         )
     return points
-
-
-def fit(size: Sequence[float], seconds: Sequence[float]) -> Law:
-    """Fit a straight line, every point weighing by its relative error, and a power law."""
-    x, y = np.array(size, dtype=np.float64), np.array(seconds, dtype=np.float64)
-    slope, constant = np.polyfit(x, y, 1, w=1.0 / y)
-    exponent, _ = np.polyfit(np.log(x), np.log(y), 1)
-    return Law(
-        constant=float(constant),
-        slope=float(slope),
-        exponent=float(exponent),
-        largest_deviation=float(np.max(np.abs((constant + slope * x) / y - 1.0))),
-    )
