@@ -1,10 +1,11 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 STAMP := .venv/.stamp
-SOURCES := sdk core worker service tests examples
+BENCH_STAMP := .venv/.bench-stamp
+SOURCES := sdk core worker service benchmarks tests examples
 
 .DEFAULT_GOAL := help
-.PHONY: help run serve test lint types lock browser clean
+.PHONY: help run serve test bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -24,6 +25,21 @@ serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C
 test: $(STAMP)  ## every test that needs nothing but this machine
 	$(BIN)/python -m pytest
 
+# The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
+$(BENCH_STAMP): $(STAMP) requirements-bench.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
+	touch $@
+
+bench: $(BENCH_STAMP)  ## speed beside scipy and heyoka, into out/bench.json (ten minutes)
+	$(BIN)/python -m benchmarks out/bench.json
+
+bench-quick: $(BENCH_STAMP)  ## the same in a minute, with rougher figures, into out/bench-quick.json
+	$(BIN)/python -m benchmarks out/bench-quick.json --quick
+
+performance: $(STAMP)  ## docs/performance.md and its picture, from the last out/bench.json
+	cp out/bench.json docs/performance.json
+	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
+
 lint: $(STAMP)  ## style, spelling, import contracts, compose file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -41,6 +57,7 @@ browser: $(STAMP)  ## tests of the pages in headless Chromium; installs Debian's
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
 lock: $(STAMP)  ## pin every dependency again, with hashes; the image's are a part of them
 	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
+	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
 	echo hatchling | $(COMPILE) --extra server --constraint requirements.lock pyproject.toml - -o requirements-server.lock
 
 clean:  ## remove what the other targets made
