@@ -17,12 +17,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from grazemap_core.tolerances import EPSILON
+from grazemap_core.tolerances import EPSILON, QR_STEPS
 
 FloatArray = NDArray[np.float64]
-
-STEPS_PER_EIGENVALUE = 60
-"""QR steps after which one eigenvalue is given up; two or three are the rule, and an exceptional shift comes every 10."""
 
 OK = 0
 NOT_CONVERGED = 1
@@ -152,7 +149,7 @@ def eigenvalues(matrix: FloatArray, real: FloatArray, imaginary: FloatArray) -> 
             last -= 2
             steps = 0
             continue
-        if steps == STEPS_PER_EIGENVALUE:
+        if steps == QR_STEPS:
             return NOT_CONVERGED
         steps += 1
         # both shifts at once: sum and product of the eigenvalues of the last two rows
@@ -178,7 +175,7 @@ def eigenvalues(matrix: FloatArray, real: FloatArray, imaginary: FloatArray) -> 
                 matrix[k + 1, k - 1] = 0.0
                 if size == 3:
                     matrix[k + 2, k - 1] = 0.0
-            if k + 1 < last + 1:
+            if k + 1 <= last:
                 x = matrix[k + 1, k]
                 y = matrix[k + 2, k] if k + 2 <= last else 0.0
                 z = matrix[k + 3, k] if k + 3 <= last else 0.0

@@ -3,7 +3,7 @@
 What flows in are the events of half a forcing period, as the walk left them, and the columns of a matrix: changes of
 the state at one moment, the forcing's phase being the same. Out flows the matrix at the end of it. Between the events
 blocks are carried in closed form; at an event a saltation matrix takes the change over, because the changed trajectory
-meets the stop earlier or later. With h = (x1, v1) of a change u before an impact at velocity v and acceleration a, T the
+meets the stop earlier or later. With x1, v1 of a change u before an impact at velocity v and acceleration a, T the
 generator of the blocks and k what a unit velocity of mass 1 adds to them,
 
     u+ = u - (1 + R) (k (v1 - (a/v) x1) + T k x1)
