@@ -6,7 +6,7 @@ eigenvalues and a status.
 References
 ----------
 G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th ed. 2013, sections 7.4.3 and 7.5; R. S. Martin, G. Peters,
-J. H. Wilkinson, "The QR algorithm for real Hessenberg matrices", Numer. Math. 14 (1970) 219-231.
+J. H. Wilkinson, "The QR algorithm for real Hessenberg matrices", Numerische Mathematik 14 (1970) 219-231.
 """
 
 from __future__ import annotations
