@@ -7,6 +7,7 @@ says what is wrong and what would help, and holds no values beyond those that th
     +- ParameterError          a number or a combination of numbers outside what the theory covers
     |  +- SteadyMotionError    the non-impacting steady motion does not exist or is not unique
     +- ConditioningError       the answer exists, but double precision would not return its digits
+    +- LinearisationError      the trajectory ends, or grazes a stop, where its linearised flow was wanted
 """
 
 from __future__ import annotations
@@ -42,3 +43,7 @@ class SteadyMotionError(ParameterError):
 
 class ConditioningError(CoreError, ArithmeticError):
     """The decomposition into modes would lose more digits than the core promises to keep."""
+
+
+class LinearisationError(CoreError, ArithmeticError):
+    """The trajectory ends early, or an impact on it is a graze, at which the flow has no derivative."""

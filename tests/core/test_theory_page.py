@@ -9,6 +9,7 @@ import pytest
 
 from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.grazing import grazing_curve
+from grazemap_core.monodromy import monodromy
 from grazemap_core.oscillator import Oscillator
 
 PAGE = Path(__file__).parents[2] / "docs" / "theory.md"
@@ -56,3 +57,9 @@ def test_points_near_the_paper_s(label, system, which):
     point = chosen[0]
     expected = [f"{point.omega:.12f}", f"{point.clearance:.12f}", f"{point.omega - PAPER_OMEGA:.2e}"]
     assert cells(label) == expected
+
+
+def test_multiplier_and_exponent():
+    point = monodromy(PROPORTIONAL, 0.29, 1.6)
+    assert cells("abs(mu_1)")[0] == f"{abs(point.multipliers[0]):.10f}"
+    assert cells("largest exponent")[0] == f"{point.exponent:.10f}"
