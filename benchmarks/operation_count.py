@@ -1,8 +1,8 @@
 """How many double-precision operations the lockstep scheme needs, at least, for one forcing period of one trajectory.
 
-The scheme: the state is N complex modal amplitudes, advanced from cell to cell by constant factors; a bound from x1 and
-v1 at both ends of a cell clears it; an impact is one polynomial of fixed degree, a quadratic start, four Newton steps,
-the jump and the rest of the cell. One operation is one fused multiply-add, or one addition, multiplication, comparison
+The scheme: the state is N blocks (u, u'), advanced from cell to cell by constant factors; a bound from x1 and v1 at
+both ends of a cell clears it; an impact is one polynomial of fixed degree, a cubic start, two steps of Halley's method,
+the kick carried to the end of the cell, and the certificates on both sides of it. One operation is one fused multiply-add, or one addition, multiplication, comparison
 or division where nothing can be fused: each takes one slot of the pipes whose peak `peak` measures. Loads, stores,
 gathering and what a lane waits for its neighbours are not counted, so the count is a lower bound and the rate that
 follows from it an upper one, for this scheme with these numbers of cells and degree.
@@ -12,7 +12,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-NEWTON_STEPS = 4
+HALLEY_STEPS = 2
+START = 45
+"""Side, gap and slope at both ends, the quadratic's root, two steps on the cubic."""
+BEHIND = 20
+"""Step, speed, kick, pressing, and the certificate before the impact."""
+CERTIFICATES = 40
+"""The rest of the cell, the other stop, the next cell, coming to rest; that there is no contact at all."""
 
 
 @dataclass(frozen=True)
@@ -26,23 +32,18 @@ class Scheme:
     @property
     def per_cell(self) -> int:
         """Operations to carry one lane over one cell and to clear it."""
-        advance = 4 * self.masses  # complex times complex, per mode
+        advance = 4 * self.masses  # a matrix of two rows, per block
         return advance + self._position_and_velocity + self._cell_test
 
     @property
     def per_impact(self) -> int:
         """Operations of one impact, on top of its cell."""
-        series = (2 * self.masses + 1) * (self.degree + 1)  # coefficients of the distance to the stop
-        start = 2 * self.degree + 10  # the distance at the middle and at the end, then the parabola's root
-        newton = NEWTON_STEPS * (2 * self.degree + 2)  # value and slope together, a quotient and a difference
-        speed = 2 * self.degree + 1
-        rest_of_cell = 2 * self.masses * self.degree  # the factor of every mode for what is left of the cell
-        jump = 3 * self.masses + 2
-        bound = 3 * self.masses  # the bound of the fourth derivative, anew
-        return (
-            series + start + newton + speed + rest_of_cell + jump + bound
-            + self._position_and_velocity + self._cell_test
-        )  # fmt: skip
+        series = (2 * self.masses + 1) * (self.degree + 1)  # coefficients of x1
+        free_end = 4 * self.masses + self._position_and_velocity + self._bounds
+        root = START + HALLEY_STEPS * (3 * self.degree + 5)  # value, slope and bend together; the step
+        kick = 2 * self.masses * (self.degree + 1)  # what it amounts to at the end of the cell
+        end = self._position_and_velocity + self._bounds
+        return series + free_end + root + BEHIND + kick + end + CERTIFICATES
 
     def per_period(self, impacts: float) -> float:
         """Operations of one forcing period with so many impacts."""
@@ -50,8 +51,13 @@ class Scheme:
 
     @property
     def _position_and_velocity(self) -> int:
-        """x1 adds up N amplitudes, v1 weighs their 2 N parts."""
-        return 3 * self.masses
+        """Both are weighed sums of all 2 N parts."""
+        return 4 * self.masses
+
+    @property
+    def _bounds(self) -> int:
+        """Envelope of every block, and what it adds to two bounds."""
+        return 4 * self.masses
 
     @property
     def _cell_test(self) -> int:

@@ -138,7 +138,8 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
         if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), run.clearance):
             reason, period = closing.NAMED, 1
         else:
-            reason, period, *_ = closing.name_motion(problem, ring, run.halves, max_period, run.clearance, reach)
+            halves = run.halves
+            reason, period, *_ = closing.name_motion(problem, ring, 0, halves, halves, max_period, run.clearance, reach)
         if reason == closing.NAMED and run.halves % 2 == 0:
             break
     else:

@@ -28,7 +28,6 @@ def unfolding_map_tile(
     clearance: Floats,
     max_periods: int = 1000,
     max_period: int = 32,
-    early: bool = True,
 ) -> dict[str, NDArray[Any]]:
     """Settle one trajectory from rest (forcing phase 0) per point of a grid.
 
@@ -64,6 +63,29 @@ def unfolding_map_tile(
     for name, limit in (("max_periods", max_periods), ("max_period", max_period)):
         if limit < 1:
             raise ParameterError(name, "must be 1 or greater")
+    codes, least_velocity = settle_grid(oscillator, omega, clearance, max_periods, max_period, early=True)
+    reason, period, right, left, symmetric, after, sticking = codes[:7]
+    return {
+        "kind": (reason == closing.NAMED).astype(np.int8),
+        "reason": reason.astype(np.int8),
+        "period": period.astype(np.int32),
+        "impacts_right": right.astype(np.int32),
+        "impacts_left": left.astype(np.int32),
+        "symmetric": symmetric.astype(np.bool_),
+        "sticking": sticking.astype(np.bool_),
+        "settled_after": after.astype(np.int32),
+        "least_impact_velocity": least_velocity,
+    }
+
+
+def settle_grid(
+    oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int, max_period: int, early: bool
+) -> tuple[NDArray[np.int64], Floats]:
+    """Return the codes of `kernels.column` of every point, and the least impact velocity.
+
+    Parameters as `unfolding_map_tile`, and whether a trajectory stops once its motion can be named. Shapes
+    (CODES, n, m) and (n, m).
+    """
     models = trajectory_models(oscillator)
     steady = forced_response(oscillator, omega)
     at_rest = np.zeros(oscillator.size)
@@ -99,15 +121,4 @@ def unfolding_map_tile(
         )
         codes[:, :, i] = integers.T
         least_velocity[:, i] = least
-    reason, period, right, left, symmetric, after, sticking = codes
-    return {
-        "kind": (reason == closing.NAMED).astype(np.int8),
-        "reason": reason.astype(np.int8),
-        "period": period.astype(np.int32),
-        "impacts_right": right.astype(np.int32),
-        "impacts_left": left.astype(np.int32),
-        "symmetric": symmetric.astype(np.bool_),
-        "sticking": sticking.astype(np.bool_),
-        "settled_after": after.astype(np.int32),
-        "least_impact_velocity": least_velocity,
-    }
+    return codes, least_velocity

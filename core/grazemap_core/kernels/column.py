@@ -35,8 +35,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # columns of the codes of a motion
-REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING = 0, 1, 2, 3, 4, 5, 6
-CODES = 7
+REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING, RUN, STRUCK = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""The last two: half periods that were run, and impacts that were followed."""
+CODES = 9
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -105,7 +106,8 @@ def settle_column(
     group, ring, work
         Scratch; overwritten.
     codes : (n, CODES)
-        Receives reason, period, impacts_right, impacts_left, symmetric, settled_after, sticking, as `simulate.settle`.
+        Receives reason, period, impacts_right, impacts_left, symmetric, settled_after, sticking, as `simulate.settle`;
+        and the half periods run and impacts followed.
     least_speed : (n,)
         Receives the least impact speed, NaN without impacts.
     """
@@ -177,6 +179,8 @@ def settle_column(
             codes[i, SYMMETRIC] = 1 if symmetric else 0
             codes[i, SETTLED_AFTER] = after
             codes[i, STICKING] = 1 if sticking else 0
+            codes[i, RUN] = entered
+            codes[i, STRUCK] = impacts[lane]
             least_speed[i] = least if np.isfinite(least) else np.nan
             point[lane] = -1
             idle(group, lane)

@@ -393,7 +393,7 @@ def _find_impact(step: float, restitution: float, drag: float, margin: float, co
 @njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def horner(table: FloatArray, z: float) -> float:
     """Return the polynomial of degree 14 with these coefficients."""
-    value = table[14]
+    value: float = table[14]
     value = value * z + table[13]
     value = value * z + table[12]
     value = value * z + table[11]
@@ -407,7 +407,8 @@ def horner(table: FloatArray, z: float) -> float:
     value = value * z + table[3]
     value = value * z + table[2]
     value = value * z + table[1]
-    return value * z + table[0]
+    value = value * z + table[0]
+    return value
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
