@@ -2,10 +2,12 @@
 
 The scheme: the state is N blocks (u, u'), advanced from cell to cell by constant factors; a bound from x1 and v1 at
 both ends of a cell clears it; an impact is one polynomial of fixed degree, a cubic start, two steps of Halley's method,
-the kick carried to the end of the cell, and the certificates on both sides of it. One operation is one fused multiply-add, or one addition, multiplication, comparison
-or division where nothing can be fused: each takes one slot of the pipes whose peak `peak` measures. Loads, stores,
-gathering and what a lane waits for its neighbours are not counted, so the count is a lower bound and the rate that
-follows from it an upper one, for this scheme with these numbers of cells and degree.
+the kick carried to the end of the cell, and the certificates on both sides of it.
+
+One operation is one fused multiply-add, or one addition, multiplication, comparison or division where nothing can be
+fused: each takes one slot of the pipes whose peak `peak` measures. Loads, stores, gathering and what a lane waits for
+its neighbours are not counted, so the count is a lower bound and the rate that follows from it an upper one, for this
+scheme with these numbers of cells and degree.
 """
 
 from __future__ import annotations
@@ -61,5 +63,5 @@ class Scheme:
 
     @property
     def _cell_test(self) -> int:
-        """Two control points, three maxima, the remainder added, one comparison."""
-        return 7
+        """Two control points, three maxima, one comparison; the remainder is in the limit that is compared with."""
+        return 6
