@@ -1,0 +1,122 @@
+"""The lockstep kernel against the scalar one, which is tested against multi-precision arithmetic on its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.ensemble import Ensemble, first_impacts
+from grazemap_core.kernels import simulate
+from grazemap_core.kernels.lanes import LANES
+from grazemap_core.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.steady import forced_response
+
+Floats = NDArray[np.float64]
+
+FIRST = 20
+NUDGE = 1e-9
+
+
+def default() -> Oscillator:
+    return Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+def amplitude(oscillator: Oscillator, omega: float) -> float:
+    return float(abs(forced_response(oscillator, np.array([omega]))[0, 0]))
+
+
+def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> list[Floats]:
+    """The first events of every clearance by the scalar kernel, one row each."""
+    steady = forced_response(oscillator, np.array([omega]))[0]
+    models = trajectory_models(oscillator)
+    problem, held = cell_problem(models, steady, omega)
+    rest = np.zeros(oscillator.size)
+    initial = free_state(models.free, steady, omega, rest, rest, 0.0)
+    found = []
+    for clearance in clearances:
+        work, u = workspace(oscillator.size, 4 * FIRST), initial.copy()
+        for half in range(2 * periods):
+            status = simulate.run_half(problem, held, u, clearance, half, work)
+            assert status == OK
+            if work.cursor[ROWS] >= 2 * FIRST:
+                break
+        found.append(work.events[: min(work.cursor[ROWS], FIRST), :EVENT_COLUMNS])
+    return found
+
+
+def compare(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> float:
+    """Assert that both kernels see the same events; return the largest difference over the round-off to expect."""
+    together = first_impacts(oscillator, omega, clearances, periods, FIRST)
+    assert together.whole.all()
+    half_period = np.pi / omega
+    worst = 0.0
+    for lane, (one, nudged) in enumerate(
+        zip(
+            alone(oscillator, omega, clearances, periods),
+            alone(oscillator, omega, clearances * (1.0 + NUDGE), periods),
+            strict=True,
+        )
+    ):
+        count = len(one)
+        assert np.count_nonzero(together.half[lane] >= 0) == count, (omega, clearances[lane])
+        # how many bounces of a complete chatter are followed depends on round-off
+        chatters = np.flatnonzero((one[:, KIND] == CHATTER) | (together.kind[lane, :count] == CHATTER))
+        count = min(count, chatters[0]) if len(chatters) else count
+        np.testing.assert_array_equal(together.stop[lane, :count], one[:count, 2])
+        np.testing.assert_array_equal(together.kind[lane, :count], one[:count, KIND])
+        time = together.half[lane, :count] * half_period + together.time[lane, :count]
+        expected = one[:count, 0] * half_period + one[:count, 1]
+        same = min(count, len(nudged))
+        shift = abs(nudged[:same, 0] * half_period + nudged[:same, 1] - expected[:same]) / NUDGE
+        if same == 0:
+            continue
+        amplification = np.maximum.accumulate(shift + expected[:same])
+        worst = max(worst, float(np.max(abs(time - expected)[:same] / (2.0**-52 * amplification))))
+    return worst
+
+
+def test_random_points_of_the_plane_equal_the_scalar_kernel() -> None:
+    rng = np.random.default_rng(0)
+    oscillator = default()
+    worst = []
+    for omega in rng.uniform(0.2, 1.5, size=16):
+        clearances = rng.uniform(0.3, 1.2, size=125) * amplitude(oscillator, omega)
+        worst.append(compare(oscillator, omega, clearances, 60))
+    assert max(worst) < 250.0  # clearances down to 0.3 A: round-off is relative to A, the nudge to the clearance
+
+
+@pytest.mark.parametrize("masses", [1, 6])
+def test_random_chains_equal_the_scalar_kernel(masses: int) -> None:
+    rng = np.random.default_rng(masses)
+    for case in range(3):
+        oscillator = Oscillator.create(
+            np.exp(rng.normal(size=masses)),
+            np.exp(rng.normal(size=masses)),
+            rng.uniform(0.01, 0.1) if case % 2 else list(rng.uniform(0.01, 0.3, size=masses)),
+            rng.normal(size=masses),
+            float(rng.choice([0.0, 0.3, 0.6, 0.8, 0.95])),
+        )
+        omega = rng.uniform(0.2, 2.0)
+        clearances = rng.uniform(0.3, 1.2, size=20) * amplitude(oscillator, omega)
+        assert compare(oscillator, omega, clearances, 40) < 1000.0, case
+
+
+def same(one: Ensemble, other: Ensemble) -> None:
+    for name, value in one._asdict().items():
+        np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
+
+
+@pytest.mark.parametrize("omega", [0.22, 0.29, 0.5])
+def test_a_lane_gets_the_same_bytes_whatever_runs_beside_it(omega: float) -> None:
+    oscillator = default()
+    rng = np.random.default_rng(1)
+    clearances = rng.uniform(0.3, 1.1, size=LANES + 37) * amplitude(oscillator, omega)
+    whole = first_impacts(oscillator, omega, clearances, 30, 60)
+    order = rng.permutation(len(clearances))
+    shuffled = first_impacts(oscillator, omega, clearances[order], 30, 60)
+    same(Ensemble(*(value[order] for value in whole)), shuffled)
+    few = order[:3]
+    same(Ensemble(*(value[few] for value in whole)), first_impacts(oscillator, omega, clearances[few], 30, 60))
