@@ -39,17 +39,20 @@ REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING,
 """The last two: half periods that were run, and impacts that were followed."""
 CODES = 9
 
+HALVES_BETWEEN_JUDGEMENTS = 6
+"""Half periods that a lane runs on once its motion could not be named: judging it costs as much as several of them."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _enter(ring: Orbit, k: int, group: Lanes) -> None:
+def _enter(ring: Orbit, k: int, group: Lanes, used: int) -> None:
     """Enter every lane's state after k half periods and tally of the one before it; clear the tallies."""
     row = k % ring.least.shape[0]
     sign = 1.0 if k % 2 == 0 else -1.0
     first = 0 if (k - 1) % 2 == 0 else 1  # in the frame of z the stops change sides every half period
     for c in range(ring.states.shape[1]):
-        for lane in range(LANES):
+        for lane in range(min(used, LANES)):
             ring.states[row, c, lane] = sign * group.even[c * LANES + lane]
-    for lane in range(LANES):
+    for lane in range(min(used, LANES)):
         ring.impacts[row, first, lane] = group.tally[RIGHT, lane]
         ring.impacts[row, 1 - first, lane] = group.tally[LEFT, lane]
         ring.held[row, first, lane] = group.tally[HELD_RIGHT, lane]
@@ -66,7 +69,7 @@ def _enter(ring: Orbit, k: int, group: Lanes) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _nearest_return(ring: Orbit, k: int, longest: int, nearest: FloatArray) -> None:
+def _nearest_return(ring: Orbit, k: int, longest: int, nearest: FloatArray, used: int) -> None:
     """Write how near every lane's first coordinate is to where it was some 1 .. longest half periods ago."""
     size = ring.least.shape[0]
     row = k % size
@@ -75,8 +78,32 @@ def _nearest_return(ring: Orbit, k: int, longest: int, nearest: FloatArray) -> N
     for _ in range(longest):
         row = row - 1 if row > 0 else size - 1
         then = ring.states[row, 0]
-        for lane in range(LANES):
+        for lane in range(min(used, LANES)):
             nearest[lane] = min(nearest[lane], abs(then[lane] - now[lane]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _move(group: Lanes, ring: Orbit, source: int, target: int) -> None:
+    """Move a trajectory to an idle lane, at the start of a half period."""
+    for c in range(group.even.shape[0] // LANES):
+        group.even[c * LANES + target] = group.even[c * LANES + source]
+    group.clearance[target] = group.clearance[source]
+    group.limit[target] = group.limit[source]
+    group.reach[target] = group.reach[source]
+    group.regime[target] = group.regime[source]
+    group.status[target] = group.status[source]
+    group.tally[:, target] = group.tally[:, source]
+    group.cursor[target] = group.cursor[source]
+    group.near[target] = group.near[source]
+    group.resting[target] = group.resting[source]
+    group.since[target] = group.since[source]
+    for row in range(ring.least.shape[0]):
+        ring.states[row, :, target] = ring.states[row, :, source]
+        ring.impacts[row, :, target] = ring.impacts[row, :, source]
+        ring.held[row, :, target] = ring.held[row, :, source]
+        ring.least[row, target] = ring.least[row, source]
+        ring.unpressed[row, target] = ring.unpressed[row, source]
+    idle(group, source)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -117,6 +144,7 @@ def settle_column(
     impacts = np.zeros(LANES)
     near = np.zeros(LANES)
     nearest = np.zeros(LANES)
+    again = np.zeros(LANES, dtype=np.int64)  # half periods after which a motion is judged again
     u = np.empty_like(initial)
     for lane in range(LANES):
         idle(group, lane)
@@ -136,15 +164,16 @@ def settle_column(
                     point[lane] = queued
                     began[lane] = k
                     impacts[lane] = 0.0
+                    again[lane] = 0
                     queued += 1
                     used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
         run_half(masses, problem, held, tables, group, k, used, u, work)
         k += 1
         for lane in range(used):
             impacts[lane] += group.tally[FOLLOWED, lane]
-        _enter(ring, k, group)
+        _enter(ring, k, group, used)
         if early:
-            _nearest_return(ring, k, 2 * max_period, nearest)
+            _nearest_return(ring, k, 2 * max_period, nearest, used)
         for lane in range(used):
             i = point[lane]
             if i < 0:
@@ -163,10 +192,11 @@ def settle_column(
             elif is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearances[i]) and (early or last):
                 reason, period, right, left, symmetric = NAMED, 1, -1, -1, True
                 after = (entered + 1) // 2
-            elif last or (early and nearest[lane] <= near[lane]):
+            elif last or (early and nearest[lane] <= near[lane] and entered >= again[lane]):
                 reason, period, right, left, symmetric, least, sticking = name_motion(
                     problem, ring, lane, k, entered, max_period, clearances[i], reach
                 )
+                again[lane] = entered + HALVES_BETWEEN_JUDGEMENTS
                 if reason == NAMED:
                     window = period if symmetric else 2 * period  # half periods after which z returns
                     after = max(0, (entered - 3 * window + 1) // 2)
@@ -185,3 +215,19 @@ def settle_column(
             point[lane] = -1
             idle(group, lane)
             done += 1
+        if queued == n and done < n and used - (n - done) >= 2 * COLUMNS:
+            # nothing waits, and lanes lie idle: close the ranks
+            target = 0
+            for source in range(used):
+                if point[source] < 0:
+                    continue
+                while target < source and point[target] >= 0:
+                    target += 1
+                if target < source:
+                    _move(group, ring, source, target)
+                    point[target], point[source] = point[source], -1
+                    began[target] = began[source]
+                    impacts[target] = impacts[source]
+                    near[target] = near[source]
+                    again[target] = again[source]
+            used = (n - done + COLUMNS - 1) // COLUMNS * COLUMNS

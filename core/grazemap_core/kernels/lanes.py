@@ -189,22 +189,28 @@ def advance(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def refresh_limits(
-    blocks: int, tables: LaneTables, state: FloatArray, clearance: FloatArray, limit: FloatArray, reach: FloatArray
+    blocks: int,
+    tables: LaneTables,
+    state: FloatArray,
+    clearance: FloatArray,
+    limit: FloatArray,
+    reach: FloatArray,
+    used: int,
 ) -> None:
     """Set limit (LANES,) from the bounds of all that is to come, and reach (LANES,) to that of |x1|."""
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
-    for lane in range(LANES):
+    for lane in range(min(used, LANES)):
         reach[lane] = steady
         limit[lane] = fourth
     for j in range(blocks):
         frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
         block = state[2 * j * LANES : (2 * j + 2) * LANES]
-        for lane in range(LANES):
+        for lane in range(min(used, LANES)):
             envelope = frequency * abs(block[lane]) + abs(block[LANES + lane])
             reach[lane] += of_reach * envelope
             limit[lane] += of_fourth * envelope
-    for lane in range(LANES):
+    for lane in range(min(used, LANES)):
         limit[lane] = clearance[lane] - margin * (reach[lane] + clearance[lane]) - limit[lane]
 
 

@@ -547,7 +547,7 @@ def run_half(
         here, there = there, here
     if cells % 2 == 1:
         group.even[:] = group.odd
-    refresh_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach)
+    refresh_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             group.limit[lane] = -np.inf
