@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, first_mass
+from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, carry, first_mass
 from grazemap_core.kernels.closing import (
     BUDGET,
     NAMED,
@@ -57,15 +57,18 @@ def run_half(
     """
     cells = problem.cells // 2
     first = (half % 2) * cells
+    longest = problem.flow_table.shape[0] - 1
+    since = first  # the cell at whose start the state was work.saved
+    work.saved[:] = u
     x, v = first_mass(problem, u, problem.gain[first, 0], problem.gain[first, 1])
     reach, fourth = bounds(problem, u)
     limit = clearance - CONTACT_ROUNDING * (reach + clearance)
     clear_tally(work.tally)
     for cell in range(first, first + cells):
-        work.saved[:] = u
         x_end, v_end = advance_cell(problem, u, cell + 1)
         if work.cursor[ANCHOR] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, limit):
-            u[:] = work.saved
+            carry(problem, work.saved, cell - since, u)
+            rows = work.cursor[ROWS]
             status = walk_cell(problem, u, clearance, cell, 0.0, half, work)
             if status == AT_STOP:
                 status = rest_in_cell(problem, held, u, clearance, cell, half, work)
@@ -74,7 +77,14 @@ def run_half(
             x_end, v_end = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
             reach, fourth = bounds(problem, u)
             limit = clearance - CONTACT_ROUNDING * (reach + clearance)
+            if work.cursor[ROWS] != rows:
+                since = cell + 1
+                work.saved[:] = u
         x, v = x_end, v_end
+        if cell + 1 - since == longest:
+            carry(problem, work.saved, longest, work.saved)
+            since = cell + 1
+    carry(problem, work.saved, first + cells - since, u)
     if work.cursor[HELD] != 0:
         free_of_rest(problem, held, u, clearance, first + cells, 0.0, work)
     return OK
