@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
+from grazemap_core.half_circle import half_circle
 from grazemap_core.held_problem import HeldModel, held_model, held_problem
 from grazemap_core.kernels.cell_factors import cell_length, shortfall, tabulate_flow
 from grazemap_core.kernels.cells import CellProblem
@@ -110,17 +111,6 @@ def cell_problem(
         damped=not bool(np.any(model.undamped)),
     )
     return problem, held_problem(models, steady, omega, cells, phase)
-
-
-def half_circle(cells: int) -> NDArray[np.complex128]:
-    """Return exp(2 pi i k / cells) for 0 <= k < cells/2, each to a rounding or two: from angles of at most pi/4."""
-    k = np.arange(cells // 2)
-    back = 4 * k > cells
-    k = np.where(back, cells // 2 - k, k)
-    steep = 8 * k > cells
-    angle = np.where(steep, cells - 4 * k, 4 * k) * (math.pi / (2 * cells))
-    c, s = np.cos(angle), np.sin(angle)
-    return np.where(back, -1.0, 1.0) * np.where(steep, s, c) + 1j * np.where(steep, c, s)
 
 
 def _kick_low(model: ModalModel, readout: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -52,9 +52,14 @@ class Impacts:
 
     The kind is "impact", or "chatter": infinitely many more follow that one, in the time up to the start of the next
     interval of sticking, and none of them is listed.
+
+    The same time without the rounding that a long time has: period (n,), the forcing periods completed since the record
+    began, and phase_time (n,), the time since then.
     """
 
     time: Floats
+    period: NDArray[np.int64]
+    phase_time: Floats
     stop: NDArray[np.int8]
     velocity: Floats
     kind: NDArray[np.str_]
@@ -191,7 +196,7 @@ def trajectory(
         time=np.asarray(index * (period_time / samples_per_period), dtype=np.float64),
         displacement=samples_x,
         velocity=samples_v,
-        impacts=_impacts(rows[1:], event_time[1:]),
+        impacts=_impacts(rows[1:], event_time[1:], first_half, 0.5 * period_time),
         sticking=_sticking(rows, event_time, end),
         motion=_motion(problem, ring, u, status, done, max_period, clearance, int(work.cursor[ANCHOR])),
     )
@@ -239,11 +244,14 @@ def _beginning(held: HeldProblem, u: Floats, first_half: int, half_time: float, 
     return row
 
 
-def _impacts(rows: Floats, time: Floats) -> Impacts:
-    """Pick the contacts out of the events."""
+def _impacts(rows: Floats, time: Floats, first_half: int, half_time: float) -> Impacts:
+    """Pick the contacts out of the events of a record that begins with half period `first_half`."""
     there = rows[:, KIND] != RELEASE
+    half = rows[there, HALF].astype(np.int64) - first_half
     return Impacts(
         time=time[there],
+        period=half // 2,
+        phase_time=(half % 2) * half_time + rows[there, TIME],
         stop=rows[there, STOP].astype(np.int8),
         velocity=rows[there, VELOCITY],
         kind=np.where(rows[there, KIND] == CHATTER, "chatter", "impact"),
