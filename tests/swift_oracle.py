@@ -7,7 +7,7 @@ multi-precision number instead of a double, so that an input can be changed by l
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from event_oracle import ORDER, EventOracle
@@ -18,6 +18,15 @@ from oracles import digits
 @dataclass
 class SwiftOracle(EventOracle):
     """Mass 1 of a chain between two stops."""
+
+    @classmethod
+    def of(cls, oscillator: Any, omega: float, clearance: float, **start: Any) -> Self:
+        """Take over the numbers; with proportional damping C = 2 gamma K without the rounding of these products."""
+        run = super().of(oscillator, omega, clearance, **start)
+        if oscillator.gamma is not None:
+            with digits(run.digits):
+                run.links = [2 * arb(oscillator.gamma) * arb(k) for k in run.stiffnesses]
+        return run
 
     def __post_init__(self) -> None:
         super().__post_init__()

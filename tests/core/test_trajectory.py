@@ -8,29 +8,17 @@ import pytest
 from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from impact_accuracy import compare, random_point
 from oracles import digits
 from swift_oracle import SwiftOracle
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import steady_response
 from grazemap_core.tolerances import EPSILON
 from grazemap_core.trajectory import Trajectory, trajectory
 
 oracle = SwiftOracle.of
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def random_case(rng: np.random.Generator) -> tuple[Oscillator, float, float]:
-    """A chain of 1..4 masses with either kind of damping, forced so that mass 1 reaches the stops."""
-    count = int(rng.integers(1, 5))
-    damping = float(rng.uniform(0.01, 0.3)) if rng.random() < 0.5 else rng.uniform(0.01, 0.4, count)
-    oscillator = Oscillator.create(
-        rng.uniform(0.5, 3.0, count), rng.uniform(0.5, 3.0, count), damping, rng.uniform(-1, 1, count),
-        float(rng.uniform(0.3, 0.95)),
-    )  # fmt: skip
-    omega = float(rng.uniform(0.2, 1.5))
-    return oscillator, omega, float(rng.uniform(0.3, 0.9) * abs(steady_response(oscillator, np.array([omega]))[0, 0]))
 
 
 def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> None:
@@ -56,20 +44,11 @@ def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> N
     assert motion.symmetric
 
 
-@pytest.mark.parametrize("seed", range(16))
-def test_random_chains_agree_with_the_40_digit_simulation(seed: int) -> None:
-    oscillator, omega, clearance = random_case(np.random.default_rng(seed))
-    result = trajectory(oscillator, omega, clearance, periods=30, samples_per_period=4)
-    count = min(12, len(result.impacts.time))
-    assert count >= 4
-    exact = oracle(oscillator, omega, clearance)
-    exact.run(count)
-    # a slow impact amplifies the rounding of the inputs by the scale of the velocities over its own
-    speed = omega * clearance
-    growth = np.maximum.accumulate(1.0 + speed / np.abs([float(v) for v in exact.speeds]))
-    errors = np.abs(result.impacts.time[:count] - [float(t) for t in exact.times])
-    np.testing.assert_array_equal(result.impacts.stop[:count], exact.stops)
-    assert np.all(errors < 2e-13 * growth**2 / omega), errors
+@pytest.mark.parametrize("seed", range(10))
+def test_random_chains_have_the_impacts_of_the_40_digit_simulation_to_a_few_roundings_of_the_inputs(seed: int) -> None:
+    found = compare(*random_point(seed))
+    assert found.complete
+    assert found.worst < 1e-15, found.error / found.amplification
 
 
 def test_samples_are_exact_between_and_behind_impacts() -> None:
