@@ -16,7 +16,13 @@ from grazemap_core.kernels.cells import CellProblem
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.modal import ModalModel, modal_model
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.tolerances import CELL_REACH, LEAST_CELLS
+from grazemap_core.tolerances import (
+    CELL_REACH,
+    CHATTER_ACCURACY,
+    COMPLETE_CHATTERS,
+    LEAST_CELLS,
+    LONGEST_CHATTER,
+)
 
 MOST_CELLS = 200_000
 """Cells per forcing period beyond which a chain is refused as too stiff for its forcing frequency: a period of one
@@ -108,9 +114,19 @@ def cell_problem(
         step=step[0],
         restitution=models.oscillator.restitution,
         cells=cells,
+        chatter_impacts=COMPLETE_CHATTERS * chatter_bounces(models.oscillator.restitution),
         damped=not bool(np.any(model.undamped)),
     )
     return problem, held_problem(models, steady, omega, cells, phase)
+
+
+def chatter_bounces(restitution: float) -> float:
+    """Return how many bounces of a complete chatter are followed one by one, at most LONGEST_CHATTER."""
+    if restitution == 0.0:
+        return 1.0
+    if restitution == 1.0:
+        return float(LONGEST_CHATTER)
+    return min(float(LONGEST_CHATTER), 1.0 + math.log(CHATTER_ACCURACY) / 3.0 / math.log(restitution))
 
 
 def _kick_low(model: ModalModel, readout: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -56,6 +56,8 @@ class CellProblem(NamedTuple):
         Forcing frequency, length of a cell, R.
     cells : int
         Per forcing period, even.
+    chatter_impacts : float
+        Impacts in half a period that complete chatter may take.
     damped : bool
         Whether every block is: then a motion without contacts settles to the steady one.
     """
@@ -78,6 +80,7 @@ class CellProblem(NamedTuple):
     step: float
     restitution: float
     cells: int
+    chatter_impacts: float
     damped: bool
 
 

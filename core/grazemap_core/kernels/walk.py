@@ -27,6 +27,7 @@ from grazemap_core.kernels.workspace import (
     DELAY,
     EVENT_COLUMNS,
     FOLLOWED,
+    GRAZE,
     HALF,
     HELD,
     IMPACT,
@@ -45,7 +46,7 @@ from grazemap_core.kernels.workspace import (
     VELOCITY,
     Workspace,
 )
-from grazemap_core.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, IMPACT_BUDGET
+from grazemap_core.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 
 FloatArray = NDArray[np.float64]
 
@@ -75,7 +76,7 @@ def strike(
         work.events[row, TIME] = time
         work.events[row, STOP] = stop
         work.events[row, VELOCITY] = velocity
-        work.events[row, KIND] = IMPACT
+        work.events[row, KIND] = IMPACT if velocity != 0.0 else GRAZE
         work.events[row, DELAY] = 0.0
         for j in range(u.shape[0]):
             work.events[row, EVENT_COLUMNS + 2 * j] = u[j, 0]
@@ -159,7 +160,7 @@ def walk_cell(
         size, tail, rest = expand(problem, u, gain_real, gain_imag, length, work.taylor, work.terms)
         if not np.isfinite(size):
             return NOT_FINITE
-        if work.tally[FOLLOWED] > IMPACT_BUDGET:
+        if work.tally[FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
             return IMPACT_BUDGET_SPENT
         anchor = work.cursor[ANCHOR]
         stop, t = first_contact(work, clearance, length, size, tail, rest)
