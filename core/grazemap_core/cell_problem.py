@@ -9,17 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
+from grazemap_core.half_circle import half_circle
 from grazemap_core.held_problem import HeldModel, held_model, held_problem
-from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.cell_factors import cell_length, shortfall, tabulate_flow
 from grazemap_core.kernels.cells import CellProblem
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.modal import ModalModel, modal_model
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.tolerances import CELL_REACH, LEAST_CELLS
+from grazemap_core.tolerances import (
+    CELL_REACH,
+    CHATTER_ACCURACY,
+    COMPLETE_CHATTERS,
+    LEAST_CELLS,
+    LONGEST_CHATTER,
+)
 
 MOST_CELLS = 200_000
 """Cells per forcing period beyond which a chain is refused as too stiff for its forcing frequency: a period of one
 trajectory costs some 10 ms there, a point of a map with a thousand periods some 10 s."""
+
+MOST_TABLED = 64
+"""Longest flow that is tabulated, in cells; longer ones are made up of it."""
 
 
 def trajectory_models(oscillator: Oscillator) -> HeldModel:
@@ -68,23 +78,22 @@ def cell_problem(
     model = models.free
     count = model.size
     cells = cells_per_period([model] if models.held is None else [model, models.held], omega)
-    step = 2.0 * math.pi / omega / cells
+    step = cell_length(omega, cells)
     frequency = np.sqrt(model.frequency_squared)
     a, b = model.shape[0, :, 0], model.shape[0, :, 1]
     readout = np.stack([a, b, -b * model.frequency_squared, a - 2.0 * model.decay * b], axis=1)
     reach, fourth = np.empty(count), np.empty(count)
-    cell_flow = np.empty((count, 4))
+    flow_table = np.empty((min(cells // 2, MOST_TABLED) + 1, count, 8))
+    tabulate_flow(model.decay, model.frequency_squared, step, flow_table)
     for j in range(count):
         generator = np.array([[0.0, 1.0], [-model.frequency_squared[j], -2.0 * model.decay[j]]])
         row = readout[j, :2]
         reach[j] = math.hypot(row[0] / frequency[j], row[1])
         row = row @ np.linalg.matrix_power(generator, 4)
         fourth[j] = math.hypot(row[0] / frequency[j], row[1])
-        cell_flow[j] = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], step)
     size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
     # the second half of the table mirrors the first exactly, so that symmetric motions are symmetric to the last bit
-    angles = 2.0 * math.pi * np.arange(cells // 2) / cells
-    half = steady[0] * np.exp(1j * phase) * np.exp(1j * angles)
+    half = steady[0] * np.exp(1j * phase) * half_circle(cells)
     gain = np.concatenate([half, -half, half[:1]])
     problem = CellProblem(
         decay=np.ascontiguousarray(model.decay),
@@ -93,19 +102,42 @@ def cell_problem(
         frequency=frequency,
         readout=np.ascontiguousarray(readout),
         kick=np.ascontiguousarray(model.kick),
+        kick_low=_kick_low(model, readout),
         reach=reach,
         fourth=fourth,
         closeness=np.stack([size, size / frequency], axis=1),
-        cell_flow=cell_flow,
+        cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
+        flow_table=flow_table,
         gain=np.stack([gain.real, gain.imag], axis=1),
         steady_bound=float(abs(steady[0])),
         omega=float(omega),
-        step=step,
+        step=step[0],
         restitution=models.oscillator.restitution,
         cells=cells,
+        chatter_impacts=COMPLETE_CHATTERS * chatter_bounces(models.oscillator.restitution),
         damped=not bool(np.any(model.undamped)),
     )
     return problem, held_problem(models, steady, omega, cells, phase)
+
+
+def chatter_bounces(restitution: float) -> float:
+    """Return how many bounces of a complete chatter are followed one by one, at most LONGEST_CHATTER."""
+    if restitution == 0.0:
+        return 1.0
+    if restitution == 1.0:
+        return float(LONGEST_CHATTER)
+    return min(float(LONGEST_CHATTER), 1.0 + math.log(CHATTER_ACCURACY) / 3.0 / math.log(restitution))
+
+
+def _kick_low(model: ModalModel, readout: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what the rounded kick leaves out of a unit velocity of mass 1, shape (N, 2).
+
+    Without it every impact would change the energy by the same few roundings, in one direction.
+    """
+    place = model.to_modal[:, 0].reshape(model.size, 2)
+    displacement = shortfall(readout[:, :2], model.kick, 0.0)
+    velocity = shortfall(readout[:, 2:], model.kick, 1.0)
+    return np.ascontiguousarray(displacement * place + velocity * model.kick)
 
 
 def free_state(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ConditioningError
+from grazemap_core.half_circle import half_circle
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.modal import ModalModel, modal_model
 from grazemap_core.oscillator import Floats, Oscillator
@@ -82,8 +82,7 @@ def held_problem(
         pull = (oscillator.forcing[0] + (k1 + 1j * omega * c1) * steady[0]) / m1
 
     # mirrored exactly, as the table of the free motion
-    angles = phase + 2.0 * math.pi * np.arange(cells // 2) / cells
-    half = np.exp(1j * angles)
+    half = np.exp(1j * phase) * half_circle(cells)
     turn = np.concatenate([half, -half, half[:1]])
     blocks = model.held
     readout = np.zeros((count, 4))

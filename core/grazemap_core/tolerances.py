@@ -74,11 +74,23 @@ ANCHORED_GAP: Final = 1e-3
 """Gap to the stop just left, in units of the clearance, below which it is carried from cell to cell by itself: read off
 positions, whose round-off is EPSILON of the clearance, it would lose digits in slow bounces."""
 
-IMPACT_BUDGET: Final = 50_000
-"""Impacts in half a forcing period after which a trajectory is given up; only R = 1 sliding on a stop gets there."""
+HALF_PERIOD_IMPACTS: Final = 50_000
+"""Impacts in half a forcing period, beside those of complete chatter, after which a trajectory is given up."""
+
+COMPLETE_CHATTERS: Final = 2
+"""Complete chatters in half a forcing period whose bounces are followed beside those: one on each stop."""
+
+LONGEST_CHATTER: Final = 150_000
+"""Bounces of one complete chatter that are waited for.
+
+A chatter has log(1/2e-5)/log(1/R) of them before its rest is summed up (`CHATTER_ACCURACY`): 50 at R = 0.8, 108,000 at
+R = 0.9999. Closer to 1, and at 1, mass 1 may in effect slide on the stop, and time practically stand still: it is
+followed for as many bounces as this and then given up with that reason.
+"""
 
 SETTLING_IMPACTS: Final = 1_000_000
-"""Impacts after which a trajectory that has not settled is given up: a second or two. Thousands are the rule."""
+"""Impacts, beside those that complete chatter may take in every half period, after which a trajectory that has not
+settled is given up: a second or two. Thousands are the rule; between very close stops there is no limit to them."""
 
 LANE_DEGREE: Final = 14
 """Degree of the polynomials over a cell in the lockstep kernel, about its middle (see CELL_REACH)."""

@@ -23,6 +23,7 @@ from grazemap_core.kernels.workspace import (
     CHATTER,
     DELAY,
     EVENT_COLUMNS,
+    GRAZE,
     HALF,
     HELD,
     IMPACT,
@@ -34,6 +35,7 @@ from grazemap_core.kernels.workspace import (
     ROWS,
     STOP,
     TIME,
+    UNDECIDED,
     VELOCITY,
     Workspace,
     workspace,
@@ -50,11 +52,17 @@ Floats = NDArray[np.float64]
 class Impacts:
     """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
 
-    The kind is "impact", or "chatter": infinitely many more follow that one, in the time up to the start of the next
-    interval of sticking, and none of them is listed.
+    The kind is "impact"; "chatter": infinitely many more follow that one, in the time up to the start of the next
+    interval of sticking, and none of them is listed; or "graze": mass 1 comes so near the stop that round-off hides
+    whether it touches it. A graze is taken as a touch at zero velocity, which changes nothing.
+
+    The same time without the rounding that a long time has: period (n,), the forcing periods completed since the record
+    began, and phase_time (n,), the time since then.
     """
 
     time: Floats
+    period: NDArray[np.int64]
+    phase_time: Floats
     stop: NDArray[np.int8]
     velocity: Floats
     kind: NDArray[np.str_]
@@ -83,6 +91,9 @@ class Trajectory:
     displacement, velocity : (N, n)
     impacts : Impacts
     sticking : Sticking
+    undecided : int
+        Times that round-off left a decision open, from the start of the transient on: grazes, and moments at which the
+        force on a resting mass 1 is zero and may or may not release it (it is taken to stay).
     motion : Motion
         Unresolved, with the reason, when the trajectory ended early: the arrays then end there too.
     """
@@ -92,6 +103,7 @@ class Trajectory:
     velocity: Floats
     impacts: Impacts
     sticking: Sticking
+    undecided: int
     motion: Motion
 
 
@@ -191,8 +203,9 @@ def trajectory(
         time=np.asarray(index * (period_time / samples_per_period), dtype=np.float64),
         displacement=samples_x,
         velocity=samples_v,
-        impacts=_impacts(rows[1:], event_time[1:]),
+        impacts=_impacts(rows[1:], event_time[1:], first_half, 0.5 * period_time),
         sticking=_sticking(rows, event_time, end),
+        undecided=int(work.tally[UNDECIDED]),
         motion=_motion(problem, ring, u, status, done, max_period, clearance, int(work.cursor[ANCHOR])),
     )
 
@@ -221,7 +234,7 @@ def _start(
             return int(rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work))
         return OK
     work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
-    work.near[:] = 0.0, abs(v1), 0.0
+    work.near[:2] = 0.0, abs(v1)
     return OK
 
 
@@ -239,20 +252,23 @@ def _beginning(held: HeldProblem, u: Floats, first_half: int, half_time: float, 
     return row
 
 
-def _impacts(rows: Floats, time: Floats) -> Impacts:
-    """Pick the contacts out of the events."""
+def _impacts(rows: Floats, time: Floats, first_half: int, half_time: float) -> Impacts:
+    """Pick the contacts out of the events of a record that begins with half period `first_half`."""
     there = rows[:, KIND] != RELEASE
+    half = rows[there, HALF].astype(np.int64) - first_half
     return Impacts(
         time=time[there],
+        period=half // 2,
+        phase_time=(half % 2) * half_time + rows[there, TIME],
         stop=rows[there, STOP].astype(np.int8),
         velocity=rows[there, VELOCITY],
-        kind=np.where(rows[there, KIND] == CHATTER, "chatter", "impact"),
+        kind=np.select([rows[there, KIND] == CHATTER, rows[there, KIND] == GRAZE], ["chatter", "graze"], "impact"),
     )
 
 
 def _sticking(rows: Floats, time: Floats, end: float) -> Sticking:
     """Pick the intervals of rest out of the events of a record that ends at `end`."""
-    begins = (rows[:, KIND] != IMPACT) & (rows[:, KIND] != RELEASE) & (time + rows[:, DELAY] <= end)
+    begins = ~np.isin(rows[:, KIND], (IMPACT, GRAZE, RELEASE)) & (time + rows[:, DELAY] <= end)
     until = np.append(time[1:], end)  # the event behind a rest is its release
     return Sticking(
         start=(time + rows[:, DELAY])[begins], stop_time=until[begins], stop=rows[begins, STOP].astype(np.int8)

@@ -131,7 +131,7 @@ def test_without_forcing_one_mass_loses_its_speed_in_a_geometric_series() -> Non
     assert len(result.sticking.start) == 0  # the spring pulls it off the stop: it never rests there
 
 
-@pytest.mark.parametrize("restitution", [0.2, 0.8, 0.95])
+@pytest.mark.parametrize("restitution", [0.2, 0.8, 0.95, 0.999])
 def test_a_steady_push_gives_the_bouncing_balls_geometric_series(restitution: float) -> None:
     # force 1 on mass 1, as good as constant and without a spring: bounces last 2 R^k w, all of them 2 w/(1 - R)
     ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], restitution)
@@ -139,6 +139,36 @@ def test_a_steady_push_gives_the_bouncing_balls_geometric_series(restitution: fl
         ball, 1e-7, 1.0, np.array([1.0]), np.array([-1e-2]), phase=math.pi / 2, periods=1, samples_per_period=1
     )
     assert result.sticking.start[0] == pytest.approx(2e-2 / (1 - restitution), rel=1e-12)
+
+
+def test_a_complete_chatter_of_a_hundred_thousand_bounces_is_followed_to_its_end() -> None:
+    ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], 0.9999)
+    x, v = np.array([1.0]), np.array([-2e-3])
+    result = trajectory(ball, 1e-3, 1.0, x, v, phase=math.pi / 2, periods=1, samples_per_period=1)
+    chatter = int(np.argmax(result.impacts.kind == "chatter"))
+    assert chatter > 80_000
+    # 2 w/(1 - R) under a steady unit force; this one falls off as cos(1e-3 t), which makes it longer by less than 3e-4
+    assert 40.0 < result.sticking.start[0] < 40.0 * (1 + 3e-4)
+    # each bounce loses the same share, up to the change of the force from one to the next
+    speeds = np.abs(result.impacts.velocity[:chatter])
+    np.testing.assert_allclose(speeds[1:] / speeds[:-1], 0.9999, rtol=1e-6)
+
+
+@pytest.mark.parametrize("restitution", [1.0 - 1e-7, 1.0])
+def test_bounces_that_practically_never_end_are_given_up_with_the_reason(restitution: float) -> None:
+    ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], restitution)
+    x, v = np.array([1.0]), np.array([-1e-5])
+    start = {"phase": math.pi / 2, "periods": 1, "samples_per_period": 1}
+    result = trajectory(ball, 1e-3, 1.0, x, v, **start)
+    assert result.motion.kind == "unresolved"
+    assert (result.motion.reason or "").startswith("too many impacts")
+    # what was followed is right: bounces of 2 v under unit force, each as long as the one before
+    np.testing.assert_allclose(np.diff(result.impacts.time[:1000]), 2e-5, rtol=1e-3)
+    assert len(result.impacts.time) > 300_000
+    # pressed on the stop at no speed at all, mass 1 stays there
+    rests = trajectory(ball, 1e-3, 1.0, x, np.zeros(1), **start)
+    assert rests.sticking.start[0] == 0.0
+    assert rests.sticking.stop_time[0] == pytest.approx(math.pi / 2 / 1e-3, rel=1e-9)
 
 
 def test_a_start_at_rest_on_a_stop_stays_when_pressed_and_leaves_when_not() -> None:

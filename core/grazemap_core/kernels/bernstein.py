@@ -25,7 +25,8 @@ CLEAR = 0
 CONTACT = 1
 """The distance turns negative at the returned t."""
 GRAZE_UNDECIDED = 2
-"""No contact was certain, but somewhere the distance is zero to within the error; taken as no contact."""
+"""No contact was certain, but somewhere the distance is zero to within the error: the stop may be touched or passed at
+a speed that is zero to within round-off."""
 
 MAX_DEPTH = 60
 SHORT_DEPTH = 6
@@ -104,6 +105,21 @@ def _stepped_root(taylor: FloatArray, degree: int, low: float, width: float) -> 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _arrives(taylor: FloatArray, degree: int, error: float) -> bool:
+    """Say whether a distance that is zero to within `error` at t = 1 falls too fast there to be a graze.
+
+    Then the series from there on begins on the stop and goes out: a contact of the next step.
+    """
+    _, slope = _value_and_slope(taylor, degree, 1.0)
+    bend = 0.0
+    for k in range(2, degree + 1):
+        bend += k * (k - 1) * abs(taylor[k])
+    # at a graze the distance grows to a few errors with the bend alone, and its slope to the root of their product
+    arrives: bool = slope < 0.0 and slope * slope > 64.0 * error * bend
+    return arrives
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _unsure_between(piece: FloatArray, error: float, low: int, high: int, degree: int) -> bool:
     """Say whether all unsure coefficients lie between `low` and `high`.
 
@@ -144,13 +160,14 @@ def first_negative(
 
     Returns
     -------
-    status : CLEAR, CONTACT or GRAZE_UNDECIDED. t is meaningful with CONTACT only.
+    status : CLEAR, CONTACT or GRAZE_UNDECIDED. t is where the contact is, or the first place that was left undecided;
+        with GRAZE_UNDECIDED of a short search it means nothing.
     """
     to_bernstein(taylor, short, stack[0])
     start[0] = 0.0
     width[0] = 1.0
     top = 0
-    undecided = False
+    undecided = -1.0
     whole = short == degree
     while top >= 0:
         piece = stack[top]
@@ -194,7 +211,9 @@ def first_negative(
         if not whole and top >= SHORT_DEPTH:
             return GRAZE_UNDECIDED, 1.0
         if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= 1e-15:
-            undecided = True
+            ends = start[top] + width[top] >= 1.0
+            if undecided < 0.0 and not (ends and _arrives(taylor, degree, error)):
+                undecided = start[top] + 0.5 * width[top]
             top -= 1
             continue
         _split(piece, short, stack[top + 1])
@@ -209,4 +228,4 @@ def first_negative(
         start[top] += half
         width[top] = half
         top += 1
-    return (GRAZE_UNDECIDED if undecided else CLEAR), 1.0
+    return (GRAZE_UNDECIDED, undecided) if undecided >= 0.0 else (CLEAR, 1.0)

@@ -40,10 +40,13 @@ def block_flow(
     """
     if discriminant > 0.0:
         damped_frequency = math.sqrt(discriminant)
+        ratio = decay / damped_frequency
         envelope = math.exp(-decay * t)
         cosine = envelope * math.cos(damped_frequency * t)
-        sine = envelope * math.sin(damped_frequency * t) / damped_frequency
-        return cosine + decay * sine, sine, -frequency_squared * sine, cosine - decay * sine
+        sine = envelope * math.sin(damped_frequency * t)
+        # w^2/wd written with wd as rounded: without decay the determinant is then 1 but for roundings of either sign
+        pull = damped_frequency + decay * ratio
+        return cosine + ratio * sine, sine / damped_frequency, -pull * sine, cosine - ratio * sine
     if discriminant == 0.0:
         envelope = math.exp(-decay * t)
         sine = envelope * t

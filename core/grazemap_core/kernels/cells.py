@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.double_double import two_sum
 from grazemap_core.kernels.held import turned
 from grazemap_core.tolerances import TAYLOR_DEGREE
 
@@ -35,8 +36,9 @@ class CellProblem(NamedTuple):
         The blocks, as in the modal model; frequency is the root of frequency_squared.
     readout : (N, 4)
         x1 = sum r0 u + r1 u', v1 = sum r2 u + r3 u' (less the steady motion).
-    kick : (N, 2)
-        What a unit velocity given to mass 1 adds to (u, u').
+    kick, kick_low : (N, 2)
+        What a unit velocity given to mass 1 adds to (u, u'), and what that leaves out: with it mass 1 gets this
+        velocity and no other displacement, to much better than a rounding.
     reach, fourth : (N,)
         Bounds for all later times: |contribution to x1| <= reach * e and |its 4th derivative| <= fourth * e,
         where e = frequency |u| + |u'|.
@@ -44,6 +46,8 @@ class CellProblem(NamedTuple):
         Largest displacement, over the masses, that a unit of (u, u') amounts to.
     cell_flow : (N, 4)
         Flow over one cell, row by row.
+    flow_table : (n, N, 8)
+        The same over 0, 1, .. n - 1 cells, followed by what the rounded entries leave out.
     gain : (cells + 1, 2)
         G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part.
     steady_bound : float
@@ -52,6 +56,8 @@ class CellProblem(NamedTuple):
         Forcing frequency, length of a cell, R.
     cells : int
         Per forcing period, even.
+    chatter_impacts : float
+        Impacts in half a period that complete chatter may take.
     damped : bool
         Whether every block is: then a motion without contacts settles to the steady one.
     """
@@ -62,16 +68,19 @@ class CellProblem(NamedTuple):
     frequency: FloatArray
     readout: FloatArray
     kick: FloatArray
+    kick_low: FloatArray
     reach: FloatArray
     fourth: FloatArray
     closeness: FloatArray
     cell_flow: FloatArray
+    flow_table: FloatArray
     gain: FloatArray
     steady_bound: float
     omega: float
     step: float
     restitution: float
     cells: int
+    chatter_impacts: float
     damped: bool
 
 
@@ -99,6 +108,27 @@ def advance_cell(problem: CellProblem, u: FloatArray, end: int) -> tuple[float, 
         x += problem.readout[j, 0] * a + problem.readout[j, 1] * b
         v += problem.readout[j, 2] * a + problem.readout[j, 3] * b
     return x, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def carry(problem: CellProblem, start: FloatArray, cells: int, u: FloatArray) -> None:
+    """Write the state `cells` cells after `start` into u (N, 2); both may be the same array.
+
+    In one step, so that the roundings of cell after cell do not add up.
+
+    Parameters
+    ----------
+    cells : int
+        Less than the length of the flow table.
+    """
+    for j in range(u.shape[0]):
+        first, second = start[j, 0], start[j, 1]
+        for i in range(2):
+            a = problem.flow_table[cells, j, 2 * i] * first
+            b = problem.flow_table[cells, j, 2 * i + 1] * second
+            low = problem.flow_table[cells, j, 2 * i + 4] * first + problem.flow_table[cells, j, 2 * i + 5] * second
+            total, lost = two_sum(a, b)
+            u[j, i] = total + (lost + low)  # rounded once: added to a rounded sum, most of `low` would vanish
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

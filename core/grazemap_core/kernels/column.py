@@ -16,7 +16,7 @@ from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tables import LaneTables
 from grazemap_core.kernels.lanes import COLUMNS, LANES, Masses
 from grazemap_core.kernels.lockstep import Lanes, begin, idle, run_half
-from grazemap_core.kernels.simulate import is_free_for_ever, reason_of_end
+from grazemap_core.kernels.simulate import counted, is_free_for_ever, reason_of_end
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     FOLLOWED,
@@ -170,7 +170,7 @@ def settle_column(
         run_half(masses, problem, held, tables, group, k, used, u, work)
         k += 1
         for lane in range(used):
-            impacts[lane] += group.tally[FOLLOWED, lane]
+            impacts[lane] += counted(problem.chatter_impacts, group.tally[FOLLOWED, lane])
         _enter(ring, k, group, used)
         if early:
             _nearest_return(ring, k, 2 * max_period, nearest, used)

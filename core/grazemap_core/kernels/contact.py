@@ -15,7 +15,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
-from grazemap_core.kernels.workspace import ANCHOR, ROOTS, UNDECIDED, Workspace
+from grazemap_core.kernels.workspace import (
+    ANCHOR,
+    GRAZE_BACK,
+    GRAZE_STOP,
+    LEAST_UNPRESSED,
+    ROOTS,
+    UNDECIDED,
+    Workspace,
+)
 from grazemap_core.tolerances import CONTACT_ROUNDING, SHORT_DEGREE, TAYLOR_DEGREE
 
 FloatArray = NDArray[np.float64]
@@ -78,11 +86,17 @@ def first_contact(
 ) -> tuple[int, float]:
     """Return (stop, t) of the first contact of the series work.taylor on [0, 1], or (0, 1.0).
 
+    Where mass 1 comes so near a stop that round-off hides whether it touches it, that is no contact, but goes into the
+    tally. Without a contact behind it, work.near[GRAZE_STOP] is the stop of that graze, and work.near[GRAZE_BACK] how
+    long before the end of the series it was.
+
     The anchor of work.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
     `cells.sum_series` returned them, `length` is the time that the series spans.
     """
     stop_found = 0
     t_found = 1.0
+    graze_stop = 0
+    graze_place = 2.0
     travel = 0.0
     for k in range(1, TAYLOR_DEGREE + 1):
         travel += abs(work.taylor[k])
@@ -114,9 +128,16 @@ def first_contact(
         status, t = first_negative(work.distance, degree, SHORT_DEGREE, left_out, work.stack, work.start, work.width)
         if status == GRAZE_UNDECIDED:
             status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
-            if status == GRAZE_UNDECIDED:
-                work.tally[UNDECIDED] += 1.0
+            if status == GRAZE_UNDECIDED and t < graze_place:
+                graze_stop = stop
+                graze_place = t
         if status == CONTACT and (stop_found == 0 or t < t_found):
             stop_found = stop
             t_found = t
+    if graze_place <= t_found:
+        work.tally[UNDECIDED] += 1.0
+        work.tally[LEAST_UNPRESSED] = 0.0
+        if stop_found == 0:
+            work.near[GRAZE_STOP] = graze_stop
+            work.near[GRAZE_BACK] = (1.0 - graze_place) * length
     return stop_found, t_found

@@ -469,7 +469,7 @@ def _go_alone(
         u[j, 0] = group.alone[lane, 2 * j]
         u[j, 1] = group.alone[lane, 2 * j + 1]
     work.cursor[:] = group.cursor[lane]
-    work.near[:] = group.near[lane]
+    work.near[:3] = group.near[lane]
     work.tally[:] = group.tally[:, lane]
     if work.cursor[HELD] != 0:
         held.state[:] = group.resting[lane]
@@ -495,7 +495,7 @@ def _go_alone(
         return
     resting = work.cursor[HELD] != 0
     group.cursor[lane] = work.cursor
-    group.near[lane] = work.near
+    group.near[lane] = work.near[:3]
     group.tally[:, lane] = work.tally
     group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
     if resting:

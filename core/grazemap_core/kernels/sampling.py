@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem, flow_state
 from grazemap_core.kernels.held import HeldProblem, flow_held, held_motion, turned
-from grazemap_core.kernels.workspace import EVENT_COLUMNS, HALF, IMPACT, KIND, RELEASE, STOP, TIME
+from grazemap_core.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ def sample_motion(
         Steady response of every mass, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)
         Where the record begins, then every event, with the states behind them; increasing in time. Behind an event of
-        a kind other than IMPACT and RELEASE mass 1 is at rest, or on its last bounces, which count as rest.
+        a kind other than IMPACT, GRAZE and RELEASE mass 1 is at rest, or on its last bounces, which count as rest.
     clearance : float
     index : (n,)
         Sample numbers, increasing; sample i is i / samples_per_period forcing periods after the record begins.
@@ -61,7 +61,7 @@ def sample_motion(
         passed = (half - rows[row, HALF]) * half_time + (time - rows[row, TIME])
         angle = 2.0 * math.pi * within / samples_per_period
         c, s = math.cos(angle), math.sin(angle)
-        if rows[row, KIND] != IMPACT and rows[row, KIND] != RELEASE:
+        if rows[row, KIND] != IMPACT and rows[row, KIND] != RELEASE and rows[row, KIND] != GRAZE:
             for j in range(count - 1):
                 held[j, 0] = rows[row, EVENT_COLUMNS + 2 * j]
                 held[j, 1] = rows[row, EVENT_COLUMNS + 2 * j + 1]

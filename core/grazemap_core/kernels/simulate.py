@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, first_mass
+from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, carry, first_mass, flow_state
 from grazemap_core.kernels.closing import (
     BUDGET,
     NAMED,
@@ -28,22 +28,66 @@ from grazemap_core.kernels.walk import walk_cell
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
+    DELAY,
+    EVENT_COLUMNS,
     FOLLOWED,
+    GRAZE,
+    GRAZE_BACK,
+    GRAZE_STOP,
+    HALF,
     HELD,
     IMPACT_BUDGET_SPENT,
+    KIND,
     NO_HELD_FLOW,
     OK,
     ROWS,
+    STOP,
+    TIME,
     UNDECIDED,
+    VELOCITY,
     Workspace,
     clear_tally,
 )
-from grazemap_core.tolerances import CLEARED, CONTACT_ROUNDING, SETTLING_IMPACTS
+from grazemap_core.tolerances import CLEARED, COMPLETE_CHATTERS, CONTACT_ROUNDING, LONGEST_CHATTER, SETTLING_IMPACTS
 
 FloatArray = NDArray[np.float64]
 
 RECORD_FULL = 100
 """The record of impacts has no more room; the state is back at the start of the half period."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def enter_graze(problem: CellProblem, u: FloatArray, end: float, half: int, work: Workspace) -> None:
+    """Enter the graze of work.near into the events, unless it is the last event and goes on.
+
+    Parameters
+    ----------
+    u : (N, 2)
+        State at the end of the cell; left as it is.
+    end : float
+        Time in the half period at which the cell ends.
+    """
+    stop, back = work.near[GRAZE_STOP], work.near[GRAZE_BACK]
+    work.near[GRAZE_STOP] = 0.0
+    time = end - back
+    row = work.cursor[ROWS]
+    if 0 < row <= work.events.shape[0]:
+        last = work.events[row - 1]
+        since = (half - last[HALF]) * (0.5 * problem.cells * problem.step) + (time - last[TIME])
+        if last[KIND] == GRAZE and last[STOP] == stop and since < problem.step:
+            work.tally[UNDECIDED] -= 1.0
+            return
+    if row < work.events.shape[0]:
+        work.events[row, HALF] = half
+        work.events[row, TIME] = time
+        work.events[row, STOP] = stop
+        work.events[row, VELOCITY] = 0.0
+        work.events[row, KIND] = GRAZE
+        work.events[row, DELAY] = 0.0
+        state = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
+        state[:] = u
+        flow_state(problem, state, -back)
+    work.cursor[ROWS] = row + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -57,15 +101,22 @@ def run_half(
     """
     cells = problem.cells // 2
     first = (half % 2) * cells
+    longest = problem.flow_table.shape[0] - 1
+    since = first  # the cell at whose start the state was work.saved
+    work.saved[:] = u
     x, v = first_mass(problem, u, problem.gain[first, 0], problem.gain[first, 1])
     reach, fourth = bounds(problem, u)
     limit = clearance - CONTACT_ROUNDING * (reach + clearance)
     clear_tally(work.tally)
     for cell in range(first, first + cells):
-        work.saved[:] = u
-        x_end, v_end = advance_cell(problem, u, cell + 1)
-        if work.cursor[ANCHOR] != 0 or not is_clear(x, v, x_end, v_end, problem.step, fourth, limit):
-            u[:] = work.saved
+        clear = False
+        if work.cursor[ANCHOR] == 0:
+            x_end, v_end = advance_cell(problem, u, cell + 1)
+            clear = is_clear(x, v, x_end, v_end, problem.step, fourth, limit)
+        if not clear:
+            carry(problem, work.saved, cell - since, u)
+            rows = work.cursor[ROWS]
+            work.near[GRAZE_STOP] = 0.0
             status = walk_cell(problem, u, clearance, cell, 0.0, half, work)
             if status == AT_STOP:
                 status = rest_in_cell(problem, held, u, clearance, cell, half, work)
@@ -74,7 +125,16 @@ def run_half(
             x_end, v_end = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
             reach, fourth = bounds(problem, u)
             limit = clearance - CONTACT_ROUNDING * (reach + clearance)
+            if work.near[GRAZE_STOP] != 0.0:
+                enter_graze(problem, u, problem.step * (cell + 1 - first), half, work)
+            if work.cursor[ROWS] != rows:
+                since = cell + 1
+                work.saved[:] = u
         x, v = x_end, v_end
+        if cell + 1 - since == longest:
+            carry(problem, work.saved, longest, work.saved)
+            since = cell + 1
+    carry(problem, work.saved, first + cells - since, u)
     if work.cursor[HELD] != 0:
         free_of_rest(problem, held, u, clearance, first + cells, 0.0, work)
     return OK
@@ -88,6 +148,14 @@ def reason_of_end(status: int) -> int:
     if status == IMPACT_BUDGET_SPENT:
         return BUDGET
     return OVERFLOWS
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def counted(chatter_impacts: float, impacts: float) -> float:
+    """Return how many of half a period's impacts count toward SETTLING_IMPACTS: not what complete chatter may take."""
+    if chatter_impacts >= COMPLETE_CHATTERS * LONGEST_CHATTER:
+        return impacts
+    return max(0.0, impacts - chatter_impacts)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -133,7 +201,7 @@ def settle(
         status = run_half(problem, held, u, clearance, k - 1, work)
         if status != OK:
             return reason_of_end(status), 0, 0, 0, False, np.inf, False, -1
-        impacts += work.tally[FOLLOWED]
+        impacts += counted(problem.chatter_impacts, work.tally[FOLLOWED])
         if impacts > SETTLING_IMPACTS:
             return BUDGET, 0, 0, 0, False, np.inf, False, -1
         enter(ring, k, u, work)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import (
     CellProblem,
+    advance_cell,
     expand,
     first_acceleration,
     first_mass,
@@ -19,12 +20,14 @@ from grazemap_core.kernels.cells import (
     turned_gain,
 )
 from grazemap_core.kernels.contact import first_contact, gap_and_rate
+from grazemap_core.kernels.double_double import two_sum
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
     DELAY,
     EVENT_COLUMNS,
     FOLLOWED,
+    GRAZE,
     HALF,
     HELD,
     IMPACT,
@@ -43,7 +46,7 @@ from grazemap_core.kernels.workspace import (
     VELOCITY,
     Workspace,
 )
-from grazemap_core.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, IMPACT_BUDGET
+from grazemap_core.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 
 FloatArray = NDArray[np.float64]
 
@@ -61,8 +64,9 @@ def strike(
     """Apply the impact law to a state at a stop, in place, and enter the impact into tally and events."""
     jump = -(1.0 + problem.restitution) * velocity
     for j in range(u.shape[0]):
-        u[j, 0] += problem.kick[j, 0] * jump
-        u[j, 1] += problem.kick[j, 1] * jump
+        for k in range(2):
+            total, lost = two_sum(u[j, k], problem.kick[j, k] * jump)
+            u[j, k] = total + (lost + problem.kick_low[j, k] * jump)
     work.tally[RIGHT if stop > 0 else LEFT] += 1.0
     work.tally[FOLLOWED] += 1.0
     work.tally[LEAST_SPEED] = min(work.tally[LEAST_SPEED], abs(velocity))
@@ -72,7 +76,7 @@ def strike(
         work.events[row, TIME] = time
         work.events[row, STOP] = stop
         work.events[row, VELOCITY] = velocity
-        work.events[row, KIND] = IMPACT
+        work.events[row, KIND] = IMPACT if velocity != 0.0 else GRAZE
         work.events[row, DELAY] = 0.0
         for j in range(u.shape[0]):
             work.events[row, EVENT_COLUMNS + 2 * j] = u[j, 0]
@@ -156,12 +160,15 @@ def walk_cell(
         size, tail, rest = expand(problem, u, gain_real, gain_imag, length, work.taylor, work.terms)
         if not np.isfinite(size):
             return NOT_FINITE
-        if work.tally[FOLLOWED] > IMPACT_BUDGET:
+        if work.tally[FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
             return IMPACT_BUDGET_SPENT
         anchor = work.cursor[ANCHOR]
         stop, t = first_contact(work, clearance, length, size, tail, rest)
         if stop == 0:
-            flow_state(problem, u, length)
+            if offset == 0.0:
+                advance_cell(problem, u, cell + 1)
+            else:
+                flow_state(problem, u, length)
             if anchor != 0:
                 gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], anchor, length, 1.0)
                 # the parabola through both rates: does it come back within the next cell?

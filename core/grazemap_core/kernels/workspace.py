@@ -24,7 +24,7 @@ OK = 0
 NO_HELD_FLOW = 1
 """Mass 1 comes to rest on a stop, and the chain behind it has no closed form that keeps its digits."""
 IMPACT_BUDGET_SPENT = 2
-"""More than IMPACT_BUDGET impacts in half a forcing period."""
+"""More impacts in half a forcing period than complete chatter explains: time does not advance."""
 NOT_FINITE = 3
 """A number overflowed."""
 
@@ -48,9 +48,10 @@ RIGHT, LEFT = 0, 1
 LEAST_SPEED = 2
 """Least impact speed; 0 with a complete chatter."""
 UNDECIDED = 3
-"""Contacts and releases that round-off left undecided (taken as none)."""
+"""Grazes (`GRAZE`), and touches of zero by the pressing of a resting mass 1 that may be releases (taken as none)."""
 LEAST_UNPRESSED = 4
-"""Least speed of the impacts at which mass 1 was not pressed against the stop: only these can be grazes."""
+"""Least speed of the impacts at which mass 1 was not pressed against the stop: only these can be grazes. 0 with a graze
+to within round-off."""
 HELD_RIGHT, HELD_LEFT = 5, 6
 """1 when mass 1 has rested on that stop."""
 FOLLOWED = 7
@@ -73,12 +74,20 @@ REST = 3
 """Mass 1 rests on the stop where the record begins; the state is held."""
 RELEASE = 4
 """Mass 1 leaves the stop that it rested on; the state is free."""
+GRAZE = 5
+"""Mass 1 comes so near the stop that round-off hides whether it touches it, at a speed of zero to within round-off. It
+is taken as a touch at zero speed, which changes nothing; the state is free."""
+
+# entries of `near`
+GRAZE_STOP, GRAZE_BACK = 3, 4
+"""The stop of a graze that was seen in this cell, or 0, and how long before the end of the cell it was."""
 
 
 class Workspace(NamedTuple):
     """Scratch of the contact search, and what a walk reports besides its state.
 
-    `near` holds the gap to the anchor, its rate, and how far the walk has come in a cell that it did not finish.
+    `near` holds the gap to the anchor, its rate, how far the walk has come in a cell that it did not finish, and a
+    graze to be entered into the events.
     `events` has one row per event; rows beyond its end are counted in the
     cursor but not written.
     """
@@ -107,7 +116,7 @@ def workspace(blocks: int, events: int = 0) -> Workspace:
         width=np.zeros(MAX_DEPTH + 2),
         tally=np.zeros(TALLY_SIZE),
         cursor=np.zeros(4, dtype=np.int64),
-        near=np.zeros(3),
+        near=np.zeros(5),
         saved=np.zeros((blocks, 2)),
         events=np.zeros((events, EVENT_COLUMNS + 2 * blocks)),
     )

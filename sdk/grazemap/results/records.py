@@ -95,7 +95,8 @@ class Impacts:
     velocity : ndarray of shape (impacts,)
         Signed velocity of mass 1 before the impact; nondimensional, or m/s.
     kind : ndarray of str, shape (impacts,)
-        What kind of contact it was.
+        "impact"; "chatter": infinitely many more follow before mass 1 rests on the stop; "graze": so near a touch at
+        zero velocity that round-off hides whether it is one, taken as one that changes nothing.
     """
 
     time: FloatArray

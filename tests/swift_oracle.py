@@ -1,0 +1,139 @@
+"""The event simulator of `event_oracle` in the arithmetic of a C library: the same method, some twenty times as fast.
+
+For long runs, and for many. Numbers are midpoints of balls of 48 digits; a given number may itself be a ball or a
+multi-precision number instead of a double, so that an input can be changed by less than its own rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from event_oracle import ORDER, EventOracle
+from flint import arb, arb_poly
+from oracles import digits
+
+
+@dataclass
+class SwiftOracle(EventOracle):
+    """Mass 1 of a chain between two stops."""
+
+    @classmethod
+    def of(cls, oscillator: Any, omega: float, clearance: float, **start: Any) -> Self:
+        """Take over the numbers; with proportional damping C = 2 gamma K without the rounding of these products."""
+        run = super().of(oscillator, omega, clearance, **start)
+        if oscillator.gamma is not None:
+            with digits(run.digits):
+                run.links = [2 * arb(oscillator.gamma) * arb(k) for k in run.stiffnesses]
+        return run
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        n = len(self.masses)
+        with digits(self.digits):
+            self._x = [arb(v) for v in (self.displacement or [0.0] * n)]
+            self._v = [arb(v) for v in (self.velocity or [0.0] * n)]
+            self._t = arb(0)
+            self._step = arb(float(self._step))
+        self._grid = np.linspace(0.0, float(self._step), 65)
+        self._powers = self._grid[:, None] ** np.arange(ORDER + 1)
+
+    def _series(self) -> list[list[arb]]:
+        n, w = len(self.masses), arb(self.omega)
+        x = [[self._x[i], self._v[i]] for i in range(n)]
+        angle = w * self._t + arb(self.phase)
+        cycle = [angle.sin().mid(), angle.cos().mid(), -angle.sin().mid(), -angle.cos().mid()]
+        power = arb(1)
+        k_links, c_links, masses, forcing = (
+            [arb(v) for v in values] for values in (self.stiffnesses, self.links, self.masses, self.forcing)
+        )
+        for k in range(ORDER - 1):
+            drive = cycle[k % 4] * power
+            force = [f * drive for f in forcing]
+            for i in range(n):
+                stretch, rate = x[i][k], x[i][k + 1]
+                if i + 1 < n:
+                    stretch, rate = stretch - x[i + 1][k], rate - x[i + 1][k + 1]
+                pull = k_links[i] * stretch + c_links[i] * (rate * (k + 1))
+                force[i] = force[i] - pull
+                if i + 1 < n:
+                    force[i + 1] = force[i + 1] + pull
+            for i in range(n):
+                x[i].append((force[i] / (masses[i] * ((k + 1) * (k + 2)))).mid())
+            power = power * w / (k + 1)
+        return x
+
+    def run(self, impacts: int, until: float = np.inf) -> None:
+        """Go on until so many impacts were seen in all, or the time is past `until`."""
+        with digits(self.digits):
+            while len(self.times) < impacts and self._t < until:
+                series = self._series()
+                stop, at = self._first_contact(series[0])
+                h = self._step if at is None else at
+                polynomials = [arb_poly(c) for c in series]
+                self._x = [p(h).mid() for p in polynomials]
+                self._v = [p.derivative()(h).mid() for p in polynomials]
+                self._t = (self._t + h).mid()
+                self._left = stop
+                if stop:
+                    self.times.append(self._t)
+                    self.stops.append(stop)
+                    self.speeds.append(self._v[0])
+                    self._x[0] = stop * arb(self.clearance)
+                    self._v[0] = (-arb(self.restitution) * self._v[0]).mid()
+
+    def state_at(self, time: float) -> tuple[list[arb], list[arb]]:
+        """Displacement and velocity a short time ahead of where the run stands (no contact in between assumed)."""
+        with digits(self.digits):
+            h = arb(time) - self._t
+            polynomials = [arb_poly(c) for c in self._series()]
+            return [p(h) for p in polynomials], [p.derivative()(h) for p in polynomials]
+
+    def _first_contact(self, x: list[arb]) -> tuple[int, Any]:
+        best: tuple[int, Any] = (0, None)
+        for stop in (1, -1):
+            gap = [-stop * c for c in x]
+            gap[0] = gap[0] + arb(self.clearance)
+            root = self._first_root(gap[1:] if stop == self._left else gap)
+            if root is not None and (best[1] is None or root < best[1]):
+                best = (stop, root)
+        return best
+
+    def _first_root(self, gap: list[arb]) -> Any:
+        slope = [c * k for k, c in enumerate(gap)][1:]
+        rough, steepness = (self._powers[:, : len(c)] @ [float(a) for a in c] for c in (gap, slope))
+        near = 1e-3 * (np.abs(rough).max() + 1e-300)
+        for i in range(64):
+            low, high = arb(self._grid[i]), arb(self._grid[i + 1])
+            if rough[i] > near and rough[i + 1] > near:
+                continue
+            if self._at(gap, high) < 0:
+                return self._cross(gap, low, high)
+            if steepness[i] <= 0.0 <= steepness[i + 1]:
+                lowest = self._cross([-c for c in slope], low, high)
+                if self._at(gap, lowest) < 0:
+                    return self._cross(gap, low, lowest)
+        return None
+
+    @staticmethod
+    def _at(series: list[arb], t: arb) -> arb:
+        return arb_poly(series)(t).mid()
+
+    def _cross(self, series: list[arb], low: arb, high: arb) -> arb:
+        polynomial = arb_poly(series)
+        slope = polynomial.derivative()
+        t = ((low + high) / 2).mid()
+        for _ in range(400):
+            value = polynomial(t).mid()
+            if value < 0:
+                high = t
+            else:
+                low = t
+            new = (t - value / slope(t)).mid()
+            if not (low <= new and new <= high):
+                new = ((low + high) / 2).mid()
+            if abs(new - t) < arb(10) ** (-self.digits):
+                return new
+            t = new
+        raise AssertionError("the oracle's root search did not converge")
