@@ -11,7 +11,7 @@ from grazemap_core.cell_problem import cell_problem, free_state, trajectory_mode
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels.lane_tables import lane_tables
 from grazemap_core.kernels.lanes import COLUMNS, LANES
-from grazemap_core.kernels.lockstep import begin, lanes, run_half
+from grazemap_core.kernels.lockstep import begin, lanes, run_halves
 from grazemap_core.kernels.workspace import FOLLOWED, HALF, KIND, OK, ROWS, STOP, TIME, VELOCITY, workspace
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
@@ -106,8 +106,7 @@ def first_impacts(
         for lane in range(count):
             begin(group, lane, problem, u, clearance[low + lane])
         used = (count + COLUMNS - 1) // COLUMNS * COLUMNS
-        for half in range(2 * periods):
-            run_half(masses, problem, held, tables, group, half, used, scratch, work)
+        run_halves(masses, problem, held, tables, group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.cursor[:count, ROWS]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

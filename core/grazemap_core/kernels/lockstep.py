@@ -551,3 +551,20 @@ def run_half(
     for lane in range(used):
         if group.regime[lane] != FREE:
             group.limit[lane] = -np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_halves(
+    masses: Masses,
+    problem: CellProblem,
+    held: HeldProblem,
+    tables: LaneTables,
+    group: Lanes,
+    halves: int,
+    used: int,
+    u: FloatArray,
+    work: Workspace,
+) -> None:
+    """Carry lanes that have just begun over so many half periods; parameters as `run_half`."""
+    for half in range(halves):
+        run_half(masses, problem, held, tables, group, half, used, u, work)
