@@ -397,8 +397,9 @@ def _meet_stops(
         count += 1
     if count > 0:
         solve_impacts(masses, tables, cell, group.columns, (count + COLUMNS - 1) // COLUMNS * COLUMNS)
-    filled = 0
-    aside = 0
+    # typed by hand: a literal 0 would have `_bounce` compiled once more for each
+    filled = np.int64(0)
+    aside = np.int64(0)
     for i in range(count + left):
         if i < count:
             lane = chosen[i]
@@ -444,7 +445,7 @@ def _meet_stops(
         filled += 1
         if filled == WIDTH:
             aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
-            filled = 0
+            filled = np.int64(0)
     if filled > 0:
         aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
     return aside
