@@ -4,6 +4,9 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples
 
+# pure arithmetic; the rest starts processes of its own and watches the clock
+SIDE_BY_SIDE := tests/core tests/performance
+
 .DEFAULT_GOAL := help
 .PHONY: help run serve test bench bench-quick performance lint types lock browser clean
 
@@ -23,7 +26,10 @@ serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C
 	$(BIN)/grazemap up
 
 test: $(STAMP)  ## every test that needs nothing but this machine
-	$(BIN)/python -m pytest
+	@echo "compiling the kernels, a minute or two"
+	@$(BIN)/python -c "from grazemap_core.warmup import warm_up; warm_up()"
+	$(BIN)/python -m pytest -n 2 $(SIDE_BY_SIDE)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE:%=--ignore=%)
 
 # The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
