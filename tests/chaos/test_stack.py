@@ -21,11 +21,12 @@ from watching import living, until
 
 from grazemap_worker.store import connect
 
+# some ten seconds of two cores, and minutes
 MAP = {
-    "omega": {"start": 0.26, "stop": 0.30, "points": 80},
-    "clearance": {"start": 1.3, "stop": 2.0, "points": 80},
+    "omega": {"start": 0.26, "stop": 0.30, "points": 400},
+    "clearance": {"start": 1.3, "stop": 2.0, "points": 160},
 }
-LARGER_MAP = {**MAP, "omega": {"start": 0.26, "stop": 0.30, "points": 400}}
+LARGER_MAP = {**MAP, "omega": {"start": 0.26, "stop": 0.30, "points": 4000}}
 
 
 class RunningStack:

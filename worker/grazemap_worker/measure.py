@@ -16,9 +16,9 @@ import numpy as np  # noqa: E402 - after the environment is set
 
 from grazemap.models import Oscillator, UnfoldingMapsRequest  # noqa: E402
 from grazemap_worker.processes.unfolding_maps import compute_tile  # noqa: E402
-from grazemap_worker.store.plan import PERIODS_PER_PIXEL, PERIODS_PER_SECOND  # noqa: E402
+from grazemap_worker.store.plan import MAP_PERIODS_PER_SECOND, PERIODS_PER_PIXEL  # noqa: E402
 
-_SIDE = 24
+_SIDE = 80
 
 
 def main() -> None:
@@ -35,7 +35,7 @@ def main() -> None:
     settled = document["settled_after"]
     periods = int(np.where(settled < 0, request.max_periods, settled).sum())
     sys.stdout.write(
-        f"{periods / seconds:.3g} periods/s (plans assume {PERIODS_PER_SECOND:.3g}), "
+        f"{periods / seconds:.3g} periods/s (plans assume {MAP_PERIODS_PER_SECOND:.3g}), "
         f"{periods / _SIDE**2:.0f} periods/pixel (plans assume {PERIODS_PER_PIXEL})\n"
     )
 

@@ -2,7 +2,8 @@
 
 A plan is a pure function of the request: the service makes it (without the core), the worker reads it. Only maps
 have more than one tile. A map's grid is cut into equal rectangles (the last ones smaller) that should take
-`TILE_SECONDS` each; the bytes of a result do not depend on the cut.
+`TILE_SECONDS` each, as tall as can be, because the clearances of one omega run side by side; the bytes of a result do
+not depend on the cut.
 """
 
 from __future__ import annotations
@@ -24,9 +25,14 @@ from grazemap.models import (
     grid_values,
 )
 
-# Forcing periods of the default oscillator that one core simulates in a second, with certified contacts and the
-# classification of the motion. `python -m grazemap_worker.measure` prints the figure of the machine it runs on.
+# Forcing periods of the default oscillator that one core simulates in a second, with certified contacts: of a single
+# trajectory, and of a map with the classification of the motion, in columns of FULL_COLUMN clearances or more.
+# `python -m grazemap_worker.measure` prints the map's figure of the machine it runs on.
 PERIODS_PER_SECOND = 1.0e5
+MAP_PERIODS_PER_SECOND = 6.0e5
+FULL_COLUMN = 64
+# Clearances in a tile at most: more would not run faster.
+TALLEST_TILE = 1024
 # A settled pixel stops early, an unsettled one goes on to max_periods: about this many on average at most.
 PERIODS_PER_PIXEL = 250
 # |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
@@ -151,13 +157,12 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     rows, columns = grid_points(request.clearance), grid_points(request.omega)
     cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
     periods_per_pixel = min(request.max_periods, PERIODS_PER_PIXEL)
-    pixel_seconds = periods_per_pixel * cost / PERIODS_PER_SECOND
-    at_worst = request.max_periods * cost / PERIODS_PER_SECOND
-    pixels_per_tile = min(TILE_SECONDS / pixel_seconds, WORST_TILE_SECONDS / at_worst)
-    side = max(1, math.isqrt(max(1, round(pixels_per_tile))))
-    # A narrow grid: what the tile cannot have in one direction it gets in the other.
-    tile_columns = _even(columns, side * max(1, side // rows))
-    tile_rows = _even(rows, side * max(1, side // columns))
+    cost *= max(1.0, FULL_COLUMN / rows)
+    pixel_seconds = periods_per_pixel * cost / MAP_PERIODS_PER_SECOND
+    at_worst = request.max_periods * cost / MAP_PERIODS_PER_SECOND
+    pixels_per_tile = max(1, round(min(TILE_SECONDS / pixel_seconds, WORST_TILE_SECONDS / at_worst)))
+    tile_rows = _even(rows, min(pixels_per_tile, TALLEST_TILE))
+    tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
     pixels = rows * columns
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
     estimate = Estimate(periods=float(pixels) * periods_per_pixel, tiles=shape.count, seconds=pixels * pixel_seconds)
