@@ -88,7 +88,9 @@ def test_changes_travel_as_the_difference_of_two_50_digit_runs(seed: int) -> Non
     for _ in range(2):
         run.advance(1, np.zeros((2 * oscillator.size, 0)))
         seen |= set(run.work.events[: run.work.cursor[ROWS], KIND].astype(int).tolist())
-    np.testing.assert_allclose(run.physical, end, rtol=0, atol=1e-13 * (clearance + omega * clearance))
+    # the rounding of an input travels as any other change does
+    carried = max(1.0, float(np.max(np.abs(result.matrix))))
+    np.testing.assert_allclose(run.physical, end, rtol=0, atol=1e-13 * carried * (clearance + omega * clearance))
     assert seen == SEEDS[seed]
 
 
@@ -123,7 +125,7 @@ def test_every_impact_takes_the_square_of_the_restitution_off_the_volume(seed: i
     expected = np.trace(first_order(oscillator)) * result.time
     expected += 2.0 * len(impacts.time) * math.log(oscillator.restitution)
     assert sign == 1.0
-    assert logarithm == pytest.approx(expected, abs=1e-11)
+    assert logarithm == pytest.approx(expected, abs=1e-15 * np.linalg.cond(result.matrix) + 1e-12)
 
 
 @pytest.mark.parametrize(("seed", "lost"), [(0, 1), (1, 2), (3, 2), (22, 2)])

@@ -32,6 +32,7 @@ from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.simulate import RECORD_FULL, run_half
 from grazemap_core.kernels.workspace import (
     EVENT_COLUMNS,
+    GRAZE,
     HELD,
     IMPACT,
     KIND,
@@ -217,10 +218,10 @@ def carry_tangent(
         if work.events[row, KIND] == RELEASE:
             release_tangent(held, tangent)
             resting = False
+        elif work.events[row, KIND] == GRAZE:
+            return GRAZED
         elif work.events[row, KIND] == IMPACT:
             velocity = work.events[row, VELOCITY]
-            if velocity == 0.0:
-                return GRAZED
             behind = work.events[row, EVENT_COLUMNS : EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
             _, gain_imag = turned_gain(problem, first_cell, time)
             acceleration = first_acceleration(problem, behind, gain_imag)
@@ -267,7 +268,7 @@ def run_half_linearised(
     began.state[:] = u
     began.resting[:] = held.state
     began.cursor[:] = work.cursor
-    began.floats[:3] = work.near
+    began.floats[:3] = work.near[:3]
     began.floats[3:5] = held.since
     began.floats[5] = work.tally[UNDECIDED]
     work.cursor[ROWS] = 0
@@ -276,7 +277,7 @@ def run_half_linearised(
         u[:] = began.state
         held.state[:] = began.resting
         work.cursor[:] = began.cursor
-        work.near[:] = began.floats[:3]
+        work.near[:3] = began.floats[:3]
         held.since[:] = began.floats[3:5]
         work.tally[UNDECIDED] = began.floats[5]
         return RECORD_FULL
