@@ -222,6 +222,8 @@ def carry_tangent(
             return GRAZED
         elif work.events[row, KIND] == IMPACT:
             velocity = work.events[row, VELOCITY]
+            if velocity == 0.0:
+                return GRAZED
             behind = work.events[row, EVENT_COLUMNS : EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
             _, gain_imag = turned_gain(problem, first_cell, time)
             acceleration = first_acceleration(problem, behind, gain_imag)
