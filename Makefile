@@ -4,11 +4,14 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples
 
-# pure arithmetic; the rest starts processes of its own and watches the clock
+# what needs no kernels; pure arithmetic; the rest starts whole stacks and watches the clock
+WITHOUT_KERNELS := tests/contract tests/sdk tests/service
 SIDE_BY_SIDE := tests/core tests/performance
+# one cache of compiled kernels for the tests and for the workers that they start
+TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run serve test bench bench-quick performance lint types lock browser clean
+.PHONY: help run serve test kernels test-without-kernels bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -25,11 +28,20 @@ run: $(STAMP)  ## the paper's grazing curve, codimension-two points and unfoldin
 serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C
 	$(BIN)/grazemap up
 
+test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 test: $(STAMP)  ## every test that needs nothing but this machine
-	@echo "compiling the kernels, a minute or two"
-	@$(BIN)/python -c "from grazemap_core.warmup import warm_up; warm_up()"
+	@echo "the kernels are compiled, a minute or two, while the first tests run"
+	$(MAKE) --no-print-directory -j 2 kernels test-without-kernels
 	$(BIN)/python -m pytest -n 2 $(SIDE_BY_SIDE)
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE:%=--ignore=%)
+	$(BIN)/python -m pytest $(WITHOUT_KERNELS:%=--ignore=%) $(SIDE_BY_SIDE:%=--ignore=%)
+
+kernels: $(STAMP)
+	@mkdir -p -m 700 $(TEST_CACHE)/kernels
+	@$(BIN)/python -c "from grazemap_core.warmup import warm_up; warm_up()"
+
+test-without-kernels: $(STAMP)
+	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
 
 # The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
@@ -67,5 +79,5 @@ lock: $(STAMP)  ## pin every dependency again, with hashes; the image's are a pa
 	echo hatchling | $(COMPILE) --extra server --constraint requirements.lock pyproject.toml - -o requirements-server.lock
 
 clean:  ## remove what the other targets made
-	rm -rf .venv out dist
+	rm -rf .venv .cache out dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

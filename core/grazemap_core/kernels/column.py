@@ -151,8 +151,8 @@ def settle_column(
     queued = 0
     done = 0
     # typed by hand: a literal 0 would have everything below compiled once more
-    k = np.int64(0)
-    used = np.int64(0)
+    k = int(np.int64(0))
+    used = int(np.int64(0))
     while done < n:
         if k % 2 == 0 and queued < n:
             row = k % ring.least.shape[0]

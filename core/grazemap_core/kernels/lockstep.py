@@ -398,8 +398,8 @@ def _meet_stops(
     if count > 0:
         solve_impacts(masses, tables, cell, group.columns, (count + COLUMNS - 1) // COLUMNS * COLUMNS)
     # typed by hand: a literal 0 would have `_bounce` compiled once more for each
-    filled = np.int64(0)
-    aside = np.int64(0)
+    filled = int(np.int64(0))
+    aside = int(np.int64(0))
     for i in range(count + left):
         if i < count:
             lane = chosen[i]
@@ -445,7 +445,7 @@ def _meet_stops(
         filled += 1
         if filled == WIDTH:
             aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
-            filled = np.int64(0)
+            filled = int(np.int64(0))
     if filled > 0:
         aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
     return aside
