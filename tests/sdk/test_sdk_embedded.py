@@ -115,6 +115,8 @@ def test_settings_of_an_operators_service_do_not_reach_it(stack, tmp_path, monke
         "FD": "0",
     }
     own = {"GRAZEMAP_REDIS_URL": "redis://elsewhere", "GRAZEMAP_MAX_POINTS": "7"}
+    for name in [name for name in os.environ if name.upper().startswith("GRAZEMAP_")]:
+        monkeypatch.delenv(name)
     for name, value in foreign.items():
         monkeypatch.setenv(f"GRAZEMAP_{name}", value)
         monkeypatch.setenv(f"grazemap_{name.lower()}", value)  # the service takes them in any case
