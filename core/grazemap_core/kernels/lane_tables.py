@@ -21,6 +21,7 @@ from grazemap_core.tolerances import CONTACT_ROUNDING, LANE_DEGREE
 FloatArray = NDArray[np.float64]
 
 TERMS = LANE_DEGREE + 1
+assert TERMS == 15, "lanes and bounces are written out for 15 terms"
 
 # entries of `scalars`
 STEP, RESTITUTION, DRAG, STEADY, STEADY_FOURTH, KICK_REACH, KICK_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
