@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.ensemble import Ensemble, first_impacts
-from grazemap_core.kernels import simulate
+from grazemap_core.kernels import column, simulate
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
+from grazemap_core.unfolding import settle_grid
 
 Floats = NDArray[np.float64]
 
@@ -120,3 +121,11 @@ def test_a_lane_gets_the_same_bytes_whatever_runs_beside_it(omega: float) -> Non
     same(Ensemble(*(value[order] for value in whole)), shuffled)
     few = order[:3]
     same(Ensemble(*(value[few] for value in whole)), first_impacts(oscillator, omega, clearances[few], 30, 60))
+
+
+def test_a_map_counts_what_it_ran() -> None:
+    clearances = np.linspace(1.3, 2.1, LANES + 5)
+    codes, _ = settle_grid(default(), np.array([0.28]), clearances, 30, 8, early=False)
+    assert (codes[column.RUN, :, 0] == 60).all()
+    ensemble = first_impacts(default(), 0.28, clearances, 30, 0)
+    np.testing.assert_array_equal(codes[column.STRUCK, :, 0], ensemble.impacts)

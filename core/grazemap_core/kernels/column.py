@@ -141,7 +141,8 @@ def settle_column(
     n = clearances.shape[0]
     point = np.full(LANES, -1)
     began = np.zeros(LANES, dtype=np.int64)
-    impacts = np.zeros(LANES)
+    struck = np.zeros(LANES)
+    impacts = np.zeros(LANES)  # those that count toward SETTLING_IMPACTS
     near = np.zeros(LANES)
     nearest = np.zeros(LANES)
     again = np.zeros(LANES, dtype=np.int64)  # half periods after which a motion is judged again
@@ -164,6 +165,7 @@ def settle_column(
                     near[lane] = CLOSING_GOAL * clearances[queued] / problem.closeness[0, 0]
                     point[lane] = queued
                     began[lane] = k
+                    struck[lane] = 0.0
                     impacts[lane] = 0.0
                     again[lane] = 0
                     queued += 1
@@ -171,6 +173,7 @@ def settle_column(
         run_half(masses, problem, held, tables, group, k, used, u, work)
         k += 1
         for lane in range(used):
+            struck[lane] += group.tally[FOLLOWED, lane]
             impacts[lane] += counted(problem.chatter_impacts, group.tally[FOLLOWED, lane])
         _enter(ring, k, group, used)
         if early:
@@ -211,7 +214,7 @@ def settle_column(
             codes[i, SETTLED_AFTER] = after
             codes[i, STICKING] = 1 if sticking else 0
             codes[i, RUN] = entered
-            codes[i, STRUCK] = impacts[lane]
+            codes[i, STRUCK] = struck[lane]
             least_speed[i] = least if np.isfinite(least) else np.nan
             point[lane] = -1
             idle(group, lane)
@@ -228,6 +231,7 @@ def settle_column(
                     _move(group, ring, source, target)
                     point[target], point[source] = point[source], -1
                     began[target] = began[source]
+                    struck[target] = struck[source]
                     impacts[target] = impacts[source]
                     near[target] = near[source]
                     again[target] = again[source]
