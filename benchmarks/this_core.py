@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from benchmarks.work import Floats, Integers, Start
 from grazemap_core.cell_problem import cell_problem, trajectory_models
 from grazemap_core.ensemble import first_impacts
-from grazemap_core.kernels import column
+from grazemap_core.kernels import judging
 from grazemap_core.kernels.closing import NAMED
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
 from grazemap_core.tolerances import LANE_DEGREE
-from grazemap_core.unfolding import settle_grid
+from grazemap_core.unfolding import Settling, settle_grid
 
 Booleans = NDArray[np.bool_]
 
@@ -90,5 +90,6 @@ def map_with_settling(oscillator: Oscillator, omegas: Floats, clearances: Floats
 
 
 def _map(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int, early: bool) -> Classified:
-    codes, _ = settle_grid(oscillator, omegas, clearances, periods, LONGEST_PERIOD, early)
-    return Classified(codes[column.REASON] == NAMED, codes[column.STRUCK])
+    task = Settling(periods, LONGEST_PERIOD, early, linearised=False)
+    codes, _ = settle_grid(oscillator, omegas, clearances, task)
+    return Classified(codes[judging.REASON, :, :, 0] == NAMED, codes[judging.STRUCK, :, :, 0])

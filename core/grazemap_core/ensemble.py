@@ -11,7 +11,7 @@ from grazemap_core.cell_problem import cell_problem, free_state, trajectory_mode
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels.lane_tables import lane_tables
 from grazemap_core.kernels.lanes import COLUMNS, LANES
-from grazemap_core.kernels.lockstep import begin, lanes, run_halves
+from grazemap_core.kernels.lockstep import LANE_EVENT_COLUMNS, begin, lanes, run_halves
 from grazemap_core.kernels.workspace import FOLLOWED, HALF, KIND, OK, ROWS, STOP, TIME, VELOCITY, workspace
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
@@ -96,7 +96,7 @@ def first_impacts(
     u = free_state(models.free, steady, omega, x, v, phase)
     masses = (0,) * size
     n = len(clearance)
-    events = np.zeros((n, first, KIND + 1))
+    events = np.zeros((n, first, LANE_EVENT_COLUMNS))
     seen, status = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     impacts = np.zeros(n, dtype=np.int64)
     scratch, work = np.empty_like(u), workspace(size, first)

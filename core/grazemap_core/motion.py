@@ -5,14 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from grazemap_core.kernels import closing
+import numpy as np
+from numpy.typing import NDArray
 
-KINDS: Final = ("unresolved", "periodic")
+from grazemap_core.kernels import closing
+from grazemap_core.kernels.lyapunov import CHAOTIC, QUASI_PERIODIC
+
+KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 """Kinds of motion that this version tells apart; the position is the code."""
 
 REASONS: Final[dict[int, str]] = {
     closing.NAMED: "",
-    closing.NOT_CLOSED: "the stroboscopic orbit has not closed within the periods and the longest period looked at",
+    closing.NOT_CLOSED: "the stroboscopic orbit has not closed within the periods and the longest period looked at, "
+    "and the growth of small changes does not tell what it is",
     closing.SLOW: "the stroboscopic orbit closes too slowly to tell its limit",
     closing.GRAZES: "an impact is so slow that it may be none in the limit",
     closing.NOT_HELD: "mass 1 rests on a stop, and the chain behind it is at an undamped resonance or ill-conditioned",
@@ -68,3 +73,13 @@ def motion_from_codes(
         symmetric=symmetric,
         sticking=sticking,
     )
+
+
+def kinds_of(reason: NDArray[np.int64], growth: NDArray[np.int64]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Return the codes of kind and reason from those of `closing` and, where it has named nothing, of `lyapunov`."""
+    kind = np.select(
+        [reason == closing.NAMED, growth == QUASI_PERIODIC, growth == CHAOTIC],
+        [KINDS.index("periodic"), KINDS.index("quasi-periodic"), KINDS.index("chaotic")],
+        KINDS.index("unresolved"),
+    )
+    return kind.astype(np.int8), np.where(kind == KINDS.index("unresolved"), reason, closing.NAMED).astype(np.int8)

@@ -121,6 +121,23 @@ SEPARATION: Final = 100.0
 """A smaller period is excluded at this many times LIMIT_DISTANCE; an impact counts as no graze when its squared speed
 (in units of omega * clearance) is this many times the distance to the limit."""
 
+APPROACH: Final = 1e-4
+"""Return, in units of the clearance, from which on a trajectory that comes ever closer to a periodic orbit is taken
+there by Newton's method. What it finds is judged by all that is said above."""
+
+APPROACH_RATE: Final = 0.99
+"""Contraction per return above which a trajectory cannot be said to come closer."""
+
+SPEED_APART: Final = 4.0
+"""A trajectory cannot be taken to an orbit whose slowest impact, its speed squared in units of omega * clearance, is at
+most this many times its distance: it might touch the stop there, or not."""
+
+APPROACH_RETRY: Final = 1e-2
+"""What APPROACH is multiplied by where Newton's method has found nothing."""
+
+NEWTON_STEPS: Final = 5
+"""Steps of Newton's method: from 1e-4 three reach round-off, but for orbits close to a graze."""
+
 CLEARED: Final = 1.0 - 1e-12
 """Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
 
@@ -174,6 +191,12 @@ QR_STEPS: Final = 60
 
 RANK_ROUNDING: Final = 64.0 * EPSILON
 """A column of changes is spanned by the others when what is left of it, relative to it, is at most this: round-off."""
+
+GROWTH_SKIPPED: Final = 20
+"""Growth counts from the tenth of the half periods on in which it is measured: an even number, twice one in so many."""
+
+MOST_GROWTH_PERIODS: Final = 2000
+"""Forcing periods over which the growth of changes is measured, at most."""
 
 EXPONENT_BLOCKS: Final = 32
 """Least number of block means that a standard error is taken from; it is then itself good to 1/sqrt(62) = 13 %."""

@@ -1,8 +1,8 @@
-"""The unfolding map: which motion every point of a rectangle of (omega, clearance) settles to, from rest."""
+"""The unfolding map: which motion every point of a rectangle of (omega, clearance) settles to."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +10,23 @@ from numpy.typing import NDArray
 from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels import closing
-from grazemap_core.kernels.column import CODES, settle_column
+from grazemap_core.kernels.column import queue, settle_column
+from grazemap_core.kernels.judging import CODES, FIGURES, Found, Job
 from grazemap_core.kernels.lane_tables import lane_tables
+from grazemap_core.kernels.lane_tangents import ROOM, lane_tangents
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.lockstep import lanes
 from grazemap_core.kernels.workspace import workspace
+from grazemap_core.motion import kinds_of
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER, MOST_GROWTH_PERIODS
 
 Floats = NDArray[np.float64]
+
+POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
+"""Where the trajectory of a point begins: at rest; where that of the clearance below, or above, has ended; or at
+several random states, of which the motion that most lead to counts."""
 
 
 def unfolding_map_tile(
@@ -28,97 +35,204 @@ def unfolding_map_tile(
     clearance: Floats,
     max_periods: int = 1000,
     max_period: int = 32,
+    policy: str = "rest",
+    initial_conditions: int = 16,
+    seed: int = 0,
 ) -> dict[str, NDArray[Any]]:
-    """Settle one trajectory from rest (forcing phase 0) per point of a grid.
+    """Find the motion that trajectories settle to at every point of a grid; the forcing's phase at their start is 0.
 
-    Every point is computed on its own, so a grid cut into tiles gives the same bytes.
+    Every point (of a sweep: every omega) is computed on its own, so a grid cut into tiles gives the same bytes.
 
     Parameters
     ----------
     oscillator : Oscillator
     omega : (m,), clearance : (n,)
-        The grid, in the oscillator's units; both > 0.
+        The grid, in the oscillator's units; both > 0, clearance increasing.
     max_periods : int
-        Forcing periods after which a trajectory that has not settled is given up as unresolved.
+        Forcing periods after which a trajectory that has not settled is given up. In the second half of them (of
+        MOST_GROWTH_PERIODS at most) the growth of small changes is measured, from which chaotic and quasi-periodic
+        motions are told.
     max_period : int
         Longest period n of a motion that is looked for.
+    policy : one of POLICIES
+        A sweep begins from rest at its first clearance. Where the state that it hands on is beyond a stop of the next
+        point, mass 1 is put on that stop with its velocity, which is an impact when it moves into it.
+    initial_conditions, seed : int
+        Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
+        displacements evenly from (-b, b), velocities from (-omega b, omega b).
 
     Returns
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`), period, impacts_right,
         impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
-        all 0 where unresolved), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
-        settled_after (int32 forcing periods; -1 where unresolved), least_impact_velocity (float64; 0 with complete
-        chatter, NaN without impacts or unresolved).
+        all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
+        multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
+        exponent per forcing period, its logarithm for a periodic motion; NaN where it was not computed),
+        least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
+        settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: of the initial
+        states that lead to this motion, mirror images being one) and motions_found (int32: how many different ones were
+        found, those unresolved left out).
 
     Raises
     ------
     ParameterError
-        A grid value is not positive, or a limit is below 1.
+        A grid value is not positive, a limit is below 1, or there is no such policy.
     """
     for name, values in (("omega", omega), ("clearance", clearance)):
         if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
             raise ParameterError(name, f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
-    for name, limit in (("max_periods", max_periods), ("max_period", max_period)):
+    for name, limit in (
+        ("max_periods", max_periods),
+        ("max_period", max_period),
+        ("initial_conditions", initial_conditions),
+    ):
         if limit < 1:
             raise ParameterError(name, "must be 1 or greater")
-    codes, least_velocity = settle_grid(oscillator, omega, clearance, max_periods, max_period, early=True)
-    reason, period, right, left, symmetric, after, sticking = codes[:7]
+    if policy not in POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+    down = policy == "sweep-down"
+    task = Settling(
+        max_periods=max_periods,
+        max_period=max_period,
+        follow=policy.startswith("sweep"),
+        starts=_random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
+    )
+    codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
+    if down:
+        codes, figures = codes[:, ::-1], figures[:, ::-1]
+    if policy != "ensemble":
+        return _arrays(codes[..., 0], figures[..., 0])
+    chosen, share, motions = _most_frequent(codes)
+    arrays = _arrays(
+        np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
+        np.take_along_axis(figures, chosen[None, :, :, None], axis=3)[..., 0],
+    )
+    return arrays | {"share": share, "motions_found": motions}
+
+
+class Settling(NamedTuple):
+    """How the trajectories of a grid are to be run.
+
+    Attributes
+    ----------
+    max_periods, max_period : int
+        As in `unfolding_map_tile`.
+    early : bool
+        Whether a trajectory stops once its motion can be named.
+    linearised : bool
+        Whether multipliers and exponents are wanted.
+    follow : bool
+        Whether a trajectory begins where that of the clearance before has ended.
+    starts : (s, 2, N) or None
+        Initial displacements in clearances and velocities in clearances times omega; at rest when None.
+    """
+
+    max_periods: int
+    max_period: int
+    early: bool = True
+    linearised: bool = True
+    follow: bool = False
+    starts: Floats | None = None
+
+
+def settle_grid(
+    oscillator: Oscillator, omega: Floats, clearance: Floats, task: Settling
+) -> tuple[NDArray[np.int64], Floats]:
+    """Return codes and figures of `kernels.column` of every trajectory, shapes (CODES, n, m, s) and (FIGURES, n, m, s).
+
+    m frequencies, n clearances in the order in which they are to be followed, s initial states.
+    """
+    models = trajectory_models(oscillator)
+    steady = forced_response(oscillator, omega)
+    size = oscillator.size
+    at_rest = np.zeros(size)
+    nothing = np.zeros(size, dtype=np.complex128)
+    growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
+    room = ROOM if task.linearised else 0
+    ring = closing.orbit(size, task.max_period, LANES)
+    group = lanes(size, room)
+    changes = lane_tangents(size, growth_halves)
+    masses = (0,) * size
+    work, scratch = workspace(size, room), queue(size)
+    column = np.ascontiguousarray(clearance, dtype=np.float64)
+    starts = np.zeros((1, 2, size)) if task.starts is None else task.starts
+    shape = (len(clearance), len(omega), len(starts))
+    codes = np.empty((CODES, *shape), dtype=np.int64)
+    figures = np.empty((FIGURES, *shape))
+    found = Found(
+        codes=np.empty((len(clearance) * len(starts), CODES), dtype=np.int64),
+        figures=np.empty((len(clearance) * len(starts), FIGURES)),
+    )
+    for i, w in enumerate(omega):
+        problem, held = cell_problem(models, steady[i], float(w))
+        tables = lane_tables(problem, held.drag)
+        job = Job(
+            clearances=column,
+            base=free_state(models.free, steady[i], float(w), at_rest, at_rest, 0.0),
+            directions=np.stack([free_state(models.free, nothing, float(w), x, v * w, 0.0) for x, v in starts]),
+            max_periods=task.max_periods,
+            max_period=task.max_period,
+            early=task.early,
+            follow=task.follow,
+            growth_halves=growth_halves,
+        )
+        settle_column(masses, problem, held, tables, job, group, ring, changes, work, scratch, found)
+        codes[:, :, i] = found.codes.T.reshape(CODES, len(clearance), len(starts))
+        figures[:, :, i] = found.figures.T.reshape(FIGURES, len(clearance), len(starts))
+    return codes, figures
+
+
+def _random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
+    """Return initial displacements and velocities for `Settling.starts`, evenly from (-1, 1), shape (count, 2, N)."""
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
+
+
+def _arrays(codes: NDArray[np.int64], figures: Floats) -> dict[str, NDArray[Any]]:
+    """Return the arrays of `unfolding_map_tile` from codes (CODES, ...) and figures (FIGURES, ...)."""
+    reason, period, right, left, symmetric, after, sticking, growth = codes[:8]
+    least_velocity, multiplier, lyapunov = figures
+    kind, reason = kinds_of(reason, growth)
     return {
-        "kind": (reason == closing.NAMED).astype(np.int8),
-        "reason": reason.astype(np.int8),
+        "kind": kind,
+        "reason": reason,
         "period": period.astype(np.int32),
         "impacts_right": right.astype(np.int32),
         "impacts_left": left.astype(np.int32),
         "symmetric": symmetric.astype(np.bool_),
         "sticking": sticking.astype(np.bool_),
+        "multiplier": multiplier.copy(),
+        "lyapunov": lyapunov.copy(),
+        "least_impact_velocity": least_velocity.copy(),
         "settled_after": after.astype(np.int32),
-        "least_impact_velocity": least_velocity,
     }
 
 
-def settle_grid(
-    oscillator: Oscillator, omega: Floats, clearance: Floats, max_periods: int, max_period: int, early: bool
-) -> tuple[NDArray[np.int64], Floats]:
-    """Return the codes of `kernels.column` of every point, and the least impact velocity.
+def _most_frequent(codes: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats, NDArray[np.int32]]:
+    """Choose the motion that most initial states lead to; of several equally frequent the one that was met first.
 
-    Parameters as `unfolding_map_tile`, and whether a trajectory stops once its motion can be named. Shapes
-    (CODES, n, m) and (n, m).
+    Parameters
+    ----------
+    codes : (CODES, n, m, s)
+
+    Returns
+    -------
+    chosen : (n, m)
+        The first initial state that leads to it.
+    share : (n, m)
+        Of the initial states that lead to it. Where none leads to a motion that is known: of those.
+    motions : (n, m)
+        Different motions that are known.
     """
-    models = trajectory_models(oscillator)
-    steady = forced_response(oscillator, omega)
-    at_rest = np.zeros(oscillator.size)
-    ring = closing.orbit(oscillator.size, max_period, LANES)
-    group = lanes(oscillator.size)
-    masses = (0,) * oscillator.size
-    work = workspace(oscillator.size)
-    column = np.ascontiguousarray(clearance, dtype=np.float64)
-    shape = (len(clearance), len(omega))
-    integers = np.empty((len(clearance), CODES), dtype=np.int64)
-    least = np.empty(len(clearance))
-    codes = np.empty((CODES, *shape), dtype=np.int64)
-    least_velocity = np.empty(shape)
-    for i, w in enumerate(omega):
-        problem, held = cell_problem(models, steady[i], float(w))
-        initial = free_state(models.free, steady[i], float(w), at_rest, at_rest, 0.0)
-        tables = lane_tables(problem, held.drag)
-        settle_column(
-            masses,
-            problem,
-            held,
-            tables,
-            initial,
-            column,
-            max_periods,
-            max_period,
-            early,
-            group,
-            ring,
-            work,
-            integers,
-            least,
-        )
-        codes[:, :, i] = integers.T
-        least_velocity[:, i] = least
-    return codes, least_velocity
+    reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
+    kind, _ = kinds_of(reason, growth)
+    few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
+    same = np.ones((*kind.shape, kind.shape[-1]), dtype=np.bool_)
+    for key in (kind, period, few, many, symmetric, sticking):
+        same &= key[..., :, None] == key[..., None, :]
+    known = kind != 0
+    count = same.sum(axis=-1) * np.where(known, 1, 0)
+    chosen = np.argmax(count, axis=-1)
+    first = np.argmax(same, axis=-1) == np.arange(kind.shape[-1])
+    share = np.take_along_axis(same.sum(axis=-1), chosen[..., None], axis=-1)[..., 0] / kind.shape[-1]
+    return chosen, share, (first & known).sum(axis=-1).astype(np.int32)

@@ -237,14 +237,15 @@ class Client:
         omega, clearance : (start, stop) or increasing list or array
         shape : (int, int), optional
             Numbers of clearances and of omegas, where they are given as (start, stop).
-        policy : {"rest"}
-            Where the trajectories start.
+        policy : {"rest", "sweep-up", "sweep-down", "ensemble"}
+            Where the trajectories start: at rest; where that of the clearance below, or above, has ended; or at several
+            random states, and the motion that most of them lead to counts.
         max_periods : int
             Forcing periods after which a motion counts as unresolved.
         max_period : int
             The longest period that is looked for, in forcing periods.
         initial_conditions, seed : int
-            Of the policy "ensemble" only, which this version does not compute yet; no part of any other question.
+            Random states per point, 1 to 1000, and what they are drawn from; of the policy "ensemble" only.
         progress : bool
 
         Raises

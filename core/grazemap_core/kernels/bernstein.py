@@ -13,9 +13,9 @@ R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", CAG
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.tolerances import TAYLOR_DEGREE
 
 FloatArray = NDArray[np.float64]
@@ -41,7 +41,7 @@ INVERSE_BINOMIAL = 1.0 / _binomial
 """1 / C(n, k) for k <= n."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def to_bernstein(taylor: FloatArray, degree: int, out: FloatArray) -> None:
     """Write the Bernstein coefficients on [0, 1] of sum_k taylor[k] t^k, k <= degree, into out[0 .. degree]."""
     for k in range(degree + 1):
@@ -51,7 +51,7 @@ def to_bernstein(taylor: FloatArray, degree: int, out: FloatArray) -> None:
             out[i] += out[i - 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _split(piece: FloatArray, degree: int, right: FloatArray) -> None:
     """Halve a piece by de Casteljau: the left half replaces it, the right half goes to `right`."""
     right[degree] = piece[degree]
@@ -61,7 +61,7 @@ def _split(piece: FloatArray, degree: int, right: FloatArray) -> None:
         right[degree - level] = piece[degree]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _value_and_slope(taylor: FloatArray, degree: int, t: float) -> tuple[float, float]:
     value = taylor[degree]
     slope = 0.0
@@ -71,7 +71,7 @@ def _value_and_slope(taylor: FloatArray, degree: int, t: float) -> tuple[float, 
     return value, slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _polished_root(taylor: FloatArray, degree: int, low: float, high: float, guess: float) -> float:
     """Return the one root in [low, high] (positive at low, negative at high): Newton kept inside the bracket."""
     t = guess
@@ -92,7 +92,7 @@ def _polished_root(taylor: FloatArray, degree: int, low: float, high: float, gue
     return t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _stepped_root(taylor: FloatArray, degree: int, low: float, width: float) -> float:
     """Return the root next to `low`, where the distance is zero to within round-off and falling."""
     t = low
@@ -104,7 +104,7 @@ def _stepped_root(taylor: FloatArray, degree: int, low: float, width: float) -> 
     return t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _arrives(taylor: FloatArray, degree: int, error: float) -> bool:
     """Say whether a distance that is zero to within `error` at t = 1 falls too fast there to be a graze.
 
@@ -119,7 +119,7 @@ def _arrives(taylor: FloatArray, degree: int, error: float) -> bool:
     return arrives
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _unsure_between(piece: FloatArray, error: float, low: int, high: int, degree: int) -> bool:
     """Say whether all unsure coefficients lie between `low` and `high`.
 
@@ -133,7 +133,7 @@ def _unsure_between(piece: FloatArray, error: float, low: int, high: int, degree
     return unsure_outside == 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_negative(
     taylor: FloatArray,
     degree: int,

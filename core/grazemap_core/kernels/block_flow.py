@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from grazemap_core.kernels.compiled import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def block_flow(
     decay: float, discriminant: float, frequency_squared: float, t: float
 ) -> tuple[float, float, float, float]:

@@ -15,10 +15,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels import lane_tables
+from grazemap_core.kernels.compiled import fused_inlined, fused_kernel
 from grazemap_core.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.kernels.lanes import Masses, horner, least_on
 from grazemap_core.tolerances import LANE_SURE
@@ -71,7 +71,7 @@ def tile(masses: int) -> Tile:
     )
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _sweep(c: Five, above: float, z: float) -> Five:
     """One step of synthetic division by (s - z) through five coefficients, `above` being that of the next degree."""
     c4 = c[4] + z * above
@@ -81,7 +81,7 @@ def _sweep(c: Five, above: float, z: float) -> Five:
     return c[0] + z * c1, c1, c2, c3, c4
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _shift(series: FloatArray, rows: FloatArray, by: int) -> None:
     """Expand every column about a point that lies by as much as row `by` says further on.
 
@@ -150,14 +150,14 @@ def _shift(series: FloatArray, rows: FloatArray, by: int) -> None:
         series[13 * WIDTH + k] = high[3]
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _add_kick(table: FloatArray, rows: FloatArray, out: FloatArray) -> None:
     """Add to `out` (WIDTH,) what every column's kick amounts to at the end of the cell, in one component of a state."""
     for k in range(WIDTH):
         out[k] += rows[JUMP * WIDTH + k] * horner(table, rows[PLACE * WIDTH + k])
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _kick(tables: LaneTables, tile: Tile) -> None:
     """Let every column with a JUMP (0 elsewhere) begin behind an impact where it stands."""
     rows, series = tile.rows, tile.series
@@ -185,7 +185,7 @@ def _kick(tables: LaneTables, tile: Tile) -> None:
         _add_kick(tables.kick[c], rows, tile.end[c * WIDTH : (c + 1) * WIDTH])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@fused_kernel
 def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile) -> None:
     """Set up a tile from tile.start and the rows CLEARANCE, SIDE, PLACE, GAP, RATE, and an impact's SPEED and JUMP.
 
@@ -214,7 +214,7 @@ def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile) -> Non
     _kick(tables, tile)
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _polynomial(
     a0: float,
     a1: float,
@@ -279,7 +279,7 @@ def _polynomial(
     return f, d, e
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _moduli(
     a0: float,
     a1: float,
@@ -328,7 +328,7 @@ def _moduli(
     return size, fourth * ((s * s) * (s * s))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@fused_kernel
 def next_contacts(tables: LaneTables, tile: Tile) -> None:
     """Find in every column the next contact with its stop up to the end of the cell, or certify that there is none.
 
@@ -441,7 +441,7 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
         rows[END_RATE * WIDTH + k] = (g1 + d1 if on else d1 / left) / half
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@fused_kernel
 def strike_tile(tables: LaneTables, tile: Tile) -> None:
     """Carry every column with a contact on to it, and let it begin anew behind the impact; the others stay."""
     rows = tile.rows
@@ -451,7 +451,7 @@ def strike_tile(tables: LaneTables, tile: Tile) -> None:
     _kick(tables, tile)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@fused_kernel
 def leave_tile(tables: LaneTables, cell: int, tile: Tile) -> None:
     """Write x1, v1 and the limit (`lanes.refresh_limits`) at the end of the cell."""
     rows = tile.rows

@@ -12,10 +12,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.double_double import two_sum
 from grazemap_core.kernels.held import turned
 from grazemap_core.tolerances import TAYLOR_DEGREE
@@ -84,7 +84,7 @@ class CellProblem(NamedTuple):
     damped: bool
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def flow_state(problem: CellProblem, u: FloatArray, time: float) -> None:
     """Carry a state over any time; u (N, 2) is changed in place."""
     for j in range(u.shape[0]):
@@ -94,7 +94,7 @@ def flow_state(problem: CellProblem, u: FloatArray, time: float) -> None:
         u[j, 1] = e21 * first + e22 * second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def advance_cell(problem: CellProblem, u: FloatArray, end: int) -> tuple[float, float]:
     """Carry a state over one whole cell, in place, and return x1, v1 at cell boundary `end`."""
     x = problem.gain[end, 1]
@@ -110,7 +110,7 @@ def advance_cell(problem: CellProblem, u: FloatArray, end: int) -> tuple[float, 
     return x, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def carry(problem: CellProblem, start: FloatArray, cells: int, u: FloatArray) -> None:
     """Write the state `cells` cells after `start` into u (N, 2); both may be the same array.
 
@@ -131,7 +131,7 @@ def carry(problem: CellProblem, start: FloatArray, cells: int, u: FloatArray) ->
             u[j, i] = total + (lost + low)  # rounded once: added to a rounded sum, most of `low` would vanish
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_mass(problem: CellProblem, u: FloatArray, gain_real: float, gain_imag: float) -> tuple[float, float]:
     """Return x1, v1 of a state where the steady motion has the given gain."""
     x = gain_imag
@@ -142,13 +142,13 @@ def first_mass(problem: CellProblem, u: FloatArray, gain_real: float, gain_imag:
     return x, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def turned_gain(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
     """Return the gain of the steady motion a time `offset` after the start of a cell."""
     return turned(problem.gain, cell, problem.omega * offset)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_acceleration(problem: CellProblem, u: FloatArray, gain_imag: float) -> float:
     """Return the acceleration of mass 1 of a state where the steady motion has the given gain."""
     a = -problem.omega * problem.omega * gain_imag
@@ -158,7 +158,7 @@ def first_acceleration(problem: CellProblem, u: FloatArray, gain_imag: float) ->
     return a
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def bounds(problem: CellProblem, u: FloatArray) -> tuple[float, float]:
     """Return bounds of |x1| and |x1''''| for all later times until the next impact."""
     reach = problem.steady_bound
@@ -171,7 +171,7 @@ def bounds(problem: CellProblem, u: FloatArray) -> tuple[float, float]:
     return reach, fourth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def expand(
     problem: CellProblem,
     u: FloatArray,
@@ -208,7 +208,7 @@ def expand(
     return sum_series(terms, blocks, taylor)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def sum_series(terms: FloatArray, blocks: int, taylor: FloatArray) -> tuple[float, float, float]:
     """Write the sum of the series of `blocks` blocks and the forcing into taylor, from the first two terms of each.
 

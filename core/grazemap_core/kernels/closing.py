@@ -21,10 +21,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.workspace import (
     HELD_LEFT,
     HELD_RIGHT,
@@ -35,7 +35,15 @@ from grazemap_core.kernels.workspace import (
     Workspace,
     clear_tally,
 )
-from grazemap_core.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIMIT_DISTANCE, SEPARATION, SLOWEST_RATE
+from grazemap_core.tolerances import (
+    APPROACH_RATE,
+    CLOSING_FLOOR,
+    CLOSING_GOAL,
+    LIMIT_DISTANCE,
+    SEPARATION,
+    SLOWEST_RATE,
+    SPEED_APART,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -89,7 +97,7 @@ def orbit(blocks: int, max_period: int, lanes: int = 1) -> Orbit:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def enter(ring: Orbit, k: int, u: FloatArray, work: Workspace) -> None:
     """Enter the state after k half periods into lane 0 with the tally of the half before it; clear the tally."""
     row = k % ring.least.shape[0]
@@ -108,7 +116,7 @@ def enter(ring: Orbit, k: int, u: FloatArray, work: Workspace) -> None:
     clear_tally(work.tally)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _separation(problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float, enough: float) -> float:
     """Return the distance of z_k and z_(k-m) in units of the clearance; any value above `enough` may be cut short."""
     size = ring.least.shape[0]
@@ -123,24 +131,135 @@ def _separation(problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, cl
     return largest / clearance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _least_return(problem: CellProblem, ring: Orbit, lane: int, k: int, longest: int, clearance: float) -> int:
-    """Return the least m <= longest with z_k closer than CLOSING_GOAL to z_(k-m), or 0."""
+@kernel
+def _least_return(
+    problem: CellProblem, ring: Orbit, lane: int, k: int, longest: int, clearance: float, goal: float
+) -> int:
+    """Return the least m <= longest with z_k closer to z_(k-m) than goal, in units of the clearance, or 0."""
     size = ring.least.shape[0]
     row = k % size
     here = ring.states[row, 0, lane]
-    near = CLOSING_GOAL * clearance / problem.closeness[0, 0]
+    near = goal * clearance / problem.closeness[0, 0]
     for m in range(1, longest + 1):
         row = row - 1 if row > 0 else size - 1
         # one coordinate tells most returns apart; the others are looked at only where it agrees
         if abs(ring.states[row, 0, lane] - here) <= near and (
-            _separation(problem, ring, lane, k, m, clearance, CLOSING_GOAL) <= CLOSING_GOAL
+            _separation(problem, ring, lane, k, m, clearance, goal) <= goal
         ):
             return m
     return 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
+def _three_returns(
+    problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float
+) -> tuple[float, float, float]:
+    """Return the largest distance of returns after m halves, in the last window of m halves and the two before it."""
+    now, before, earlier_still = 0.0, 0.0, 0.0
+    for i in range(m):
+        now = max(now, _separation(problem, ring, lane, k - i, m, clearance, np.inf))
+        before = max(before, _separation(problem, ring, lane, k - i - m, m, clearance, np.inf))
+        earlier_still = max(earlier_still, _separation(problem, ring, lane, k - i - 2 * m, m, clearance, np.inf))
+    return now, before, earlier_still
+
+
+@kernel
+def _impacts_of_two(ring: Orbit, lane: int, k: int, m: int) -> tuple[bool, float, float]:
+    """Look at the impacts of the last two windows of m halves.
+
+    Returns
+    -------
+    repeats : bool
+        Whether they are as many in both.
+    least, unpressed : float
+        Least speed of all, and of those at which mass 1 was not pressed against the stop.
+    """
+    size = ring.least.shape[0]
+    least, unpressed = np.inf, np.inf
+    for i in range(m):
+        row, earlier = (k - i) % size, (k - i - m) % size
+        least = min(least, min(ring.least[row, lane], ring.least[earlier, lane]))
+        unpressed = min(unpressed, min(ring.unpressed[row, lane], ring.unpressed[earlier, lane]))
+        for stop in range(2):
+            if ring.impacts[row, stop, lane] != ring.impacts[earlier, stop, lane]:
+                return False, least, unpressed
+    return True, least, unpressed
+
+
+@kernel
+def nearest_returns(
+    problem: CellProblem,
+    ring: Orbit,
+    k: int,
+    longest: int,
+    bound: FloatArray,
+    length: FloatArray,
+    nearest: FloatArray,
+    distance: FloatArray,
+    used: int,
+) -> None:
+    """Look how near every lane is to where it was some 1 .. longest half periods ago.
+
+    Parameters
+    ----------
+    bound : (lanes,)
+        Distance that counts as a return.
+    length, nearest : (lanes,)
+        Receive the least number of half periods after which it has returned, 0 if it has not; and the least distance.
+    distance : (lanes,)
+        Scratch.
+    used : int
+        Only so many lanes are looked at.
+    """
+    size = ring.least.shape[0]
+    row = k % size
+    now = ring.states[row]
+    length[:] = 0.0
+    nearest[:] = np.inf
+    for m in range(1, longest + 1):
+        row = row - 1 if row > 0 else size - 1
+        then = ring.states[row]
+        distance[:] = 0.0
+        for c in range(now.shape[0]):
+            weight = problem.closeness[c // 2, c % 2]
+            here, there = now[c], then[c]
+            for lane in range(min(used, distance.shape[0])):
+                distance[lane] = max(distance[lane], weight * abs(here[lane] - there[lane]))
+        number = float(m)
+        for lane in range(min(used, distance.shape[0])):
+            is_first = (distance[lane] <= bound[lane]) & (length[lane] == 0.0)
+            length[lane] = number if is_first else length[lane]
+            nearest[lane] = min(nearest[lane], distance[lane])
+
+
+@kernel
+def orbit_nearby(
+    problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, max_period: int, clearance: float
+) -> float:
+    """Return how far a periodic orbit is that a lane comes ever closer to, in units of the clearance; infinite if none.
+
+    Parameters
+    ----------
+    m : int
+        Half periods after which the lane returns; 4 m of them must be in the ring.
+
+    Returns
+    -------
+    As extrapolated from three windows of returns.
+    """
+    if m % 2 == 1 and m > max_period:
+        return np.inf
+    now, before, earlier_still = _three_returns(problem, ring, lane, k, m, clearance)
+    rate = max(now / before, before / earlier_still)
+    if not rate <= APPROACH_RATE:
+        return np.inf
+    repeats, _, unpressed = _impacts_of_two(ring, lane, k, m)
+    distance = now * rate / (1.0 - rate)
+    speed = unpressed / (problem.omega * clearance)
+    return distance if repeats and speed * speed > SPEED_APART * distance else np.inf
+
+
+@kernel
 def _count(impacts: float, held: float) -> int:
     """Return what stands for a stop in a motion's name."""
     if not np.isfinite(impacts):
@@ -150,7 +269,7 @@ def _count(impacts: float, held: float) -> int:
     return 0 if held > 0.0 else -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def name_motion(
     problem: CellProblem,
     ring: Orbit,
@@ -182,22 +301,14 @@ def name_motion(
     sticking : bool
         Whether mass 1 rests on a stop some time in the period.
     """
-    m = _least_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance)
+    m = _least_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance, CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     size = ring.least.shape[0]
-    now, before, earlier_still = 0.0, 0.0, 0.0
-    least, unpressed = np.inf, np.inf
-    for i in range(m):
-        now = max(now, _separation(problem, ring, lane, k - i, m, clearance, np.inf))
-        before = max(before, _separation(problem, ring, lane, k - i - m, m, clearance, np.inf))
-        earlier_still = max(earlier_still, _separation(problem, ring, lane, k - i - 2 * m, m, clearance, np.inf))
-        row, earlier = (k - i) % size, (k - i - m) % size
-        least = min(least, min(ring.least[row, lane], ring.least[earlier, lane]))
-        unpressed = min(unpressed, min(ring.unpressed[row, lane], ring.unpressed[earlier, lane]))
-        for stop in range(2):
-            if ring.impacts[row, stop, lane] != ring.impacts[earlier, stop, lane]:
-                return NOT_CLOSED, 0, 0, 0, False, np.inf, False
+    now, before, earlier_still = _three_returns(problem, ring, lane, k, m, clearance)
+    repeats, least, unpressed = _impacts_of_two(ring, lane, k, m)
+    if not repeats:
+        return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     speed = unpressed / (problem.omega * clearance)
     # a slow impact amplifies round-off by one over its speed
     floor = min(CLOSING_GOAL, CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))

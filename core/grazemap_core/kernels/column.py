@@ -1,25 +1,58 @@
 """A column of an unfolding map: every clearance of one forcing frequency, run until its motion can be named.
 
-The lanes of a lockstep group are a queue's workers: one whose motion is named takes the next clearance of the column,
+The lanes of a lockstep group are a queue's workers: one whose motion is named takes the next trajectory of the column,
 at the start of the next forcing period. Serial on purpose: parallelism comes from processes.
+
+What becomes of a lane is said in `judging`. A sweep, in which every trajectory begins where the last one ended, is a
+queue with one worker.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from grazemap_core.kernels.cells import CellProblem
-from grazemap_core.kernels.closing import BUDGET, NAMED, NOT_CLOSED, Orbit, name_motion
+from grazemap_core.kernels.cells import CellProblem, first_mass
+from grazemap_core.kernels.closing import Orbit, nearest_returns
+from grazemap_core.kernels.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.kernels.held import HeldProblem
-from grazemap_core.kernels.lane_tables import LaneTables
-from grazemap_core.kernels.lanes import COLUMNS, LANES, Masses
-from grazemap_core.kernels.lockstep import Lanes, begin, idle, run_half
-from grazemap_core.kernels.simulate import counted, is_free_for_ever, reason_of_end
-from grazemap_core.kernels.workspace import (
-    ANCHOR,
+from grazemap_core.kernels.judging import (
+    AT,
+    COUNTED,
+    COUNTS,
+    DUE,
     FOLLOWED,
+    GOAL,
+    GROWS,
+    LEAVES,
+    POINT,
+    RUN,
+    SETTLES,
+    SIZES,
+    STARTED,
+    STRUCK,
+    Found,
+    Job,
+    Notes,
+    begin_growths,
+    enter_lane,
+    judge,
+)
+from grazemap_core.kernels.lane_tables import LaneTables
+from grazemap_core.kernels.lane_tangents import (
+    NOTHING,
+    LaneTangents,
+    carry_lanes,
+    keep,
+    move_changes,
+)
+from grazemap_core.kernels.lanes import COLUMNS, LANES, Masses
+from grazemap_core.kernels.lockstep import RESTING, Lanes, begin, begin_on_stop, idle, run_half
+from grazemap_core.kernels.simulate import counted
+from grazemap_core.kernels.workspace import FOLLOWED as TALLIED
+from grazemap_core.kernels.workspace import (
     HELD_LEFT,
     HELD_RIGHT,
     LEAST_SPEED,
@@ -29,21 +62,51 @@ from grazemap_core.kernels.workspace import (
     RIGHT,
     Workspace,
 )
-from grazemap_core.tolerances import CLOSING_GOAL, SETTLING_IMPACTS
+from grazemap_core.tolerances import CLEARED, CLOSING_GOAL, GROWTH_SKIPPED, SETTLING_IMPACTS
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# columns of the codes of a motion
-REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING, RUN, STRUCK = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""The last two: half periods that were run, and impacts that were followed."""
-CODES = 9
 
-HALVES_BETWEEN_JUDGEMENTS = 6
-"""Half periods that a lane runs on once its motion could not be named: judging it costs as much as several of them."""
+HALVES_BETWEEN_LOOKS = 6
+"""Half periods between looks for returns: one costs as much as one of them. An even number, so that trajectories, which
+begin with a look, begin with a forcing period."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+class Queue(NamedTuple):
+    """Scratch of a column.
+
+    Attributes
+    ----------
+    notes : Notes
+    bound, length, nearest, distance : (LANES,)
+        As in `closing.nearest_returns`.
+    u, handed_on : (N, 2)
+    """
+
+    notes: Notes
+    bound: FloatArray
+    length: FloatArray
+    nearest: FloatArray
+    distance: FloatArray
+    u: FloatArray
+    handed_on: FloatArray
+
+
+def queue(masses: int) -> Queue:
+    """Return fresh scratch for an oscillator."""
+    return Queue(
+        notes=Notes(np.zeros((LANES, COUNTS), dtype=np.int64), np.zeros((LANES, SIZES))),
+        bound=np.zeros(LANES),
+        length=np.zeros(LANES),
+        nearest=np.zeros(LANES),
+        distance=np.zeros(LANES),
+        u=np.zeros((masses, 2)),
+        handed_on=np.zeros((masses, 2)),
+    )
+
+
+@kernel
 def _enter(ring: Orbit, k: int, group: Lanes, used: int) -> None:
     """Enter every lane's state after k half periods and tally of the one before it; clear the tallies."""
     row = k % ring.least.shape[0]
@@ -63,26 +126,12 @@ def _enter(ring: Orbit, k: int, group: Lanes, used: int) -> None:
         group.tally[LEFT, lane] = 0.0
         group.tally[HELD_RIGHT, lane] = 0.0
         group.tally[HELD_LEFT, lane] = 0.0
-        group.tally[FOLLOWED, lane] = 0.0
+        group.tally[TALLIED, lane] = 0.0
         group.tally[LEAST_SPEED, lane] = np.inf
         group.tally[LEAST_UNPRESSED, lane] = np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _nearest_return(ring: Orbit, k: int, longest: int, nearest: FloatArray, used: int) -> None:
-    """Write how near every lane's first coordinate is to where it was some 1 .. longest half periods ago."""
-    size = ring.least.shape[0]
-    row = k % size
-    now = ring.states[row, 0]
-    nearest[:] = np.inf
-    for _ in range(longest):
-        row = row - 1 if row > 0 else size - 1
-        then = ring.states[row, 0]
-        for lane in range(min(used, LANES)):
-            nearest[lane] = min(nearest[lane], abs(then[lane] - now[lane]))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _move(group: Lanes, ring: Orbit, source: int, target: int) -> None:
     """Move a trajectory to an idle lane, at the start of a half period."""
     for c in range(group.even.shape[0] // LANES):
@@ -92,147 +141,172 @@ def _move(group: Lanes, ring: Orbit, source: int, target: int) -> None:
     group.reach[target] = group.reach[source]
     group.regime[target] = group.regime[source]
     group.status[target] = group.status[source]
-    group.tally[:, target] = group.tally[:, source]
-    group.cursor[target] = group.cursor[source]
-    group.near[target] = group.near[source]
-    group.resting[target] = group.resting[source]
-    group.since[target] = group.since[source]
+    copy_vector(group.tally[:, target], group.tally[:, source])
+    copy_vector(group.cursor[target], group.cursor[source])
+    copy_vector(group.near[target], group.near[source])
+    copy_matrix(group.resting[target], group.resting[source])
+    copy_vector(group.since[target], group.since[source])
     for row in range(ring.least.shape[0]):
-        ring.states[row, :, target] = ring.states[row, :, source]
-        ring.impacts[row, :, target] = ring.impacts[row, :, source]
-        ring.held[row, :, target] = ring.held[row, :, source]
+        copy_vector(ring.states[row, :, target], ring.states[row, :, source])
+        copy_vector(ring.impacts[row, :, target], ring.impacts[row, :, source])
+        copy_vector(ring.held[row, :, target], ring.held[row, :, source])
         ring.least[row, target] = ring.least[row, source]
         ring.unpressed[row, target] = ring.unpressed[row, source]
     idle(group, source)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
+def _take_place(
+    group: Lanes,
+    lane: int,
+    problem: CellProblem,
+    held: HeldProblem,
+    u: FloatArray,
+    clearance: float,
+    rested: bool,
+    work: Workspace,
+) -> None:
+    """Begin at the state u in which another trajectory ended, moved onto the stop where it is beyond it.
+
+    `rested` says whether mass 1 was at rest on a stop there. u is overwritten.
+    """
+    x, v = first_mass(problem, u, problem.gain[0, 0], problem.gain[0, 1])
+    if abs(x) < clearance:
+        begin(group, lane, problem, u, clearance)
+        return
+    stop = 1 if x > 0.0 else -1
+    count = u.shape[0]
+    for j in range(count):
+        for c in range(2):
+            u[j, c] += held.to_free[2 * j + c, 0] * (stop * clearance - x)
+            if rested:
+                u[j, c] -= held.to_free[2 * j + c, count] * v
+    begin_on_stop(group, lane, problem, held, u, clearance, stop, rested, work)
+
+
+@kernel
 def settle_column(
     masses: Masses,
     problem: CellProblem,
     held: HeldProblem,
     tables: LaneTables,
-    initial: FloatArray,
-    clearances: FloatArray,
-    max_periods: int,
-    max_period: int,
-    early: bool,
+    job: Job,
     group: Lanes,
     ring: Orbit,
+    changes: LaneTangents,
     work: Workspace,
-    codes: IntArray,
-    least_speed: FloatArray,
+    scratch: Queue,
+    found: Found,
 ) -> None:
-    """Settle one trajectory per clearance, all from the state `initial` (N, 2) between the stops.
+    """Settle all trajectories of a column.
 
     Parameters
     ----------
     masses : tuple of length N
-    early : bool
-        Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`.
-    group, ring, work
-        Scratch; overwritten.
-    codes : (n, CODES)
-        Receives reason, period, impacts_right, impacts_left, symmetric, settled_after, sticking, as `simulate.settle`;
-        and the half periods run and impacts followed.
-    least_speed : (n,)
-        Receives the least impact speed, NaN without impacts.
+    group, ring, changes, work, scratch
+        Scratch; overwritten. Lanes and work with room for ROOM events, or for none when changes are not carried along;
+        changes with room for job.growth_halves.
+    found : Found
+        Receives the result.
     """
-    n = clearances.shape[0]
-    point = np.full(LANES, -1)
-    began = np.zeros(LANES, dtype=np.int64)
-    struck = np.zeros(LANES)
-    impacts = np.zeros(LANES)  # those that count toward SETTLING_IMPACTS
-    near = np.zeros(LANES)
-    nearest = np.zeros(LANES)
-    again = np.zeros(LANES, dtype=np.int64)  # half periods after which a motion is judged again
-    u = np.empty_like(initial)
+    codes = found.codes
+    growth_halves = job.growth_halves
+    starts = job.directions.shape[0]
+    n = job.clearances.shape[0] * starts
+    linearised = growth_halves > 0
+    skipped = 2 * (growth_halves // GROWTH_SKIPPED)
+    notes, counts, sizes = scratch.notes, scratch.notes.counts, scratch.notes.sizes
+    bound, length, nearest, distance = scratch.bound, scratch.length, scratch.nearest, scratch.distance
+    u, handed_on = scratch.u, scratch.handed_on
+    rested = False
     for lane in range(LANES):
         idle(group, lane)
+        counts[lane, POINT] = -1
+        counts[lane, AT] = LEAVES
+        changes.carried[lane] = NOTHING
     queued = 0
     done = 0
+    workers = 1 if job.follow else LANES
     # typed by hand: a literal 0 would have everything below compiled once more
     k = int(np.int64(0))
     used = int(np.int64(0))
     while done < n:
-        if k % 2 == 0 and queued < n:
-            row = k % ring.least.shape[0]
-            for lane in range(LANES):
-                if queued < n and point[lane] < 0:
-                    begin(group, lane, problem, initial, clearances[queued])
-                    for c in range(ring.states.shape[1]):
-                        ring.states[row, c, lane] = initial[c // 2, c % 2]
-                    near[lane] = CLOSING_GOAL * clearances[queued] / problem.closeness[0, 0]
-                    point[lane] = queued
-                    began[lane] = k
-                    struck[lane] = 0.0
-                    impacts[lane] = 0.0
-                    again[lane] = 0
+        if k % HALVES_BETWEEN_LOOKS == 0 and queued < n:
+            for lane in range(workers):
+                if queued < n and counts[lane, POINT] < 0:
+                    clearance = job.clearances[queued // starts]
+                    if job.follow and queued > 0:
+                        copy_matrix(u, handed_on)
+                        _take_place(group, lane, problem, held, u, clearance, rested, work)
+                    else:
+                        for j in range(u.shape[0]):
+                            for c in range(2):
+                                u[j, c] = job.base[j, c] + clearance * job.directions[queued % starts, j, c]
+                        begin(group, lane, problem, u, clearance)
+                    enter_lane(notes, lane, queued, k, job)
                     queued += 1
                     used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
+        if linearised:
+            begin_growths(problem, changes, notes, k, job, used)
+            keep(group, changes, used)
         run_half(masses, problem, held, tables, group, k, used, u, work)
+        if linearised:
+            carry_lanes(masses, problem, held, group, changes, k, skipped, used, u)
         k += 1
         for lane in range(used):
-            struck[lane] += group.tally[FOLLOWED, lane]
-            impacts[lane] += counted(problem.chatter_impacts, group.tally[FOLLOWED, lane])
+            sizes[lane, FOLLOWED] += group.tally[TALLIED, lane]
+            sizes[lane, COUNTED] += counted(problem.chatter_impacts, group.tally[TALLIED, lane])
         _enter(ring, k, group, used)
-        if early:
-            _nearest_return(ring, k, 2 * max_period, nearest, used)
+        look = job.early and k % HALVES_BETWEEN_LOOKS == 0
+        if look:
+            for lane in range(used):
+                bound[lane] = sizes[lane, GOAL] * group.clearance[lane]
+            nearest_returns(problem, ring, k, 2 * job.max_period, bound, length, nearest, distance, used)
         for lane in range(used):
-            i = point[lane]
-            if i < 0:
+            if counts[lane, POINT] < 0:
                 continue
-            entered = k - began[lane]
-            last = entered == 2 * max_periods
-            reason, period, right, left, symmetric, sticking = NOT_CLOSED, 0, 0, 0, False, False
-            least, after = np.inf, -1
-            reach = group.reach[lane]
-            if group.status[lane] != OK:
-                reason = reason_of_end(group.status[lane])
-                last = True
-            elif impacts[lane] > SETTLING_IMPACTS:
-                reason = BUDGET
-                last = True
-            elif is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearances[i]) and (early or last):
-                reason, period, right, left, symmetric = NAMED, 1, -1, -1, True
-                after = (entered + 1) // 2
-            elif last or (early and nearest[lane] <= near[lane] and entered >= again[lane]):
-                reason, period, right, left, symmetric, least, sticking = name_motion(
-                    problem, ring, lane, k, entered, max_period, clearances[i], reach
-                )
-                again[lane] = entered + HALVES_BETWEEN_JUDGEMENTS
-                if reason == NAMED:
-                    window = period if symmetric else 2 * period  # half periods after which z returns
-                    after = max(0, (entered - 3 * window + 1) // 2)
-            if not (last or reason == NAMED):
+            if k < counts[lane, DUE] and group.status[lane] == OK:
+                if counts[lane, AT] != SETTLES and counts[lane, AT] != GROWS:
+                    continue
+                closes = look and length[lane] > 0.0
+                free = job.early and group.reach[lane] < CLEARED * group.clearance[lane]
+                if not (closes or free or sizes[lane, COUNTED] > SETTLING_IMPACTS):
+                    continue
+            returned = int(length[lane]) if look else 0
+            closed = look and nearest[lane] <= CLOSING_GOAL * group.clearance[lane]
+            if not judge(problem, job, group, ring, changes, notes, lane, k, returned, closed, skipped, found, u):
                 continue
-            codes[i, REASON] = reason
-            codes[i, PERIOD] = period
-            codes[i, IMPACTS_RIGHT] = right
-            codes[i, IMPACTS_LEFT] = left
-            codes[i, SYMMETRIC] = 1 if symmetric else 0
-            codes[i, SETTLED_AFTER] = after
-            codes[i, STICKING] = 1 if sticking else 0
-            codes[i, RUN] = entered
-            codes[i, STRUCK] = struck[lane]
-            least_speed[i] = least if np.isfinite(least) else np.nan
-            point[lane] = -1
+            if job.follow:
+                rested = group.regime[lane] == RESTING
+                for j in range(u.shape[0]):
+                    handed_on[j, 0] = group.even[2 * j * LANES + lane]
+                    handed_on[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+                if group.status[lane] != OK:
+                    copy_matrix(handed_on, job.base)
+                    rested = False
+            codes[counts[lane, POINT], RUN] = k - counts[lane, STARTED]
+            codes[counts[lane, POINT], STRUCK] = int(sizes[lane, FOLLOWED])
+            counts[lane, POINT] = -1
+            counts[lane, AT] = LEAVES
+            changes.carried[lane] = NOTHING
             idle(group, lane)
             done += 1
+            if job.follow:
+                k = int(np.int64(0))  # the next one begins at once
         if queued == n and done < n and used - (n - done) >= 2 * COLUMNS:
             # nothing waits, and lanes lie idle: close the ranks
             target = 0
             for source in range(used):
-                if point[source] < 0:
+                if counts[source, POINT] < 0:
                     continue
-                while target < source and point[target] >= 0:
+                while target < source and counts[target, POINT] >= 0:
                     target += 1
                 if target < source:
                     _move(group, ring, source, target)
-                    point[target], point[source] = point[source], -1
-                    began[target] = began[source]
-                    struck[target] = struck[source]
-                    impacts[target] = impacts[source]
-                    near[target] = near[source]
-                    again[target] = again[source]
+                    if linearised:
+                        move_changes(changes, source, target)
+                    copy_vector(counts[target], counts[source])
+                    copy_vector(sizes[target], sizes[source])
+                    counts[source, POINT] = -1
+                    counts[source, AT] = LEAVES
             used = (n - done + COLUMNS - 1) // COLUMNS * COLUMNS

@@ -11,10 +11,10 @@ release) are divided out. So a bounce of any smallness is resolved to full relat
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     GRAZE_BACK,
@@ -29,7 +29,7 @@ from grazemap_core.tolerances import CONTACT_ROUNDING, SHORT_DEGREE, TAYLOR_DEGR
 FloatArray = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, limit: float) -> bool:
     """Certify that a cell has no contact, from position and velocity at its ends and a bound of |x1''''|.
 
@@ -41,7 +41,7 @@ def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: fl
     return highest + square * square / 384.0 * fourth < limit  # a NaN is never clear
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _other_start(work: Workspace, stop: int, length: float) -> int:
     """Write the gap to the anchor, less its zeros at the start, into work.distance where these are not one: rare."""
     roots = work.cursor[ROOTS]
@@ -54,7 +54,7 @@ def _other_start(work: Workspace, stop: int, length: float) -> int:
     return degree
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def gap_and_rate(
     taylor: FloatArray, near: FloatArray, roots: int, stop: int, length: float, t: float
 ) -> tuple[float, float]:
@@ -80,7 +80,7 @@ def gap_and_rate(
     return value, slope / length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_contact(
     work: Workspace, clearance: float, length: float, size: float, tail: float, rest: float
 ) -> tuple[int, float]:

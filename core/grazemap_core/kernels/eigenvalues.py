@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.tolerances import EPSILON, QR_STEPS
 
 FloatArray = NDArray[np.float64]
@@ -25,7 +25,7 @@ OK = 0
 NOT_CONVERGED = 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _reflect(matrix: FloatArray, first: int, v0: float, v1: float, v2: float, size: int, last: int) -> None:
     """Apply the reflection along (v0, v1, v2) to rows and columns first .. first + size - 1 of a Hessenberg matrix.
 
@@ -54,7 +54,7 @@ def _reflect(matrix: FloatArray, first: int, v0: float, v1: float, v2: float, si
             matrix[i, first + 2] -= total * v2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _to_hessenberg(matrix: FloatArray, axis: FloatArray) -> None:
     """Bring a matrix to upper Hessenberg form by reflections, in place; axis (n,) is scratch."""
     n = matrix.shape[0]
@@ -90,7 +90,7 @@ def _to_hessenberg(matrix: FloatArray, axis: FloatArray) -> None:
             matrix[i, k] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def eigenvalues_of_two(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """Return the eigenvalues of [[a, b], [c, d]] as (real, imaginary, real, imaginary)."""
     half = 0.5 * (a - d)
@@ -107,7 +107,7 @@ def eigenvalues_of_two(a: float, b: float, c: float, d: float) -> tuple[float, f
     return d + root, 0.0, d - (b / root) * c if root != 0.0 else d, 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def eigenvalues(matrix: FloatArray, real: FloatArray, imaginary: FloatArray) -> int:
     """Write the eigenvalues of a matrix into real (n,) and imaginary (n,); matrix (n, n) is destroyed.
 

@@ -11,10 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.compiled import kernel
 
 FloatArray = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ class HeldProblem(NamedTuple):
     physical: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def turned(table: FloatArray, cell: int, angle: float) -> tuple[float, float]:
     """Return an entry of a table of complex numbers turned by an angle, as (real, imaginary)."""
     c, s = math.cos(angle), math.sin(angle)
@@ -86,7 +86,7 @@ def turned(table: FloatArray, cell: int, angle: float) -> tuple[float, float]:
     return re * c - im * s, im * c + re * s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def held_motion(
     problem: HeldProblem,
     held: FloatArray,
@@ -121,7 +121,7 @@ def held_motion(
         physical[count + 1 + i] = v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def hold(
     problem: HeldProblem,
     u: FloatArray,
@@ -158,7 +158,7 @@ def hold(
             held[j, k] = value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def let_go(
     problem: HeldProblem,
     held: FloatArray,
@@ -183,7 +183,7 @@ def let_go(
             u[j, k] = value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def flow_held(problem: HeldProblem, held: FloatArray, time: float) -> None:
     """Carry a held state over any time; held (n, 2) is changed in place."""
     for j in range(held.shape[0]):

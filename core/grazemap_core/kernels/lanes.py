@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels import lane_tables
+from grazemap_core.kernels.compiled import fused_inlined, fused_kernel, inlined, kernel
 from grazemap_core.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.tolerances import ANCHORED_GAP, LANE_SURE, MOST_FUSED_MASSES
 
@@ -73,7 +73,7 @@ def columns(masses: int) -> Columns:
     )
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _advance_fused(
     masses: Masses,
     tables: LaneTables,
@@ -109,7 +109,7 @@ def _advance_fused(
     return flagged
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@fused_kernel
 def _advance_by_block(
     blocks: int,
     tables: LaneTables,
@@ -151,7 +151,7 @@ def _advance_by_block(
     return flagged
 
 
-@njit(nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def advance(
     masses: Masses,
     tables: LaneTables,
@@ -187,7 +187,7 @@ def advance(
     return _advance_by_block(len(masses), tables, x, v, here, there, limit, flags, used)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@fused_kernel
 def refresh_limits(
     blocks: int,
     tables: LaneTables,
@@ -214,7 +214,7 @@ def refresh_limits(
         limit[lane] = clearance[lane] - margin * (reach[lane] + clearance[lane]) - limit[lane]
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _terms(masses: Masses, row: FloatArray, start: FloatArray, forcing: float, column: int) -> float:
     total = forcing
     for c in range(2 * len(masses)):
@@ -222,7 +222,7 @@ def _terms(masses: Masses, row: FloatArray, start: FloatArray, forcing: float, c
     return total
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _expand(
     masses: Masses, table: FloatArray, forcing: FloatArray, start: FloatArray, series: FloatArray, count: int
 ) -> None:
@@ -240,7 +240,7 @@ def _expand(
             out[4 * LANES + k] = _terms(masses, t4, start, f4, k)
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _free_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count: int) -> None:
     """Write the state at the end of the cell as if there were no impact, x1 and v1 there, and the bounds so far."""
     count = min(count, LANES)
@@ -271,7 +271,7 @@ def _free_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count
             rows[FOURTH * LANES + k] += of_fourth * envelope
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _value_slope_bend(series: FloatArray, k: int, z: float) -> tuple[float, float, float]:
     """Return a polynomial of degree 14, its derivative and half its second derivative (Horner, written out)."""
     f = series[14 * LANES + k]
@@ -319,7 +319,7 @@ def _value_slope_bend(series: FloatArray, k: int, z: float) -> tuple[float, floa
     return f, d, e
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
     """Return a lower bound of a function on [0, 1] from values and slopes at the ends, |fourth derivative| / 144 known.
 
@@ -331,7 +331,7 @@ def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> floa
     return min(ends, 0.5 * (c1 + c2) - quartic)
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _find_impact(step: float, restitution: float, drag: float, margin: float, columns: Columns, count: int) -> None:
     """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
 
@@ -396,7 +396,7 @@ def _find_impact(step: float, restitution: float, drag: float, margin: float, co
         rows[CERTAIN * LANES + k] = NONE if none else (FIRST if settled & (abs(z) < 1.0) else NOTHING)
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def horner(table: FloatArray, z: float) -> float:
     """Return the polynomial of degree 14 with these coefficients."""
     value: float = table[14]
@@ -417,7 +417,7 @@ def horner(table: FloatArray, z: float) -> float:
     return value
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _kicked_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count: int) -> None:
     """Add the impact to the state at the end of the cell; x1, v1 and the limit there."""
     count = min(count, LANES)
@@ -446,7 +446,7 @@ def _kicked_end(blocks: int, tables: LaneTables, end: int, columns: Columns, cou
             rows[END_LIMIT * LANES + k] -= weight * (frequency * abs(a) + abs(b))
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+@fused_inlined
 def _certify(tables: LaneTables, columns: Columns, count: int) -> None:
     """Certify the rest of the cell, and that nothing about the impact wants a closer look.
 
@@ -485,7 +485,7 @@ def _certify(tables: LaneTables, columns: Columns, count: int) -> None:
         rows[CERTAIN * LANES + k] = NONE if said == NONE else ((ONLY if only else FIRST) if certain else NOTHING)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def solve_impacts(masses: Masses, tables: LaneTables, cell: int, columns: Columns, count: int) -> None:
     """Find the one impact of each column in a cell, and carry it on to the cell's end.
 

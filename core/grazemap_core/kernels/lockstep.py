@@ -17,13 +17,20 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels import bounces
 from grazemap_core.kernels import lanes as rows
 from grazemap_core.kernels.bounces import WIDTH
-from grazemap_core.kernels.cells import CellProblem, bounds, first_mass, flow_state
+from grazemap_core.kernels.cells import (
+    CellProblem,
+    bounds,
+    first_acceleration,
+    first_mass,
+    flow_state,
+    turned_gain,
+)
+from grazemap_core.kernels.compiled import copy_matrix, copy_vector, inlined, kernel
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tables import LaneTables
 from grazemap_core.kernels.lanes import (
@@ -36,11 +43,12 @@ from grazemap_core.kernels.lanes import (
     refresh_limits,
     solve_impacts,
 )
-from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
-from grazemap_core.kernels.walk import may_rest, walk_cell
+from grazemap_core.kernels.sticking import free_of_rest, rest_behind_impact, rest_in_cell, start_on_stop
+from grazemap_core.kernels.walk import land, may_rest, walk_cell
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
+    EVENT_COLUMNS,
     FOLLOWED,
     HALF,
     HELD,
@@ -72,6 +80,10 @@ FREE, NEAR, RESTING = 0, 1, 2
 LEAVING, STEPPING = 3, 4
 """Within a cell: on the way to be NEAR, or FREE, at its end."""
 
+PRESSING = KIND + 1
+"""Column of a lane's events behind those of `workspace`: acceleration of mass 1 toward the stop behind an impact."""
+LANE_EVENT_COLUMNS = KIND + 2
+
 
 class Lanes(NamedTuple):
     """Where every lane stands; LANES of each, one after the other.
@@ -91,8 +103,8 @@ class Lanes(NamedTuple):
         The regime of a lane that is not free, as in `workspace.Workspace` and `held.HeldProblem`.
     status : (LANES,)
         OK, or why the trajectory ended.
-    events : (LANES, capacity, KIND + 1)
-        First columns of the first events; those beyond are counted in `cursor` only.
+    events : (LANES, capacity, LANE_EVENT_COLUMNS)
+        The first events: first columns as in `workspace`, and PRESSING. Those beyond are counted in `cursor` only.
     waiting, alone, offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that must go through the present cell by themselves; (u, u') and the time in the cell where they begin.
     flags, chosen, beside, tile_lane, active, columns, tile
@@ -139,7 +151,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
         status=np.zeros(LANES, dtype=np.int64),
-        events=np.zeros((LANES, events, KIND + 1)),
+        events=np.zeros((LANES, events, LANE_EVENT_COLUMNS)),
         waiting=np.zeros(LANES, dtype=np.int64),
         alone=np.zeros((LANES, 2 * masses)),
         offset=np.zeros(LANES),
@@ -153,7 +165,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def idle(group: Lanes, lane: int) -> None:
     """Put a lane out of use: at rest, and out of reach of any stop."""
     for c in range(group.even.shape[0] // LANES):
@@ -164,7 +176,7 @@ def idle(group: Lanes, lane: int) -> None:
     group.regime[lane] = FREE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _limit(problem: CellProblem, u: FloatArray, clearance: float) -> float:
     """Return what the Bernstein coefficients of |x1| must stay below for a cell to be clear (`contact.is_clear`)."""
     reach, fourth = bounds(problem, u)
@@ -172,19 +184,26 @@ def _limit(problem: CellProblem, u: FloatArray, clearance: float) -> float:
     return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / 384.0 * fourth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def begin(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearance: float) -> None:
-    """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
+@kernel
+def put(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, half: int) -> None:
+    """Put a lane between the stops to another state u (N, 2) there, at the start of a half period."""
     blocks = u.shape[0]
+    boundary = half % 2 * (problem.cells // 2)
+    x, v = first_mass(problem, u, problem.gain[boundary, 0], problem.gain[boundary, 1])
     for j in range(blocks):
         group.even[2 * j * LANES + lane] = u[j, 0]
         group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
-    x, v = first_mass(problem, u, problem.gain[0, 0], problem.gain[0, 1])
     group.even[2 * blocks * LANES + lane] = x
     group.even[(2 * blocks + 1) * LANES + lane] = v
-    group.clearance[lane] = clearance
     group.reach[lane] = bounds(problem, u)[0]
-    group.limit[lane] = _limit(problem, u, clearance)
+    group.limit[lane] = _limit(problem, u, group.clearance[lane])
+
+
+@kernel
+def begin(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearance: float) -> None:
+    """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
+    group.clearance[lane] = clearance
+    put(group, lane, problem, u, 0)
     group.regime[lane] = FREE
     group.cursor[lane] = 0
     group.status[lane] = OK
@@ -193,7 +212,74 @@ def begin(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearanc
     group.tally[LEAST_UNPRESSED, lane] = np.inf
 
 
-@njit(nogil=True, error_model="numpy", forceinline=True)
+@kernel
+def _take_over(
+    problem: CellProblem,
+    held: HeldProblem,
+    group: Lanes,
+    lane: int,
+    boundary: int,
+    there: FloatArray,
+    u: FloatArray,
+    status: int,
+    work: Workspace,
+) -> None:
+    """Let a lane stand where the scalar kernel does, at a boundary of a cell: u (N, 2) and the regime in work."""
+    blocks = u.shape[0]
+    group.status[lane] = status
+    if status != OK:
+        idle(group, lane)
+        return
+    resting = work.cursor[HELD] != 0
+    copy_vector(group.cursor[lane], work.cursor)
+    copy_vector(group.near[lane], work.near)
+    copy_vector(group.tally[:, lane], work.tally)
+    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
+    if resting:
+        copy_matrix(group.resting[lane], held.state)
+        copy_vector(group.since[lane], held.since)
+    x, v = first_mass(problem, u, problem.gain[boundary, 0], problem.gain[boundary, 1])
+    for j in range(blocks):
+        there[2 * j * LANES + lane] = u[j, 0]
+        there[(2 * j + 1) * LANES + lane] = u[j, 1]
+    there[2 * blocks * LANES + lane] = x
+    there[(2 * blocks + 1) * LANES + lane] = v
+    group.limit[lane] = -np.inf if group.regime[lane] != FREE else _limit(problem, u, group.clearance[lane])
+
+
+@kernel
+def begin_on_stop(
+    group: Lanes,
+    lane: int,
+    problem: CellProblem,
+    held: HeldProblem,
+    u: FloatArray,
+    clearance: float,
+    stop: int,
+    at_rest: bool,
+    work: Workspace,
+) -> None:
+    """Start a trajectory with mass 1 on a stop in a lane, at the start of an even half period.
+
+    At rest mass 1 stays there if it is pressed; else moving into the stop is an impact. u (N, 2) is overwritten.
+    """
+    begin(group, lane, problem, u, clearance)
+    work.cursor[:] = 0
+    copy_vector(work.tally, group.tally[:, lane])
+    _, v = first_mass(problem, u, problem.gain[0, 0], problem.gain[0, 1])
+    status = OK
+    if at_rest:
+        status = start_on_stop(problem, held, u, clearance, stop, work)
+    elif v * stop > 0.0:
+        if land(problem, u, stop, v, problem.gain[0, 1], 0, 0.0, work):
+            status = rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work)
+    else:
+        work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
+        work.near[0], work.near[1] = 0.0, abs(v)
+    _take_over(problem, held, group, lane, 0, group.even, u, status, work)
+
+
+@inlined
 def _enter_impact(
     tally: FloatArray,
     cursor: IntArray,
@@ -218,10 +304,11 @@ def _enter_impact(
         events[lane, row, STOP] = side
         events[lane, row, VELOCITY] = side * speed
         events[lane, row, KIND] = IMPACT
+        events[lane, row, PRESSING] = pressing
     cursor[lane, ROWS] = row + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _set_aside(group: Lanes, lane: int, count: int, here: FloatArray) -> int:
     """Let a lane go through the whole cell by itself. Returns how many do so now."""
     for c in range(group.alone.shape[1]):
@@ -231,7 +318,7 @@ def _set_aside(group: Lanes, lane: int, count: int, here: FloatArray) -> int:
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _set_aside_behind_impact(
     problem: CellProblem, group: Lanes, lane: int, k: int, u: FloatArray, status: int, count: int
 ) -> int:
@@ -259,7 +346,7 @@ def _set_aside_behind_impact(
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _bounce(
     masses: Masses,
     problem: CellProblem,
@@ -354,7 +441,7 @@ def _bounce(
     return aside
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _meet_stops(
     masses: Masses,
     problem: CellProblem,
@@ -451,7 +538,7 @@ def _meet_stops(
     return aside
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _go_alone(
     problem: CellProblem,
     held: HeldProblem,
@@ -469,14 +556,15 @@ def _go_alone(
     for j in range(blocks):
         u[j, 0] = group.alone[lane, 2 * j]
         u[j, 1] = group.alone[lane, 2 * j + 1]
-    work.cursor[:] = group.cursor[lane]
-    work.near[:3] = group.near[lane]
-    work.tally[:] = group.tally[:, lane]
+    copy_vector(work.cursor, group.cursor[lane])
+    copy_vector(work.near[:3], group.near[lane])
+    copy_vector(work.tally, group.tally[:, lane])
     if work.cursor[HELD] != 0:
-        held.state[:] = group.resting[lane]
-        held.since[:] = group.since[lane]
+        copy_matrix(held.state, group.resting[lane])
+        copy_vector(held.since, group.since[lane])
     room = group.events.shape[1]
-    seen = max(work.cursor[ROWS] - 1, 0)  # a rest changes the kind of the impact that led to it
+    before = work.cursor[ROWS]
+    seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
     if seen < room:
         for c in range(KIND + 1):
             work.events[seen, c] = group.events[lane, seen, c]
@@ -490,30 +578,17 @@ def _go_alone(
     for row in range(seen, min(work.cursor[ROWS], room)):
         for c in range(KIND + 1):
             group.events[lane, row, c] = work.events[row, c]
-    group.status[lane] = status
-    if status != OK:
-        idle(group, lane)
-        return
-    resting = work.cursor[HELD] != 0
-    group.cursor[lane] = work.cursor
-    group.near[lane] = work.near[:3]
-    group.tally[:, lane] = work.tally
-    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
-    if resting:
-        group.resting[lane] = held.state
-        group.since[lane] = held.since
-        if cell + 1 == problem.cells or cell + 1 == problem.cells // 2:
-            free_of_rest(problem, held, u, clearance, cell + 1, 0.0, work)
-    x, v = first_mass(problem, u, problem.gain[cell + 1, 0], problem.gain[cell + 1, 1])
-    for j in range(blocks):
-        there[2 * j * LANES + lane] = u[j, 0]
-        there[(2 * j + 1) * LANES + lane] = u[j, 1]
-    there[2 * blocks * LANES + lane] = x
-    there[(2 * blocks + 1) * LANES + lane] = v
-    group.limit[lane] = -np.inf if group.regime[lane] != FREE else _limit(problem, u, clearance)
+        if work.events[row, KIND] == IMPACT and row >= before:
+            behind = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
+            _, gain_imag = turned_gain(problem, half % 2 * (problem.cells // 2), work.events[row, TIME])
+            pressing = work.events[row, STOP] * first_acceleration(problem, behind, gain_imag)
+            group.events[lane, row, PRESSING] = pressing
+    if status == OK and work.cursor[HELD] != 0 and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2):
+        free_of_rest(problem, held, u, clearance, cell + 1, 0.0, work)
+    _take_over(problem, held, group, lane, cell + 1, there, u, status, work)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run_half(
     masses: Masses,
     problem: CellProblem,
@@ -547,14 +622,14 @@ def run_half(
                 _go_alone(problem, held, group, group.waiting[i], cell, half, there, u, work)
         here, there = there, here
     if cells % 2 == 1:
-        group.even[:] = group.odd
+        copy_vector(group.even, group.odd)
     refresh_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             group.limit[lane] = -np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run_halves(
     masses: Masses,
     problem: CellProblem,

@@ -25,10 +25,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.tangent import HalfPeriod, half_period, run_half_linearised
@@ -44,6 +44,9 @@ from grazemap_core.tolerances import (
 )
 
 FloatArray = NDArray[np.float64]
+
+LEAST_SQUARE = 1e-280
+"""Of squares below it, and above one over it, the sum may have lost digits."""
 
 UNTOLD = 0
 """Neither: what the exponents say does not decide the kind of the motion."""
@@ -97,7 +100,7 @@ def tangents(blocks: int, periods: int = 0) -> Tangents:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def begin_matrix(scratch: Tangents) -> None:
     """Set scratch.full to the unit matrix: every change of a state."""
     size = scratch.full.shape[0]
@@ -106,7 +109,7 @@ def begin_matrix(scratch: Tangents) -> None:
             scratch.full[i, j] = 1.0 if i == j else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents) -> tuple[int, float, float]:
     """Return the multiplier of largest modulus of a periodic motion of n forcing periods, over these.
 
@@ -147,7 +150,21 @@ def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents)
     return OK, real, abs(imaginary)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
+def _length(columns: FloatArray, c: int) -> float:
+    """Return Euclid's norm of a column; no square of a number overflows or is lost on the way."""
+    square = 0.0
+    for i in range(columns.shape[0]):
+        square += columns[i, c] * columns[i, c]
+    if LEAST_SQUARE < square < 1.0 / LEAST_SQUARE:
+        return math.sqrt(square)
+    length = 0.0
+    for i in range(columns.shape[0]):
+        length = math.hypot(length, columns[i, c])
+    return length
+
+
+@kernel
 def orthonormalise(frequency: FloatArray, columns: FloatArray, growth: FloatArray) -> None:
     """Make the columns (2 N, k) orthonormal in the energy norm, in place, and write the logarithms of R_jj to growth.
 
@@ -156,20 +173,16 @@ def orthonormalise(frequency: FloatArray, columns: FloatArray, growth: FloatArra
     """
     size = columns.shape[0]
     for c in range(columns.shape[1]):
-        before = 0.0
-        for i in range(size):
-            weight = frequency[i // 2] if i % 2 == 0 else 1.0
-            columns[i, c] *= weight  # to coordinates in which the norm is Euclid's
-            before = math.hypot(before, columns[i, c])
+        for i in range(0, size, 2):
+            columns[i, c] *= frequency[i // 2]  # to coordinates in which the norm is Euclid's
+        before = _length(columns, c)
         for b in range(c):
             overlap = 0.0
             for i in range(size):
                 overlap += columns[i, b] * columns[i, c]
             for i in range(size):
                 columns[i, c] -= overlap * columns[i, b]
-        length = 0.0
-        for i in range(size):
-            length = math.hypot(length, columns[i, c])
+        length = before if c == 0 else _length(columns, c)
         lost = not length > RANK_ROUNDING * before
         growth[c] = -np.inf if lost else math.log(length)
         for i in range(size):
@@ -179,7 +192,7 @@ def orthonormalise(frequency: FloatArray, columns: FloatArray, growth: FloatArra
             columns[i, c] /= frequency[i // 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
     """Set the two columns to a start that no symmetry of the chain singles out, and forget the orbit seen."""
     size = scratch.pair.shape[0]
@@ -193,7 +206,7 @@ def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
     scratch.moments[:] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run_columns(
     problem: CellProblem,
     held: HeldProblem,
@@ -251,7 +264,7 @@ def run_columns(
     return OK, halves
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def standard_error(values: FloatArray, count: int) -> float:
     """Return the standard error of the mean of the first `count` values, a series in time, by blocking; destroys them.
 
@@ -273,7 +286,7 @@ def standard_error(values: FloatArray, count: int) -> float:
     return largest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def exponent(scratch: Tangents, column: int, skipped: int, half_time: float) -> tuple[float, float]:
     """Return an exponent per unit of time and its standard error, from scratch.growth without its first rows.
 
@@ -292,7 +305,7 @@ def exponent(scratch: Tangents, column: int, skipped: int, half_time: float) -> 
     return total / ((halves - skipped) * half_time), standard_error(scratch.series, count)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def weighted_exponent(scratch: Tangents, skipped: int, half_time: float) -> float:
     """Return the first exponent as the weighted Birkhoff mean of the growth, the weights falling to 0 at both ends.
 
@@ -309,7 +322,7 @@ def weighted_exponent(scratch: Tangents, skipped: int, half_time: float) -> floa
     return total / (weights * half_time)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _range(scratch: Tangents, begin: int, end: int) -> float:
     """Return by how much the sum of the first column's growth varies from half period `begin` to `end`."""
     total, least, most = 0.0, 0.0, 0.0
@@ -319,7 +332,7 @@ def _range(scratch: Tangents, begin: int, end: int) -> float:
     return most - least
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _extent(problem: CellProblem, scratch: Tangents, part: int, count: int) -> float:
     """Return the root mean square distance of the stroboscopic orbit from its middle, in one half of the run."""
     square = 0.0
@@ -330,7 +343,7 @@ def _extent(problem: CellProblem, scratch: Tangents, part: int, count: int) -> f
     return math.sqrt(square)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def judge_growth(
     problem: CellProblem, clearance: float, skipped: int, scratch: Tangents
 ) -> tuple[int, float, float, float, float]:

@@ -21,6 +21,7 @@ from grazemap_core.kernels.closing import (
     enter,
     name_motion,
 )
+from grazemap_core.kernels.compiled import copy_matrix, kernel
 from grazemap_core.kernels.contact import is_clear
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
@@ -56,7 +57,7 @@ RECORD_FULL = 100
 """The record of impacts has no more room; the state is back at the start of the half period."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def enter_graze(problem: CellProblem, u: FloatArray, end: float, half: int, work: Workspace) -> None:
     """Enter the graze of work.near into the events, unless it is the last event and goes on.
 
@@ -85,12 +86,12 @@ def enter_graze(problem: CellProblem, u: FloatArray, end: float, half: int, work
         work.events[row, KIND] = GRAZE
         work.events[row, DELAY] = 0.0
         state = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
-        state[:] = u
+        copy_matrix(state, u)
         flow_state(problem, state, -back)
     work.cursor[ROWS] = row + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run_half(
     problem: CellProblem, held: HeldProblem, u: FloatArray, clearance: float, half: int, work: Workspace
 ) -> int:
@@ -103,7 +104,7 @@ def run_half(
     first = (half % 2) * cells
     longest = problem.flow_table.shape[0] - 1
     since = first  # the cell at whose start the state was work.saved
-    work.saved[:] = u
+    copy_matrix(work.saved, u)
     x, v = first_mass(problem, u, problem.gain[first, 0], problem.gain[first, 1])
     reach, fourth = bounds(problem, u)
     limit = clearance - CONTACT_ROUNDING * (reach + clearance)
@@ -129,7 +130,7 @@ def run_half(
                 enter_graze(problem, u, problem.step * (cell + 1 - first), half, work)
             if work.cursor[ROWS] != rows:
                 since = cell + 1
-                work.saved[:] = u
+                copy_matrix(work.saved, u)
         x, v = x_end, v_end
         if cell + 1 - since == longest:
             carry(problem, work.saved, longest, work.saved)
@@ -140,7 +141,7 @@ def run_half(
     return OK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def reason_of_end(status: int) -> int:
     """Return the reason code of a motion whose trajectory ended early with this status."""
     if status == NO_HELD_FLOW:
@@ -150,7 +151,7 @@ def reason_of_end(status: int) -> int:
     return OVERFLOWS
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def counted(chatter_impacts: float, impacts: float) -> float:
     """Return how many of half a period's impacts count toward SETTLING_IMPACTS: not what complete chatter may take."""
     if chatter_impacts >= COMPLETE_CHATTERS * LONGEST_CHATTER:
@@ -158,13 +159,13 @@ def counted(chatter_impacts: float, impacts: float) -> float:
     return max(0.0, impacts - chatter_impacts)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def is_free_for_ever(problem: CellProblem, reach: float, anchor: int, clearance: float) -> bool:
     """Say whether the envelope of everything to come stays between the stops: no contact any more, and all decays."""
     return problem.damped and anchor == 0 and reach < CLEARED * clearance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settle(
     problem: CellProblem,
     held: HeldProblem,

@@ -19,11 +19,11 @@ Nonlinear Dynamics 58 (2009) 85-106.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
 from grazemap_core.kernels.cells import CellProblem, first_acceleration, sum_series, turned_gain
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.held import HeldProblem, flow_held, hold, let_go, turned
 from grazemap_core.kernels.walk import walk_cell
 from grazemap_core.kernels.workspace import (
@@ -57,7 +57,7 @@ from grazemap_core.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING, TAYLOR_
 FloatArray = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def expand_pressing(
     problem: CellProblem,
     held: HeldProblem,
@@ -93,7 +93,7 @@ def expand_pressing(
     return CONTACT_ROUNDING * (size + inward) + rest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def begin_rest(
     problem: CellProblem,
     held: HeldProblem,
@@ -156,7 +156,7 @@ def begin_rest(
     return True, delay
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rest_behind_impact(
     problem: CellProblem,
     held: HeldProblem,
@@ -189,7 +189,7 @@ def rest_behind_impact(
     return OK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rest_on(
     problem: CellProblem,
     held: HeldProblem,
@@ -237,7 +237,7 @@ def rest_on(
     return offset
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def free_of_rest(
     problem: CellProblem,
     held: HeldProblem,
@@ -253,7 +253,7 @@ def free_of_rest(
     let_go(held, held.state, place, problem.omega, angle_real, angle_imag, held.physical, u)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def start_on_stop(
     problem: CellProblem, held: HeldProblem, u: FloatArray, clearance: float, stop: int, work: Workspace
 ) -> int:
@@ -268,7 +268,7 @@ def start_on_stop(
     return OK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rest_in_cell(
     problem: CellProblem,
     held: HeldProblem,

@@ -23,11 +23,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
 from grazemap_core.kernels.cells import CellProblem, first_acceleration, turned_gain
+from grazemap_core.kernels.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.simulate import RECORD_FULL, run_half
 from grazemap_core.kernels.workspace import (
@@ -78,7 +78,7 @@ def half_period(blocks: int) -> HalfPeriod:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def flow_tangent(
     decay: FloatArray, discriminant: FloatArray, frequency_squared: FloatArray, time: float, tangent: FloatArray
 ) -> None:
@@ -91,7 +91,7 @@ def flow_tangent(
             tangent[2 * j + 1, c] = e21 * first + e22 * second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _kick_tangent(problem: CellProblem, tangent: FloatArray, column: int, velocity: float, displacement: float) -> None:
     """Add k times a velocity and T k times a displacement of mass 1 to one column, in place."""
     for j in range(problem.decay.shape[0]):
@@ -102,7 +102,7 @@ def _kick_tangent(problem: CellProblem, tangent: FloatArray, column: int, veloci
         )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _of_first_mass(problem: CellProblem, tangent: FloatArray, column: int) -> tuple[float, float]:
     """Return the change of x1 and v1 of one column."""
     x, v = 0.0, 0.0
@@ -113,7 +113,7 @@ def _of_first_mass(problem: CellProblem, tangent: FloatArray, column: int) -> tu
     return x, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def strike_tangent(problem: CellProblem, velocity: float, acceleration: float, tangent: FloatArray) -> None:
     """Carry changes through an impact, in place: the saltation matrix.
 
@@ -130,7 +130,7 @@ def strike_tangent(problem: CellProblem, velocity: float, acceleration: float, t
         _kick_tangent(problem, tangent, c, -factor * (v - ratio * x), -factor * x)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def hold_tangent(problem: CellProblem, held: HeldProblem, tangent: FloatArray) -> None:
     """Turn changes of the free state before mass 1 comes to rest into changes of the held one, in place.
 
@@ -158,7 +158,7 @@ def hold_tangent(problem: CellProblem, held: HeldProblem, tangent: FloatArray) -
         tangent[2 * rest + 1, c] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def release_tangent(held: HeldProblem, tangent: FloatArray) -> None:
     """Turn changes of the held state, as `hold_tangent` leaves them, into changes of the free one, in place."""
     rest = held.state.shape[0]
@@ -177,7 +177,7 @@ def release_tangent(held: HeldProblem, tangent: FloatArray) -> None:
             tangent[row, c] = value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def carry_tangent(
     problem: CellProblem, held: HeldProblem, half: int, resting: bool, work: Workspace, tangent: FloatArray
 ) -> int:
@@ -237,7 +237,7 @@ def carry_tangent(
     return OK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def run_half_linearised(
     problem: CellProblem,
     held: HeldProblem,
@@ -267,20 +267,20 @@ def run_half_linearised(
     status : OK; RECORD_FULL when work.events is too short, everything being as before the call; GRAZED; or the status
         with which the trajectory ended.
     """
-    began.state[:] = u
-    began.resting[:] = held.state
-    began.cursor[:] = work.cursor
-    began.floats[:3] = work.near[:3]
-    began.floats[3:5] = held.since
+    copy_matrix(began.state, u)
+    copy_matrix(began.resting, held.state)
+    copy_vector(began.cursor, work.cursor)
+    copy_vector(began.floats[:3], work.near)
+    copy_vector(began.floats[3:5], held.since)
     began.floats[5] = work.tally[UNDECIDED]
     work.cursor[ROWS] = 0
     status = run_half(problem, held, u, clearance, half, work)
     if work.cursor[ROWS] > work.events.shape[0]:
-        u[:] = began.state
-        held.state[:] = began.resting
-        work.cursor[:] = began.cursor
-        work.near[:3] = began.floats[:3]
-        held.since[:] = began.floats[3:5]
+        copy_matrix(u, began.state)
+        copy_matrix(held.state, began.resting)
+        copy_vector(work.cursor, began.cursor)
+        copy_vector(work.near[:3], began.floats)
+        copy_vector(held.since, began.floats[3:5])
         work.tally[UNDECIDED] = began.floats[5]
         return RECORD_FULL
     if status != OK:

@@ -19,6 +19,7 @@ from grazemap_core.kernels.cells import (
     flow_state,
     turned_gain,
 )
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.contact import first_contact, gap_and_rate
 from grazemap_core.kernels.double_double import two_sum
 from grazemap_core.kernels.workspace import (
@@ -88,7 +89,7 @@ def strike(
     work.cursor[ROOTS] = 1 if work.near[1] > 0.0 else 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def may_rest(restitution: float, step: float, pressing: float, leaving: float) -> bool:
     """Say whether mass 1, just behind an impact, is slow and pressed enough for `sticking` to look closer.
 
@@ -123,7 +124,7 @@ def land(
     return may_rest(problem.restitution, problem.step, pressing, work.near[1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def walk_cell(
     problem: CellProblem, u: FloatArray, clearance: float, cell: int, offset: float, half: int, work: Workspace
 ) -> int:

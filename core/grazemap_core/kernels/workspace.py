@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.bernstein import MAX_DEPTH
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.tolerances import TAYLOR_DEGREE
 
 FloatArray = NDArray[np.float64]
@@ -124,7 +124,7 @@ def workspace(blocks: int, events: int = 0) -> Workspace:
     return work
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def clear_tally(tally: FloatArray) -> None:
     """Begin the tally of a half period: nothing seen yet. What was left undecided goes on adding up."""
     undecided = tally[UNDECIDED]

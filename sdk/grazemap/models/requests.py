@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from grazemap.models.base import Float, Listable, Positive, Request, invalid
 from grazemap.models.oscillator import Oscillator
@@ -88,16 +88,28 @@ class TrajectoriesRequest(ProcessRequest):
 
 
 class UnfoldingMapsRequest(ProcessRequest):
-    """The motion that each point of a rectangle of (omega, clearance) settles to."""
+    """The motion that each point of a rectangle of (omega, clearance) settles to.
+
+    Trajectories start at rest; where the one of the clearance below or above has ended (a sweep follows a motion for as
+    long as it lasts); or, of an ensemble, at random states, and the motion that most of them lead to counts.
+    """
 
     omega: Grid
     clearance: Grid
-    policy: Literal["rest"] = "rest"
+    policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
     max_periods: Annotated[int, Field(ge=1, le=1_000_000), Listable] = 1000
     max_period: Annotated[int, Field(ge=1, le=256), Listable] = 32
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
-    initial_conditions: Annotated[Count, Field(exclude=True)] = 16
-    seed: Annotated[int, Field(ge=0, exclude=True), Listable] = 0
+    initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
+    seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_not_asked(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = dump(self)
+        if self.policy != "ensemble":
+            for name in ("initial_conditions", "seed"):
+                fields.pop(name, None)
+        return fields
 
 
 PROCESSES: dict[str, type[ProcessRequest]] = {

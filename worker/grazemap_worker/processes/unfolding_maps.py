@@ -19,7 +19,8 @@ _NAMES = ("kinds", "reasons")
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """Return a rectangle of the map: its omega and clearance, and the arrays [clearance, omega] of the core.
 
-    The values of the grid are those of the whole one, so any cut gives the same bytes. Raises CoreError.
+    The values of the grid are those of the whole one, so any cut gives the same bytes (a sweep's tiles are as tall as the
+    map). Raises CoreError.
     """
     from grazemap_core.motion import KINDS, REASONS
     from grazemap_core.unfolding import unfolding_map_tile
@@ -28,7 +29,14 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     omega = grid_values(request.omega)[column_start:column_stop]
     clearance = grid_values(request.clearance)[row_start:row_stop]
     arrays = unfolding_map_tile(
-        core_oscillator(request.oscillator), omega, clearance, request.max_periods, request.max_period
+        core_oscillator(request.oscillator),
+        omega,
+        clearance,
+        request.max_periods,
+        request.max_period,
+        request.policy,
+        request.initial_conditions,
+        request.seed,
     )
     reasons = [REASONS.get(code, "") for code in range(1 + max(REASONS))]
     return {

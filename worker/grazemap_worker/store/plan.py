@@ -3,7 +3,7 @@
 A plan is a pure function of the request: the service makes it (without the core), the worker reads it. Only maps
 have more than one tile. A map's grid is cut into equal rectangles (the last ones smaller) that should take
 `TILE_SECONDS` each, as tall as can be, because the clearances of one omega run side by side; the bytes of a result do
-not depend on the cut.
+not depend on the cut. A sweep's tiles are whole columns.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ from grazemap.models import (
 PERIODS_PER_SECOND = 1.0e5
 MAP_PERIODS_PER_SECOND = 6.0e5
 FULL_COLUMN = 64
+# The same of a sweep, in which the clearances of one omega are followed one after the other.
+SWEEP_PERIODS_PER_SECOND = 1.5e5
 # Clearances in a tile at most: more would not run faster.
 TALLEST_TILE = 1024
 # A settled pixel stops early, an unsettled one goes on to max_periods: about this many on average at most.
@@ -157,15 +159,20 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     rows, columns = grid_points(request.clearance), grid_points(request.omega)
     cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
     periods_per_pixel = min(request.max_periods, PERIODS_PER_PIXEL)
-    cost *= max(1.0, FULL_COLUMN / rows)
-    pixel_seconds = periods_per_pixel * cost / MAP_PERIODS_PER_SECOND
-    at_worst = request.max_periods * cost / MAP_PERIODS_PER_SECOND
+    sweeps = request.policy.startswith("sweep")
+    rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
+    starts = request.initial_conditions if request.policy == "ensemble" else 1
+    if not sweeps:
+        cost *= starts * max(1.0, FULL_COLUMN / (starts * rows))
+    pixel_seconds = periods_per_pixel * cost / rate
+    at_worst = request.max_periods * cost / rate
     pixels_per_tile = max(1, round(min(TILE_SECONDS / pixel_seconds, WORST_TILE_SECONDS / at_worst)))
-    tile_rows = _even(rows, min(pixels_per_tile, TALLEST_TILE))
+    tile_rows = rows if sweeps else _even(rows, min(pixels_per_tile, TALLEST_TILE))
     tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
     pixels = rows * columns
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    estimate = Estimate(periods=float(pixels) * periods_per_pixel, tiles=shape.count, seconds=pixels * pixel_seconds)
+    periods = float(pixels) * starts * periods_per_pixel
+    estimate = Estimate(periods=periods, tiles=shape.count, seconds=pixels * pixel_seconds)
     return shape.model_copy(update={"estimate": estimate})
 
 

@@ -1,0 +1,35 @@
+"""How kernels are compiled. A kernel takes arrays and numbers and returns numbers; it allocates nothing, never raises.
+
+That is more than a habit: kernels are compiled without numba's runtime, which counts the references to every array
+that is passed on or looked up in a tuple, with atomic instructions. Counting took a quarter of the time of a map.
+Without the runtime an allocation does not compile, nor does the assignment of an array to a slice (which may have to
+copy the source); `copy_vector` and `copy_matrix` serve for that. What does allocate is compiled with plain `njit`.
+
+A function that is `inlined` has no code of its own: each of its callers has. `fused` ones may contract a product and a
+sum into one operation, which vectors want; where round-off is followed to the last digit that is not allowed.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+from numpy.typing import NDArray
+
+kernel = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+fused_kernel = njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+inlined = njit(nogil=True, error_model="numpy", _nrt=False, forceinline=True)
+fused_inlined = njit(nogil=True, error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract"})
+
+
+@inlined
+def copy_vector(target: NDArray, source: NDArray) -> None:  # type: ignore[type-arg]
+    """Write the first numbers of source (n,) over target (n or fewer,)."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]
+
+
+@inlined
+def copy_matrix(target: NDArray, source: NDArray) -> None:  # type: ignore[type-arg]
+    """Write source (m, n) over target (m, n)."""
+    for i in range(target.shape[0]):
+        for j in range(target.shape[1]):
+            target[i, j] = source[i, j]

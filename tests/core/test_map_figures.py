@@ -1,0 +1,187 @@
+"""What a map says of its motions beside their names: multipliers, exponents, kinds; and where its trajectories begin."""
+
+import numpy as np
+import pytest
+
+from grazemap_core.grazing import grazing_curve
+from grazemap_core.kernels import judging
+from grazemap_core.lyapunov import lyapunov_exponents
+from grazemap_core.monodromy import monodromy
+from grazemap_core.motion import KINDS
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.trajectory import trajectory
+from tests.core.test_lyapunov import TORI
+
+from grazemap_core.unfolding import Settling, settle_grid, unfolding_map_tile
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+PER_LINK = Oscillator.create([1.0, 4.0], [1.0, 2.0], [0.08, 0.03], [1.0, 0.2], 0.6)
+STICKY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
+PERIODIC, QUASI_PERIODIC, CHAOTIC = (KINDS.index(kind) for kind in ("periodic", "quasi-periodic", "chaotic"))
+
+
+def amplitude(oscillator: Oscillator, omega: float) -> float:
+    return float(grazing_curve(oscillator, np.array([omega]), max_order=1).clearance[0])
+
+
+@pytest.mark.parametrize(("oscillator", "omega"), [(DEFAULT, 0.28), (DEFAULT, 0.45), (PER_LINK, 0.6), (STICKY, 0.3)])
+def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: float) -> None:
+    clearances = np.linspace(0.5, 1.05, 24) * amplitude(oscillator, omega)
+    found = unfolding_map_tile(oscillator, np.array([omega]), clearances)
+    compared = 0
+    for i in np.flatnonzero(found["kind"][:, 0] == PERIODIC):
+        period, multiplier = int(found["period"][i, 0]), found["multiplier"][i, 0]
+        expected = monodromy(oscillator, omega, clearances[i])
+        if expected.period != period:  # another motion, which can be where several exist
+            continue
+        largest = abs(expected.multipliers[0])
+        assert multiplier == pytest.approx(largest, rel=1e-7, abs=1e-9), clearances[i]
+        with np.errstate(divide="ignore"):
+            assert found["lyapunov"][i, 0] == pytest.approx(np.log(multiplier) / period, rel=1e-12)
+        assert multiplier < 1.0
+        compared += 1
+    assert compared >= 12
+    assert found["sticking"].any() == (oscillator is STICKY)
+
+
+def test_without_impacts_the_slowest_mode_says_all() -> None:
+    for oscillator, omega in ((DEFAULT, 0.29), (PER_LINK, 0.6)):
+        clearance = 3.0 * amplitude(oscillator, omega)
+        found = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]))
+        assert found["impacts_right"][0, 0] == -1
+        expected = monodromy(oscillator, omega, clearance, period=1)
+        assert found["multiplier"][0, 0] == pytest.approx(abs(expected.multipliers[0]), rel=1e-11)
+        assert found["lyapunov"][0, 0] == pytest.approx(np.log(abs(expected.multipliers[0])), rel=1e-11)
+
+
+def test_chaos_is_named_with_its_exponent() -> None:
+    clearances = np.linspace(1.2, 2.1, 32)
+    found = unfolding_map_tile(DEFAULT, np.array([0.28]), clearances)
+    chaotic = np.flatnonzero(found["kind"][:, 0] == CHAOTIC)
+    assert len(chaotic) >= 1
+    for i in chaotic[:2]:
+        expected = lyapunov_exponents(DEFAULT, 0.28, clearances[i], periods=1000, transient_periods=500)
+        assert expected.kind == "chaotic"
+        period = 2.0 * np.pi / 0.28
+        # the map measures over half as long, so its error is larger by sqrt(2)
+        assert (
+            abs(found["lyapunov"][i, 0] - expected.first * period) < 6.0 * np.sqrt(3.0) * expected.first_error * period
+        )
+        assert np.isnan(found["multiplier"][i, 0])
+        assert found["period"][i, 0] == 0
+
+
+@pytest.mark.parametrize("numbers", TORI)
+def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[type-arg]
+    oscillator, omega, clearance = Oscillator.create(*numbers[:5]), numbers[5], numbers[6]
+    found = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]), max_periods=2500)
+    assert found["kind"][0, 0] == QUASI_PERIODIC
+    assert abs(found["lyapunov"][0, 0]) < 1e-3
+    assert found["settled_after"][0, 0] == -1
+
+
+def test_newtons_method_leads_where_waiting_does() -> None:
+    rng = np.random.default_rng(3)
+    clearances = np.sort(rng.uniform(1.2, 2.1, 96))
+    omegas = rng.uniform(0.26, 0.32, 5)
+    quick, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32))
+    slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, linearised=False))
+    named = (quick[judging.REASON] == 0) & (slow[judging.REASON] == 0)
+    assert named.mean() > 0.8
+    assert (quick[judging.REASON] == 0).sum() >= (slow[judging.REASON] == 0).sum()
+    same = quick[judging.PERIOD] == slow[judging.PERIOD]
+    for one, other in (
+        (judging.IMPACTS_RIGHT, judging.IMPACTS_LEFT),
+        (judging.SYMMETRIC, judging.SYMMETRIC),
+        (judging.STICKING, judging.STICKING),
+    ):
+        same &= np.minimum(quick[one], quick[other]) == np.minimum(slow[one], slow[other])
+        same &= np.maximum(quick[one], quick[other]) == np.maximum(slow[one], slow[other])
+    assert same[named].all()
+    assert quick[judging.RUN].sum() < slow[judging.RUN].sum()
+
+
+def test_a_sweep_follows_its_motion() -> None:
+    """Up and down, a sweep stays on a branch past where rest leads elsewhere; every column on its own."""
+    omega, clearances = np.array([0.27, 0.281]), np.linspace(1.5, 1.9, 41)
+    maps = {
+        policy: unfolding_map_tile(DEFAULT, omega, clearances, 400, policy=policy)
+        for policy in ("rest", "sweep-up", "sweep-down")
+    }
+    for policy in ("sweep-up", "sweep-down"):
+        alone = unfolding_map_tile(DEFAULT, omega[1:], clearances, 400, policy=policy)
+        for name, array in alone.items():
+            assert array.tobytes() == maps[policy][name][:, 1:].tobytes(), name
+        # it begins at rest at its first clearance
+        first = 0 if policy == "sweep-up" else -1
+        for name in ("period", "impacts_right", "impacts_left"):
+            np.testing.assert_array_equal(maps[policy][name][first], maps["rest"][name][first])
+        # where it goes on, it is settled much sooner than from rest
+        both = (maps[policy]["kind"] == PERIODIC) & (maps["rest"]["kind"] == PERIODIC)
+        after = maps[policy]["settled_after"][both], maps["rest"]["settled_after"][both]
+        assert np.median(after[0]) < np.median(after[1])
+    labels = {
+        policy: np.stack([found[name] for name in ("kind", "period", "impacts_right", "impacts_left")])
+        for policy, found in maps.items()
+    }
+    assert (labels["sweep-up"] != labels["sweep-down"]).any()
+
+
+@pytest.mark.parametrize("policy", ["sweep-up", "sweep-down"])
+def test_a_sweep_goes_on_from_the_state_that_it_was_in(policy: str) -> None:
+    """The same sweep by single trajectories, each from the last one's end, settled to round-off."""
+    omega, clearances = 0.27, np.linspace(1.6, 1.7, 6)
+    found = unfolding_map_tile(DEFAULT, np.array([omega]), clearances, policy=policy)
+    order = range(6) if policy == "sweep-up" else range(5, -1, -1)
+    displacement, velocity = np.zeros(3), np.zeros(3)
+    for i in order:
+        if abs(displacement[0]) >= clearances[i]:
+            displacement = displacement.copy()
+            displacement[0] = np.copysign(clearances[i], displacement[0])
+        whole = trajectory(
+            DEFAULT,
+            omega,
+            clearances[i],
+            displacement,
+            velocity,
+            transient_periods=1500,
+            periods=4,
+            samples_per_period=1,
+        )
+        displacement, velocity = whole.displacement[:, -1], whole.velocity[:, -1]
+        if KINDS[found["kind"][i, 0]] == whole.motion.kind == "periodic":
+            assert found["period"][i, 0] == whole.motion.period
+            assert sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]) == sorted(
+                [whole.motion.impacts_right, whole.motion.impacts_left]
+            )
+
+
+def test_an_ensemble_counts_where_its_states_lead() -> None:
+    omega, clearances = np.array([0.27]), np.array([1.85, 1.853])
+    found = unfolding_map_tile(DEFAULT, omega, clearances, policy="ensemble", initial_conditions=12, seed=4)
+    again = unfolding_map_tile(DEFAULT, omega, clearances[1:], policy="ensemble", initial_conditions=12, seed=4)
+    for name, array in again.items():
+        assert array.tobytes() == found[name][1:].tobytes(), name
+    starts = np.random.default_rng(4).uniform(-1.0, 1.0, (12, 2, 3))
+    for i, clearance in enumerate(clearances):
+        motions = []
+        for x, v in starts:
+            whole = trajectory(
+                DEFAULT,
+                0.27,
+                clearance,
+                clearance * x,
+                clearance * 0.27 * v,
+                transient_periods=1500,
+                periods=4,
+                samples_per_period=1,
+            )
+            motions.append((whole.motion.period, *sorted([whole.motion.impacts_right, whole.motion.impacts_left])))
+        counts = {motion: motions.count(motion) for motion in motions}
+        here = (
+            found["period"][i, 0],
+            *sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]),
+        )
+        assert found["share"][i, 0] == max(counts.values()) / 12.0 == counts[here] / 12.0
+        assert found["motions_found"][i, 0] == len(counts)
+    assert (found["motions_found"] > 1).any()
