@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.half_circle import half_circle
-from grazemap_core.held_problem import HeldModel, held_model, held_problem
+from grazemap_core.held_problem import HeldModel, held_at_phase, held_model, held_problem
 from grazemap_core.kernels.cell_factors import cell_length, shortfall, tabulate_flow
 from grazemap_core.kernels.cells import CellProblem
 from grazemap_core.kernels.held import HeldProblem
@@ -92,9 +92,6 @@ def cell_problem(
         row = row @ np.linalg.matrix_power(generator, 4)
         fourth[j] = math.hypot(row[0] / frequency[j], row[1])
     size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
-    # the second half of the table mirrors the first exactly, so that symmetric motions are symmetric to the last bit
-    half = steady[0] * np.exp(1j * phase) * half_circle(cells)
-    gain = np.concatenate([half, -half, half[:1]])
     problem = CellProblem(
         decay=np.ascontiguousarray(model.decay),
         discriminant=np.ascontiguousarray(model.discriminant),
@@ -108,7 +105,7 @@ def cell_problem(
         closeness=np.stack([size, size / frequency], axis=1),
         cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
         flow_table=flow_table,
-        gain=np.stack([gain.real, gain.imag], axis=1),
+        gain=_gain(steady, cells, phase),
         steady_bound=float(abs(steady[0])),
         omega=float(omega),
         step=step[0],
@@ -118,6 +115,27 @@ def cell_problem(
         damped=not bool(np.any(model.undamped)),
     )
     return problem, held_problem(models, steady, omega, cells, phase)
+
+
+def at_phase(
+    problem: CellProblem, held: HeldProblem, models: HeldModel, steady: NDArray[np.complex128], phase: float
+) -> tuple[CellProblem, HeldProblem]:
+    """Return the same views with another forcing phase at t = 0, to the bit as `cell_problem` returns them for it.
+
+    Mass 1 does not rest in them, and what changes in place is their own.
+    """
+    return (
+        problem._replace(gain=_gain(steady, problem.cells, phase)),
+        held_at_phase(held, models, problem.omega, problem.cells, phase),
+    )
+
+
+def _gain(steady: NDArray[np.complex128], cells: int, phase: float) -> NDArray[np.float64]:
+    """Return the steady motion of mass 1 at the boundaries of the cells, as (real, imaginary), shape (cells + 1, 2)."""
+    # the second half of the table mirrors the first exactly, so that symmetric motions are symmetric to the last bit
+    half = steady[0] * np.exp(1j * phase) * half_circle(cells)
+    gain = np.concatenate([half, -half, half[:1]])
+    return np.stack([gain.real, gain.imag], axis=1)
 
 
 def chatter_bounces(restitution: float) -> float:

@@ -77,13 +77,7 @@ def held_problem(
         assert chain is not None
         response, found = held_response(chain, oscillator.forcing[1:].copy(), np.array([omega]))
         steady, exists = response[0], bool(found[0])
-    pull = oscillator.forcing[0] / m1
-    if exists and count > 0:
-        pull = (oscillator.forcing[0] + (k1 + 1j * omega * c1) * steady[0]) / m1
-
-    # mirrored exactly, as the table of the free motion
-    half = np.exp(1j * phase) * half_circle(cells)
-    turn = np.concatenate([half, -half, half[:1]])
+    turn = _turn(cells, phase)
     blocks = model.held
     readout = np.zeros((count, 4))
     if blocks is not None:
@@ -100,7 +94,7 @@ def held_problem(
         discriminant=empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
         frequency_squared=empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
         readout=np.ascontiguousarray(readout),
-        gain=_pairs(pull * turn),
+        gain=_pairs(_pull(oscillator, steady, omega, exists) * turn),
         inward=float(1.0 / np.sum(compliance) / m1),
         drag=float(c1 / m1),
         profile=np.ascontiguousarray(profile),
@@ -116,6 +110,37 @@ def held_problem(
         since=np.zeros(2),
         physical=np.zeros(2 * count + 2),
     )
+
+
+def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int, phase: float) -> HeldProblem:
+    """Return the same view with another forcing phase at t = 0; mass 1 does not rest in it."""
+    turn = _turn(cells, phase)
+    steady = held.steady[:, 0] + 1j * held.steady[:, 1]
+    return held._replace(
+        turn=_pairs(turn),
+        gain=_pairs(_pull(model.oscillator, steady, omega, held.exists) * turn),
+        state=np.zeros_like(held.state),
+        since=np.zeros_like(held.since),
+        physical=np.zeros_like(held.physical),
+    )
+
+
+def _pull(oscillator: Oscillator, steady: NDArray[np.complex128], omega: float, exists: bool) -> complex:
+    """Return the harmonic part of the acceleration that a resting mass 1 would have, let go, at phase 0.
+
+    `steady` is the steady motion of the masses behind it, shape (N - 1,).
+    """
+    m1, k1, c1 = oscillator.masses[0], oscillator.stiffnesses[0], oscillator.link_damping[0]
+    if exists and len(steady) > 0:
+        return complex((oscillator.forcing[0] + (k1 + 1j * omega * c1) * steady[0]) / m1)
+    return complex(oscillator.forcing[0] / m1)
+
+
+def _turn(cells: int, phase: float) -> NDArray[np.complex128]:
+    """Return exp(i phase) at the boundaries of the cells, shape (cells + 1,)."""
+    # mirrored exactly, as the table of the free motion
+    half = np.exp(1j * phase) * half_circle(cells)
+    return np.concatenate([half, -half, half[:1]])
 
 
 def _pairs(values: NDArray[np.complex128]) -> Floats:

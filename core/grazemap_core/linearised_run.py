@@ -6,23 +6,19 @@ arrays of the kernels and makes the record of events longer when a half period n
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
-from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.errors import LinearisationError
 from grazemap_core.kernels.cells import CellProblem
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.simulate import RECORD_FULL, reason_of_end
 from grazemap_core.kernels.tangent import GRAZED, HalfPeriod, half_period, run_half_linearised
-from grazemap_core.kernels.workspace import OK, ROWS, Workspace, workspace
+from grazemap_core.kernels.workspace import OK, ROWS, Workspace
 from grazemap_core.motion import REASONS
 from grazemap_core.oscillator import Floats, Oscillator
-from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
-from grazemap_core.trajectory import _start, _state
+from grazemap_core.start import forced_chain, initial_state, longer_record, start
 
 
 @dataclass(eq=False)
@@ -83,8 +79,7 @@ class LinearisedRun:
 
     def grow_record(self) -> None:
         """Make room for four times as many events in half a period."""
-        rows, columns = self.work.events.shape
-        self.work = self.work._replace(events=np.zeros((4 * rows, columns)))
+        self.work = longer_record(self.work)
 
     @staticmethod
     def require(status: int) -> None:
@@ -119,29 +114,18 @@ def linearised_run(
     LinearisationError
         Mass 1 rests on a stop, and the chain behind it has no closed form that keeps its digits.
     """
-    for name, value in (("omega", omega), ("clearance", clearance)):
-        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
-            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
-    if not math.isfinite(phase):
-        raise ParameterError("phase", "must be finite")
-    x = _state("displacement", displacement, oscillator.size)
-    v = _state("velocity", velocity, oscillator.size)
-    if abs(x[0]) > clearance:
-        raise ParameterError("displacement", "mass 1 starts outside the stops")
-    models = trajectory_models(oscillator)
-    steady = forced_response(oscillator, np.array([omega]))[0]
-    problem, held = cell_problem(models, steady, omega, phase)
-    turned = steady * np.exp(1j * phase)
+    chain = forced_chain(oscillator, omega, clearance)
+    begun = start(chain, initial_state(chain, displacement, velocity, phase))
     run = LinearisedRun(
-        problem=problem,
-        held=held,
-        state=free_state(models.free, steady, omega, x, v, phase),
-        steady=np.concatenate([turned.imag, omega * turned.real]),
+        problem=begun.problem,
+        held=begun.held,
+        state=begun.u,
+        steady=np.concatenate([begun.steady.imag, omega * begun.steady.real]),
         clearance=clearance,
         halves=0,
-        work=workspace(oscillator.size, events=64),
+        work=begun.work,
         began=half_period(oscillator.size),
     )
-    run.require(_start(problem, held, run.state, clearance, float(x[0]), float(v[0]), run.work))
+    run.require(begun.status)
     run.work.cursor[ROWS] = 0
     return run

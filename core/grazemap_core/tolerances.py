@@ -88,6 +88,9 @@ R = 0.9999. Closer to 1, and at 1, mass 1 may in effect slide on the stop, and t
 followed for as many bounces as this and then given up with that reason.
 """
 
+END_ROUNDING: Final = 1.0 + 4.0 * EPSILON
+"""Factor on the end of a record up to which a time lies in it: its end has three roundings, a given time its own."""
+
 SETTLING_IMPACTS: Final = 1_000_000
 """Impacts, beside those that complete chatter may take in every half period, after which a trajectory that has not
 settled is given up: a second or two. Thousands are the rule; between very close stops there is no limit to them."""

@@ -1,84 +1,34 @@
-"""One trajectory: every impact and every rest on a stop exact, samples in closed form, and the motion settled to."""
+"""Trajectories: every impact and every rest on a stop exact, samples in closed form, and the motion settled to."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels import closing
-from grazemap_core.kernels.cells import CellProblem, bounds
+from grazemap_core.kernels.cells import bounds
 from grazemap_core.kernels.closing import Orbit
-from grazemap_core.kernels.held import HeldProblem
-from grazemap_core.kernels.sampling import sample_motion
 from grazemap_core.kernels.simulate import RECORD_FULL, is_free_for_ever, reason_of_end, run_recorded
-from grazemap_core.kernels.sticking import rest_behind_impact, start_on_stop
-from grazemap_core.kernels.walk import land
-from grazemap_core.kernels.workspace import (
-    ANCHOR,
-    CHATTER,
-    DELAY,
-    EVENT_COLUMNS,
-    GRAZE,
-    HALF,
-    HELD,
-    IMPACT,
-    KIND,
-    OK,
-    RELEASE,
-    REST,
-    ROOTS,
-    ROWS,
-    STOP,
-    TIME,
-    UNDECIDED,
-    VELOCITY,
-    Workspace,
-    workspace,
-)
+from grazemap_core.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, ROWS, TIME, UNDECIDED
 from grazemap_core.motion import Motion, motion_from_codes
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
-
-Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Impacts:
-    """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
-
-    The kind is "impact"; "chatter": infinitely many more follow that one, in the time up to the start of the next
-    interval of sticking, and none of them is listed; or "graze": mass 1 comes so near the stop that round-off hides
-    whether it touches it. A graze is taken as a touch at zero velocity, which changes nothing.
-
-    The same time without the rounding that a long time has: period (n,), the forcing periods completed since the record
-    began, and phase_time (n,), the time since then.
-    """
-
-    time: Floats
-    period: NDArray[np.int64]
-    phase_time: Floats
-    stop: NDArray[np.int8]
-    velocity: Floats
-    kind: NDArray[np.str_]
-
-
-@dataclass(frozen=True, eq=False)
-class Sticking:
-    """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,).
-
-    An interval begins where the impacts of a complete chatter accumulate, at the impact itself when the restitution is
-    0, or with the record; it ends with the release, or with the record.
-    """
-
-    start: Floats
-    stop_time: Floats
-    stop: NDArray[np.int8]
+from grazemap_core.oscillator import Floats, Oscillator
+from grazemap_core.record import Impacts, Record, Sticking, first_row, record_of
+from grazemap_core.start import (
+    ForcedChain,
+    Start,
+    State,
+    forced_chain,
+    initial_state,
+    longer_record,
+    start,
+    state_at,
+    wrapped,
+)
+from grazemap_core.tolerances import END_ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +46,12 @@ class Trajectory:
         force on a resting mass 1 is zero and may or may not release it (it is taken to stay).
     motion : Motion
         Unresolved, with the reason, when the trajectory ended early: the arrays then end there too.
+    final : State or None
+        Where the record ends, the phase in (-pi, pi]: a trajectory started there goes on as this one would. On the last
+        bounces before a rest it is that of the rest. None when the trajectory ended before the record began, or in
+        numbers that are not finite.
+    record : Record
+        What all this is read off.
     """
 
     time: Floats
@@ -105,6 +61,31 @@ class Trajectory:
     sticking: Sticking
     undecided: int
     motion: Motion
+    final: State | None
+    record: Record
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return displacement and velocity, each (N, n), at any times (n,) of the record, in closed form.
+
+        At the time of an impact they are those behind it.
+
+        Raises
+        ------
+        ParameterError
+            A time outside the record.
+        """
+        return self.record.at(times)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is recorded of a trajectory: the parameters of `trajectory` behind the state."""
+
+    periods: int
+    transient_periods: int
+    samples_per_period: int
+    times: Floats | None
+    max_period: int
 
 
 def trajectory(
@@ -118,6 +99,7 @@ def trajectory(
     transient_periods: int = 0,
     samples_per_period: int = 200,
     max_period: int = 32,
+    times: Floats | None = None,
 ) -> Trajectory:
     """Follow one trajectory and return samples, impacts and motion.
 
@@ -135,15 +117,61 @@ def trajectory(
         Samples are at multiples of the forcing period over this, both ends included.
     max_period : int
         Longest period of a motion that is looked for.
+    times : (n,) or None
+        Samples are at these times of the record instead.
 
     Raises
     ------
     ParameterError
         A number is out of range, or mass 1 starts outside the stops.
     """
-    for name, value in (("omega", omega), ("clearance", clearance)):
-        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
-            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    chain = forced_chain(oscillator, omega, clearance)
+    plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
+    return _follow(chain, initial_state(chain, displacement, velocity, phase), plan)
+
+
+def trajectories(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: float,
+    states: Sequence[State],
+    periods: int = 1,
+    transient_periods: int = 0,
+    samples_per_period: int = 200,
+    max_period: int = 32,
+    times: Floats | None = None,
+) -> Iterator[Trajectory]:
+    """Follow the trajectories from many states, each when it is asked for; to the bit as `trajectory` would.
+
+    Parameters
+    ----------
+    states : sequence of State
+        All of them are checked before the first is followed.
+
+    Other parameters as in `trajectory`.
+
+    Raises
+    ------
+    ParameterError
+        As `trajectory`; a state's numbers are named, for example, states[3].velocity.
+    """
+    chain = forced_chain(oscillator, omega, clearance)
+    plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
+    checked = [
+        initial_state(chain, state.displacement, state.velocity, state.phase, f"states[{k}].")
+        for k, state in enumerate(states)
+    ]
+    return (_follow(chain, state, plan) for state in checked)
+
+
+def _plan(
+    omega: float,
+    periods: int,
+    transient_periods: int,
+    samples_per_period: int,
+    times: Floats | None,
+    max_period: int,
+) -> Plan:
     for name, value, least in (
         ("periods", periods, 1),
         ("transient_periods", transient_periods, 0),
@@ -152,176 +180,97 @@ def trajectory(
     ):
         if value < least:
             raise ParameterError(name, f"must be {least} or greater")
-    if not math.isfinite(phase):
-        raise ParameterError("phase", "must be finite")
-    x = _state("displacement", displacement, oscillator.size)
-    v = _state("velocity", velocity, oscillator.size)
-    if abs(x[0]) > clearance:
-        raise ParameterError("displacement", "mass 1 starts outside the stops")
-
-    models = trajectory_models(oscillator)
-    steady = forced_response(oscillator, np.array([omega]))[0]
-    problem, held = cell_problem(models, steady, omega, phase)
-    u = free_state(models.free, steady, omega, x, v, phase)
-    ring = closing.orbit(oscillator.size, max_period)
-    first_half = 2 * transient_periods
-
-    work = workspace(oscillator.size, events=64)
-    closing.enter(ring, 0, u, work)
-    status, done = _start(problem, held, u, clearance, float(x[0]), float(v[0]), work), 0
-    if status == OK:
-        status, done, work = _run_transient(problem, held, u, clearance, first_half, ring, work)
-    rows = _beginning(held, u, first_half, 0.5 * problem.cells * problem.step, work)
-    recorded = status == OK
-    if recorded:
-        status, done, work = _run_record(problem, held, u, clearance, first_half, first_half + 2 * periods, ring, work)
-        rows = np.concatenate([rows, work.events[: work.cursor[ROWS]]])
-
-    period_time = 2.0 * math.pi / omega
-    event_time = (rows[:, HALF] - first_half) * (0.5 * period_time) + rows[:, TIME]
-    count = periods * samples_per_period + 1
-    index = np.arange(count, dtype=np.int64)
-    end = periods * period_time
-    if not recorded:
-        index, end = index[:0], 0.0
-    elif status != OK:
-        # the trajectory ended with its last event, or where it stood in the half period when none was recorded
-        end = event_time[-1] if len(rows) > 1 else (done - first_half) * (0.5 * period_time)
-        index = index[index * (period_time / samples_per_period) <= end]
-    samples_x, samples_v = sample_motion(
-        problem,
-        held,
-        models.free.shape,
-        steady * np.exp(1j * phase),
-        rows,
-        clearance,
-        index,
-        samples_per_period,
-        first_half,
-    )
-    return Trajectory(
-        time=np.asarray(index * (period_time / samples_per_period), dtype=np.float64),
-        displacement=samples_x,
-        velocity=samples_v,
-        impacts=_impacts(rows[1:], event_time[1:], first_half, 0.5 * period_time),
-        sticking=_sticking(rows, event_time, end),
-        undecided=int(work.tally[UNDECIDED]),
-        motion=_motion(problem, ring, u, status, done, max_period, clearance, int(work.cursor[ANCHOR])),
-    )
+    if times is not None:
+        times = np.array(times, dtype=np.float64)
+        end = periods * (2.0 * math.pi / omega)
+        if times.ndim != 1 or not np.all((times >= 0.0) & (times <= end * END_ROUNDING)):
+            raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
+    return Plan(periods, transient_periods, samples_per_period, times, max_period)
 
 
-def _state(name: str, values: Floats | None, count: int) -> Floats:
-    """Return an initial displacement or velocity as an array of shape (N,)."""
-    if values is None:
-        return np.zeros(count)
-    array = np.array(values, dtype=np.float64)
-    if array.shape != (count,) or not np.all(np.isfinite(array)):
-        raise ParameterError(name, "must be a list of finite numbers, one per mass")
-    return array
-
-
-def _start(
-    problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, x1: float, v1: float, work: Workspace
-) -> int:
-    """Enter a start on a stop: moving into it is an impact, at rest it stays there if pressed. Returns a status."""
-    if abs(x1) != clearance:
-        return OK
-    stop = 1 if x1 > 0.0 else -1
-    if v1 == 0.0:
-        return start_on_stop(problem, held, u, clearance, stop, work)
-    if v1 * stop > 0.0:
-        if land(problem, u, stop, v1, problem.gain[0, 1], 0, 0.0, work):
-            return int(rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work))
-        return OK
-    work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
-    work.near[:2] = 0.0, abs(v1)
-    return OK
-
-
-def _beginning(held: HeldProblem, u: Floats, first_half: int, half_time: float, work: Workspace) -> Floats:
-    """Return the row with which a record begins, shape (1, EVENT_COLUMNS + 2 N)."""
-    row = np.zeros((1, EVENT_COLUMNS + u.size))
-    row[0, HALF] = first_half
-    if work.cursor[HELD] != 0 and work.cursor[ROWS] == 0:
-        since = (held.since[0] - first_half) * half_time + held.since[1]
-        row[0, [STOP, KIND, DELAY]] = work.cursor[HELD], REST, max(0.0, since)
-        row[0, EVENT_COLUMNS : EVENT_COLUMNS + held.state.size] = held.state.ravel()
-    else:
-        row[0, [KIND]] = IMPACT
-        row[0, EVENT_COLUMNS:] = u.ravel()
-    return row
-
-
-def _impacts(rows: Floats, time: Floats, first_half: int, half_time: float) -> Impacts:
-    """Pick the contacts out of the events of a record that begins with half period `first_half`."""
-    there = rows[:, KIND] != RELEASE
-    half = rows[there, HALF].astype(np.int64) - first_half
-    return Impacts(
-        time=time[there],
-        period=half // 2,
-        phase_time=(half % 2) * half_time + rows[there, TIME],
-        stop=rows[there, STOP].astype(np.int8),
-        velocity=rows[there, VELOCITY],
-        kind=np.select([rows[there, KIND] == CHATTER, rows[there, KIND] == GRAZE], ["chatter", "graze"], "impact"),
-    )
-
-
-def _sticking(rows: Floats, time: Floats, end: float) -> Sticking:
-    """Pick the intervals of rest out of the events of a record that ends at `end`."""
-    begins = ~np.isin(rows[:, KIND], (IMPACT, GRAZE, RELEASE)) & (time + rows[:, DELAY] <= end)
-    until = np.append(time[1:], end)  # the event behind a rest is its release
-    return Sticking(
-        start=(time + rows[:, DELAY])[begins], stop_time=until[begins], stop=rows[begins, STOP].astype(np.int8)
-    )
-
-
-def _run_transient(
-    problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, halves: int, ring: Orbit, work: Workspace
-) -> tuple[int, int, Workspace]:
-    """Run the part that is not recorded, forgetting its impacts block by block. Returns (status, halves done, work)."""
+def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
+    """Follow a trajectory from its start to its end."""
+    run = start(chain, state)
+    ring = closing.orbit(chain.oscillator.size, plan.max_period)
+    closing.enter(ring, 0, run.u, run.work)
+    first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
     done = 0
-    status = OK
-    while done < halves and status == OK:
-        status, done, work = _run_record(problem, held, u, clearance, done, min(done + 64, halves), ring, work)
-        work.cursor[ROWS] = 0
-    return status, done, work
+    if run.status == OK:
+        done = _run_transient(run, chain.clearance, first_half, ring)
+    rows = first_row(run, first_half)
+    recorded = run.status == OK
+    if recorded:
+        done = _run_record(run, chain.clearance, first_half, last_half, ring)
+        rows = np.concatenate([rows, run.work.events[: run.work.cursor[ROWS]]])
+
+    period = 2.0 * math.pi / chain.omega
+    end = plan.periods * period
+    if not recorded:
+        end = -math.inf
+    elif run.status != OK:
+        # the trajectory ended with its last event, or where it stood in the half period when none was recorded
+        last = rows[-1]
+        half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
+        end = float((half - first_half) * (0.5 * period) + since)
+    record = record_of(chain, run, rows, first_half, end)
+    if plan.times is not None:
+        time = plan.times if run.status == OK else plan.times[plan.times <= end]
+        x, v = record.at(time)
+    else:
+        count = plan.periods * plan.samples_per_period + 1 if recorded else 0
+        index = np.arange(count, dtype=np.int64)
+        time = np.asarray(index * (period / plan.samples_per_period), dtype=np.float64)
+        if run.status != OK:
+            index, time = index[time <= end], time[time <= end]
+        x, v = record.evenly(index, plan.samples_per_period)
+    return Trajectory(
+        time=time,
+        displacement=x,
+        velocity=v,
+        impacts=record.impacts(),
+        sticking=record.sticking(),
+        undecided=int(run.work.tally[UNDECIDED]),
+        motion=_motion(run, ring, done, plan.max_period, chain.clearance),
+        final=_final(chain, state, run, rows) if recorded else None,
+        record=record,
+    )
 
 
-def _run_record(
-    problem: CellProblem,
-    held: HeldProblem,
-    u: Floats,
-    clearance: float,
-    done: int,
-    halves: int,
-    ring: Orbit,
-    work: Workspace,
-) -> tuple[int, int, Workspace]:
-    """Run on to `halves` half periods, growing the record of impacts as needed. Returns (status, halves done, work)."""
+def _run_transient(run: Start, clearance: float, halves: int, ring: Orbit) -> int:
+    """Run the part that is not recorded, forgetting its impacts block by block. Returns the halves done."""
+    done = 0
+    while done < halves and run.status == OK:
+        done = _run_record(run, clearance, done, min(done + 64, halves), ring)
+        run.work.cursor[ROWS] = 0
+    return done
+
+
+def _run_record(run: Start, clearance: float, done: int, halves: int, ring: Orbit) -> int:
+    """Run on to `halves` half periods, growing the record of impacts as needed. Returns the halves done."""
     while True:
-        status, done = run_recorded(problem, held, u, clearance, done, halves, ring, work)
-        if status != RECORD_FULL:
-            return status, done, work
-        events = np.zeros((2 * len(work.events), work.events.shape[1]))
-        events[: len(work.events)] = work.events
-        work = work._replace(events=events)
+        run.status, done = run_recorded(run.problem, run.held, run.u, clearance, done, halves, ring, run.work)
+        if run.status != RECORD_FULL:
+            return done
+        run.work = longer_record(run.work)
 
 
-def _motion(
-    problem: CellProblem,
-    ring: Orbit,
-    u: Floats,
-    status: int,
-    halves: int,
-    max_period: int,
-    clearance: float,
-    anchor: int,
-) -> Motion:
+def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State | None:
+    """Return where the record of a run ends."""
+    phase = wrapped(state.phase)
+    if run.status == NOT_FINITE:
+        return None
+    if run.status != OK:  # it ended at its last event
+        phase = wrapped(phase + rows[-1, HALF] % 2 * math.pi + chain.omega * rows[-1, TIME])
+    return state_at(chain, run, phase)
+
+
+def _motion(run: Start, ring: Orbit, halves: int, max_period: int, clearance: float) -> Motion:
     """Name the motion at the end of a trajectory."""
-    if status != OK:
-        return motion_from_codes(reason_of_end(status), 0, 0, 0, False, False)
-    reach, _ = bounds(problem, u)
-    if is_free_for_ever(problem, reach, anchor, clearance):
+    if run.status != OK:
+        return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
+    problem = run.problem
+    reach, _ = bounds(problem, run.u)
+    if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
         return motion_from_codes(closing.NAMED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = closing.name_motion(
         problem, ring, 0, halves, halves, max_period, clearance, reach

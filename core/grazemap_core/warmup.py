@@ -21,6 +21,6 @@ def warm_up() -> float:
         oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], damping, [1.0, 0.0, 0.0], 0.8)
         grazing_curve(oscillator, omega, max_order=2)
         codimension_two_points(oscillator, 0.25, 0.35, max_order=2, max_multiple=1)
-        trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4)
+        trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4).at(omega)
         unfolding_map_tile(oscillator, omega, np.array([1.6]), max_periods=4, max_period=2)
     return time.perf_counter() - began

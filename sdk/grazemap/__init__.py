@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from grazemap.embedded import local
     from grazemap.jobs import AsyncJobHandle, JobHandle
     from grazemap.models import InitialState, Oscillator
-    from grazemap.results import CodimensionTwoPoints, GrazingCurve, Trajectory, UnfoldingMap, load
+    from grazemap.results import CodimensionTwoPoints, GrazingCurve, Trajectories, Trajectory, UnfoldingMap, load
     from grazemap.version import __version__
 
 _HOME = {
@@ -35,6 +35,7 @@ _HOME = {
     "InitialState": "grazemap.models",
     "JobHandle": "grazemap.jobs",
     "Oscillator": "grazemap.models",
+    "Trajectories": "grazemap.results",
     "Trajectory": "grazemap.results",
     "UnfoldingMap": "grazemap.results",
     "__version__": "grazemap.version",
@@ -52,6 +53,7 @@ __all__ = [
     "InitialState",
     "JobHandle",
     "Oscillator",
+    "Trajectories",
     "Trajectory",
     "UnfoldingMap",
     "__version__",

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from typing import Any, Self, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, Self, TypeVar, overload
 
 import httpx2
+import numpy as np
+from numpy.typing import NDArray
 
 from grazemap import constants, flows, questions
 from grazemap.async_driver import AsyncDriver
 from grazemap.connection import Connection
 from grazemap.errors import ProtocolError
 from grazemap.jobs import AsyncJobHandle
-from grazemap.models import InitialState, ProcessRequest, Status
+from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
-from grazemap.questions import OscillatorLike, Values
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectory, UnfoldingMap
+from grazemap.questions import OscillatorLike, StateLike, Values
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectories, Trajectory, UnfoldingMap
 from grazemap.validation import validated
 
 R = TypeVar("R", bound=Result)
@@ -108,22 +110,55 @@ class AsyncClient:
         request = questions.codimension_two_points(oscillator, omega, max_order, max_multiple)
         return await self._answer(CodimensionTwoPoints, request, progress)
 
+    @overload
     async def trajectory(
         self,
         oscillator: OscillatorLike = None,
         *,
         omega: float,
         clearance: float,
-        initial: InitialState | Mapping[str, Any] | None = None,
+        initial: StateLike | None = None,
         periods: int,
         transient_periods: int = 0,
-        samples_per_period: int = 200,
+        samples_per_period: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] | None = None,
         progress: bool = True,
-    ) -> Trajectory:
+    ) -> Trajectory: ...
+
+    @overload
+    async def trajectory(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        initial: Sequence[StateLike],
+        periods: int,
+        transient_periods: int = 0,
+        samples_per_period: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] | None = None,
+        progress: bool = True,
+    ) -> Trajectories: ...
+
+    async def trajectory(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        initial: StateLike | Sequence[StateLike] | None = None,
+        periods: int,
+        transient_periods: int = 0,
+        samples_per_period: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] | None = None,
+        progress: bool = True,
+    ) -> Trajectory | Trajectories:
         """As `Client.trajectory`."""
         request = questions.trajectory(
-            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period
+            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
         )
+        if isinstance(request.initial, list):
+            return await self._answer(Trajectories, request, progress)
         return await self._answer(Trajectory, request, progress)
 
     async def unfolding_map(

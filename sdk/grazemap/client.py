@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from typing import Any, Self, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, Self, TypeVar, overload
 
 import httpx2
+import numpy as np
+from numpy.typing import NDArray
 
 from grazemap import constants, flows, questions
 from grazemap.connection import Connection
 from grazemap.driver import Driver
 from grazemap.errors import ProtocolError
 from grazemap.jobs import JobHandle
-from grazemap.models import InitialState, ProcessRequest, Status
+from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
-from grazemap.questions import OscillatorLike, Values
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectory, UnfoldingMap
+from grazemap.questions import OscillatorLike, StateLike, Values
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectories, Trajectory, UnfoldingMap
 from grazemap.validation import validated
 
 R = TypeVar("R", bound=Result)
@@ -181,38 +183,79 @@ class Client:
         request = questions.codimension_two_points(oscillator, omega, max_order, max_multiple)
         return self._answer(CodimensionTwoPoints, request, progress)
 
+    @overload
     def trajectory(
         self,
         oscillator: OscillatorLike = None,
         *,
         omega: float,
         clearance: float,
-        initial: InitialState | Mapping[str, Any] | None = None,
+        initial: StateLike | None = None,
         periods: int,
         transient_periods: int = 0,
-        samples_per_period: int = 200,
+        samples_per_period: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] | None = None,
         progress: bool = True,
-    ) -> Trajectory:
-        """Compute one trajectory with every impact.
+    ) -> Trajectory: ...
+
+    @overload
+    def trajectory(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        initial: Sequence[StateLike],
+        periods: int,
+        transient_periods: int = 0,
+        samples_per_period: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] | None = None,
+        progress: bool = True,
+    ) -> Trajectories: ...
+
+    def trajectory(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        initial: StateLike | Sequence[StateLike] | None = None,
+        periods: int,
+        transient_periods: int = 0,
+        samples_per_period: int | None = None,
+        times: Sequence[float] | NDArray[np.float64] | None = None,
+        progress: bool = True,
+    ) -> Trajectory | Trajectories:
+        """Compute one trajectory with every impact, or one from each of several states.
 
         Parameters
         ----------
         oscillator : Oscillator or mapping, optional
         omega, clearance : float
-        initial : InitialState or mapping, optional
-            displacement and velocity of all masses and the phase of the forcing; left out: at rest in the middle.
+        initial : State, InitialState or mapping, or a sequence of up to 1000 of them, optional
+            displacement and velocity of all masses and the phase of the forcing; left out: at rest in the middle. The
+            `final` of another trajectory is one.
         periods, transient_periods : int
             Forcing periods that are recorded, and those that are gone through before.
-        samples_per_period : int
+        samples_per_period : int, optional
+            200 unless `times` are given.
+        times : increasing list or array, optional
+            Samples are at these times of the record instead; s in SI.
         progress : bool
+
+        Returns
+        -------
+        Trajectory, or Trajectories for a sequence of states
 
         Raises
         ------
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         request = questions.trajectory(
-            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period
+            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
         )
+        if isinstance(request.initial, list):
+            return self._answer(Trajectories, request, progress)
         return self._answer(Trajectory, request, progress)
 
     def unfolding_map(

@@ -1,12 +1,14 @@
 """How a result travels: one nested document of arrays and records, as npz or as JSON.
 
 A document is a dict with string keys. A value is a numpy array, a plain scalar (bool, int, float, str, None), a
-nested document, or a list of records (dicts of one kind, whose fields may be missing in some of them, and whose
-values may be scalars, lists of scalars or lists of records). A list of scalars on its own is a numpy array.
+nested document, or a list of records (documents of one kind, whose fields may be missing in some of them, and whose
+values may be lists of scalars and lists of lists too). A list of scalars on its own is a numpy array.
 
 npz: nested names are joined by dots. A list of records is stored by columns; a field that is missing in some
-records, or is a list, is ragged: ``name.values`` and ``name.offsets``, the entries of record i being
-``values[offsets[i]:offsets[i + 1]]``. ``meta`` is a JSON string. The same document gives the same bytes.
+records, or is a list or an array, is ragged: ``name.values`` and ``name.offsets``, the entries of record i being
+``values[offsets[i]:offsets[i + 1]]``. Arrays of several dimensions are laid out in C order, and ``name.shape`` has
+their shapes, one row for each record that has the field. ``meta`` is a JSON string. The same document gives the same
+bytes.
 JSON: NaN and infinities are null.
 """
 
@@ -16,7 +18,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from itertools import pairwise
 from typing import Any
 
@@ -36,7 +38,9 @@ class CodecError(ValueError):
 def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
     """Return a document and its meta as the bytes of a compressed npz file (no pickles in it)."""
     arrays: dict[str, NDArray[Any]] = {}
-    shape: dict[str, str] = {}  # names that are not plain arrays: scalar, optional, list, records, none
+    shape: dict[
+        str, str
+    ] = {}  # names that are not plain arrays: scalar, optional, list, array, document, records, none
     for key, value in document.items():
         _flatten(key, value, arrays, shape)
     full = {**meta, "structure": shape}
@@ -102,6 +106,12 @@ def _pieces(value: Any) -> Iterator[str]:
                 yield "," if place else ""
                 yield from _pieces(row)
         yield "]"
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
+        yield "["
+        for place, item in enumerate(value):
+            yield "," if place else ""
+            yield from _pieces(item)
+        yield "]"
     else:
         yield _json(value)
 
@@ -117,15 +127,27 @@ def _flatten(name: str, value: Any, arrays: dict[str, NDArray[Any]], shape: dict
         for key, item in value.items():
             _flatten(f"{name}.{key}", item, arrays, shape)
     elif isinstance(value, list):
-        shape[name] = "records"
-        arrays[f"{name}.count"] = np.array(len(value))
-        for key in sorted({key for record in value for key in record}):
-            _flatten_column(f"{name}.{key}", [record.get(key) for record in value], arrays, shape)
+        _flatten_records(name, value, arrays, shape)
     elif value is None:
         shape[name] = "none"
     else:
         shape[name] = "scalar"
         arrays[name] = np.array(value)
+
+
+def _flatten_records(
+    name: str, records: list[Any], arrays: dict[str, NDArray[Any]], shape: dict[str, str], kind: str = "records"
+) -> None:
+    keys = sorted({key for record in records for key in record})
+    if kind == "document" and not keys:
+        raise ValueError("documents without fields leave no trace in npz")
+    shape[name] = kind
+    if kind == "records":
+        if "count" in keys:
+            raise ValueError("a record has no field called count: its column would hide their number")
+        arrays[f"{name}.count"] = np.array(len(records))
+    for key in keys:
+        _flatten_column(f"{name}.{key}", [record.get(key) for record in records], arrays, shape)
 
 
 def _flatten_column(name: str, column: list[Any], arrays: dict[str, NDArray[Any]], shape: dict[str, str]) -> None:
@@ -135,15 +157,35 @@ def _flatten_column(name: str, column: list[Any], arrays: dict[str, NDArray[Any]
     elif any(item is None for item in column):
         rows = [[] if item is None else [item] for item in column]
         shape[name] = "optional"
+    elif column and all(isinstance(item, np.ndarray) for item in column):
+        _flatten_arrays(name, column, arrays, shape)
+        return
+    elif column and all(isinstance(item, Mapping) for item in column):
+        _flatten_records(name, column, arrays, shape, "document")
+        return
     else:
         arrays[name] = np.array(column)
         return
-    arrays[f"{name}.offsets"] = np.cumsum([0, *(len(row) for row in rows)], dtype=np.int64)
+    arrays[f"{name}.offsets"] = _offsets(len(row) for row in rows)
     values = [item for row in rows for item in row]
-    if values and isinstance(values[0], dict):
+    if values and isinstance(values[0], Mapping):
         _flatten(f"{name}.values", values, arrays, shape)
     else:
-        arrays[f"{name}.values"] = np.array(values)
+        _flatten_column(f"{name}.values", values, arrays, shape)
+
+
+def _flatten_arrays(
+    name: str, column: list[NDArray[Any]], arrays: dict[str, NDArray[Any]], shape: dict[str, str]
+) -> None:
+    shape[name] = "array"
+    arrays[f"{name}.offsets"] = _offsets(item.size for item in column)
+    arrays[f"{name}.values"] = np.concatenate([item.ravel() for item in column])
+    if any(item.ndim != 1 for item in column):
+        arrays[f"{name}.shape"] = np.array([item.shape for item in column], dtype=np.int64)
+
+
+def _offsets(lengths: Iterable[int]) -> NDArray[np.int64]:
+    return np.cumsum([0, *lengths], dtype=np.int64)
 
 
 def _is_below(name: str, other: str, shape: Mapping[str, str]) -> bool:
@@ -164,11 +206,16 @@ def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str
 
 
 def _records(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[dict[str, Any]]:
-    count = int(arrays[f"{name}.count"])
+    columns = _columns(name, arrays, shape, {"count"})
+    return [{field: columns[field][i] for field in columns} for i in range(int(arrays[f"{name}.count"]))]
+
+
+def _columns(
+    name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str], but: Set[str] = frozenset()
+) -> dict[str, list[Any]]:
     prefix = name + "."
-    fields = {key[len(prefix) :].split(".")[0] for key in {*arrays, *shape} if key.startswith(prefix)} - {"count"}
-    columns = {field: _column(prefix + field, arrays, shape) for field in fields}
-    return [{field: columns[field][i] for field in sorted(columns)} for i in range(count)]
+    fields = {key[len(prefix) :].split(".")[0] for key in {*arrays, *shape} if key.startswith(prefix)} - but
+    return {field: _column(prefix + field, arrays, shape) for field in sorted(fields)}
 
 
 def _column(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[Any]:
@@ -176,12 +223,23 @@ def _column(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, s
     if kind is None:
         plain: list[Any] = arrays[name].tolist()
         return plain
+    if kind == "records":
+        return _records(name, arrays, shape)
+    if kind == "document":
+        columns = _columns(name, arrays, shape)
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     offsets = arrays[f"{name}.offsets"]
-    nested = shape.get(f"{name}.values") == "records"
-    values = _records(f"{name}.values", arrays, shape) if nested else arrays[f"{name}.values"].tolist()
+    if kind == "array":
+        pieces = [arrays[f"{name}.values"][a:b] for a, b in pairwise(offsets)]
+        if f"{name}.shape" not in arrays:
+            return pieces
+        return [piece.reshape(sides) for piece, sides in zip(pieces, arrays[f"{name}.shape"], strict=True)]
+    values = _column(f"{name}.values", arrays, shape)
     rows = [values[a:b] for a, b in pairwise(offsets)]
     if kind == "optional":
         return [row[0] if row else None for row in rows]
+    if kind != "list":
+        raise CodecError(f"unknown structure {kind!r}")
     return rows
 
 

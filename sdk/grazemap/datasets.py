@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectory, UnfoldingMap
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, State, Trajectories, Trajectory, UnfoldingMap
 
 if TYPE_CHECKING:
     import xarray
@@ -24,21 +25,29 @@ _SI_UNITS = {
     "velocity": "m/s",
     "least_impact_velocity": "m/s",
     "impact_time": "s",
+    "impact_phase_time": "s",
+    "impact_period": "forcing periods",
     "impact_velocity": "m/s",
+    "final_displacement": "m",
+    "final_velocity": "m/s",
+    "final_phase": "rad",
     "sticking_start": "s",
     "sticking_stop_time": "s",
     "settled_after": "forcing periods",
     "period": "forcing periods",
 }
 # Counts of forcing periods and angles have their unit whatever the oscillator's units are.
-_ALWAYS = {"phase", "settled_after", "period"}
+_ALWAYS = {"phase", "final_phase", "settled_after", "period", "impact_period"}
 
 
 def dataset(result: Result) -> xarray.Dataset:
     """Return a result as a Dataset; its attributes hold the process, the version, and the request as JSON.
 
-    A trajectory's motion is an attribute too, as JSON. The families of codimension-two points are columns of their
-    own, one entry for each family: `family_point` is the place of its point, `family_case` and `family_n` name it.
+    A trajectory's motion is an attribute too, as JSON; a list of trajectories has the list of their motions. There the
+    samples are NaN where a trajectory ended early, and impacts and intervals of sticking are columns over all of them:
+    `impact_trajectory` and `interval_trajectory` are the places of their trajectories. The families of codimension-two
+    points are columns of their own, one entry for each family: `family_point` is the place of its point, `family_case`
+    and `family_n` name it.
 
     Raises
     ------
@@ -57,6 +66,8 @@ def dataset(result: Result) -> xarray.Dataset:
     }
     if isinstance(result, Trajectory):
         attributes["motion"] = result.motion.model_dump_json()
+    if isinstance(result, Trajectories):
+        attributes["motion"] = json.dumps([path.motion.model_dump(mode="json") for path in result.trajectories])
     made = xarray.Dataset(variables, coordinates, attributes)
     for name in made.variables:
         unit = _unit(str(name), result.units)
@@ -83,6 +94,8 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _points(result)
         case Trajectory():
             return _trajectory(result)
+        case Trajectories():
+            return _trajectories(result)
         case UnfoldingMap():
             return _unfolding_map(result)
         case _:
@@ -117,23 +130,72 @@ def _points(result: CodimensionTwoPoints) -> tuple[Variables, Variables]:
 
 
 def _trajectory(result: Trajectory) -> tuple[Variables, Variables]:
-    impacts = result.impacts
+    final = _final(result)
     variables: Variables = {
         "displacement": (("mass", "time"), result.displacement),
         "velocity": (("mass", "time"), result.velocity),
-        "impact_stop": (("impact",), impacts.stop),
-        "impact_velocity": (("impact",), impacts.velocity),
-        "impact_kind": (("impact",), impacts.kind),
-        "sticking_start": (("interval",), result.sticking.start),
-        "sticking_stop_time": (("interval",), result.sticking.stop_time),
-        "sticking_stop": (("interval",), result.sticking.stop),
+        **_events((result,)),
+        "undecided": ((), np.array(result.undecided)),
+        "final_displacement": (("mass",), final.displacement),
+        "final_velocity": (("mass",), final.velocity),
+        "final_phase": ((), np.array(final.phase)),
     }
     coordinates: Variables = {
         "time": (("time",), result.time),
         "mass": (("mass",), np.arange(1, len(result.displacement) + 1)),
-        "impact_time": (("impact",), impacts.time),
+        "impact_time": (("impact",), result.impacts.time),
     }
     return variables, coordinates
+
+
+def _trajectories(result: Trajectories) -> tuple[Variables, Variables]:
+    paths = result.trajectories
+    longest = max(paths, key=lambda path: len(path.time))
+    finals = [_final(path) for path in paths]
+
+    def padded(name: str) -> NDArray[np.float64]:
+        whole = np.full((len(paths), *longest.displacement.shape), np.nan)
+        for place, path in enumerate(paths):
+            whole[place, :, : len(path.time)] = getattr(path, name)
+        return whole
+
+    def places(lengths: list[int]) -> NDArray[np.int64]:
+        return np.repeat(np.arange(len(paths)), lengths)
+
+    variables: Variables = {
+        **{name: (("trajectory", "mass", "time"), padded(name)) for name in ("displacement", "velocity")},
+        **_events(paths),
+        "impact_trajectory": (("impact",), places([len(path.impacts) for path in paths])),
+        "interval_trajectory": (("interval",), places([len(path.sticking) for path in paths])),
+        "undecided": (("trajectory",), np.array([path.undecided for path in paths])),
+        "final_displacement": (("trajectory", "mass"), np.array([final.displacement for final in finals])),
+        "final_velocity": (("trajectory", "mass"), np.array([final.velocity for final in finals])),
+        "final_phase": (("trajectory",), np.array([final.phase for final in finals])),
+    }
+    coordinates: Variables = {
+        "time": (("time",), longest.time),
+        "mass": (("mass",), np.arange(1, len(longest.displacement) + 1)),
+        "impact_time": (("impact",), np.concatenate([path.impacts.time for path in paths])),
+    }
+    return variables, coordinates
+
+
+def _events(paths: Sequence[Trajectory]) -> Variables:
+    """Return the columns of the impacts and of the intervals of sticking, one trajectory behind the other."""
+    variables: Variables = {}
+    for name in ("stop", "velocity", "kind", "period", "phase_time"):
+        column = np.concatenate([getattr(path.impacts, name) for path in paths])
+        variables[f"impact_{name}"] = (("impact",), column)
+    for name in ("start", "stop_time", "stop"):
+        column = np.concatenate([getattr(path.sticking, name) for path in paths])
+        variables[f"sticking_{name}"] = (("interval",), column)
+    return variables
+
+
+def _final(result: Trajectory) -> State:
+    """Return where a trajectory ends, NaN where it has no such state."""
+    nothing = np.full(len(result.displacement), np.nan)
+    return result.final or State(nothing, nothing, np.nan)
 
 
 def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:

@@ -24,6 +24,7 @@ _QUOTABLE = {
     "less_than",
     "less_than_equal",
     "too_short",
+    "too_long",
     "finite_number",
     "float_type",
     "int_type",
@@ -135,8 +136,9 @@ def _describe_one(schema: Schema, root: Schema) -> str:
         return " ".join(filter(None, (noun, _bounds(schema))))
     if kind == "array":
         items = _describe(_branches(schema.get("items", {}), root), root) or "any value"
-        least = schema.get("minItems")
-        return f"a list of {f'at least {least}: ' if least else ''}{items}"
+        least, most = schema.get("minItems"), schema.get("maxItems")
+        counts = f"{least or 0} to {most}: " if most else f"at least {least}: " if least else ""
+        return f"a list of {counts}{items}"
     if kind == "object" or "properties" in schema:
         return "an object with the fields " + ", ".join(schema.get("properties", {}))
     return str(kind) if kind and kind != "null" else ""

@@ -19,10 +19,13 @@ from grazemap.models import (
     TrajectoriesRequest,
     UnfoldingMapsRequest,
 )
+from grazemap.results import State
 from grazemap.validation import parameter_error, validated
 
 R = TypeVar("R", bound=ProcessRequest)
 OscillatorLike = Oscillator | Mapping[str, Any] | None
+StateLike = InitialState | State | Mapping[str, Any]
+"""Where a trajectory starts: the end of another one among them."""
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
 
@@ -49,21 +52,25 @@ def trajectory(
     oscillator: OscillatorLike,
     omega: float,
     clearance: float,
-    initial: InitialState | Mapping[str, Any] | None,
+    initial: StateLike | Sequence[StateLike] | None,
     periods: int,
     transient_periods: int,
-    samples_per_period: int,
+    samples_per_period: int | None,
+    times: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> TrajectoriesRequest:
-    """Return the question for a trajectory. Raises ParameterError."""
+    """Return the question for a trajectory, or for one from each of several states. Raises ParameterError."""
     body: dict[str, Any] = {
         "omega": omega,
         "clearance": clearance,
         "periods": periods,
         "transient_periods": transient_periods,
-        "samples_per_period": samples_per_period,
     }
+    for name, value in (("samples_per_period", samples_per_period), ("times", times)):
+        if value is not None:
+            body[name] = _plain(value)
     if initial is not None:
-        body["initial"] = _plain(initial)
+        several = isinstance(initial, Sequence) and not isinstance(initial, str | bytes)
+        body["initial"] = [_state(state) for state in _plain(initial)] if several else _state(initial)
     return _request(TrajectoriesRequest, "trajectories", oscillator, body)
 
 
@@ -93,6 +100,12 @@ def unfolding_map(
         "seed": seed,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
+
+
+def _state(state: Any) -> Any:
+    if isinstance(state, State):
+        return {"displacement": state.displacement, "velocity": state.velocity, "phase": state.phase}
+    return _plain(state)
 
 
 def _request(model: type[R], process: str, oscillator: OscillatorLike, body: dict[str, Any]) -> R:

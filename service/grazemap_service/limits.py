@@ -76,12 +76,15 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
         longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
         return [(_of_points(*longer), "points", across * down, settings.max_pixels)]
     if isinstance(request, TrajectoriesRequest):
-        periods = request.periods + request.transient_periods
-        samples = request.periods * request.samples_per_period
+        states, periods = len(request.states), request.periods + request.transient_periods
+        samples = states * request.samples
+        sampled = "/samples_per_period" if request.times is None else "/times"
+        if states * periods > settings.max_tile_periods >= periods:
+            return [("/initial", "periods", states * periods, settings.max_tile_periods)]
         return [
-            ("/periods", "periods", periods, settings.max_tile_periods),
-            ("/samples_per_period", "samples", samples, settings.max_points),
-            ("/samples_per_period", "bytes", samples * _sample_bytes(request), MOST_RESULT_BYTES),
+            ("/periods", "periods", states * periods, settings.max_tile_periods),
+            (sampled, "samples", samples, settings.max_points),
+            (sampled, "bytes", samples * _sample_bytes(request), MOST_RESULT_BYTES),
         ]
     return []
 

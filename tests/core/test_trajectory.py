@@ -119,7 +119,8 @@ def test_energy_never_rises_without_forcing(
     result = trajectory(oscillator, 1.0, 1.0, *start, periods=5, samples_per_period=64)
     assert len(result.time) == 5 * 64 + 1
     level = energy(oscillator, result)
-    assert np.all(np.diff(level) <= 1e-14 * level[0])
+    # squares below the normal numbers have absolute roundings
+    assert np.all(np.diff(level) <= 1e-14 * level[0] + np.finfo(float).tiny)
 
 
 @pytest.mark.parametrize(("masses", "stiffnesses", "x", "v"), [

@@ -36,9 +36,13 @@ def test_all_four_processes_answer(stack: LocalClient, tmp_path) -> None:
     path = stack.trajectory(omega=0.29, clearance=1.6, periods=200, samples_per_period=10, progress=False)
     assert len(path.impacts) == 798
     assert path.motion.label == "1-2r-2l"
+    states = [{}, {"phase": 1.0}, path.final]
+    many = stack.trajectory(omega=0.29, clearance=1.6, periods=3, initial=states, times=[0.0, 9.5], progress=False)
+    assert [one.displacement.shape for one in many.trajectories] == [(3, 2)] * 3
+    assert many.trajectories[2].displacement[:, 0] == pytest.approx(path.displacement[:, -1], abs=1e-13)
     umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
     assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
-    for result in (curve, points, path, umap):
+    for result in (curve, points, path, many, umap):
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)
 
@@ -59,6 +63,9 @@ def test_the_asynchronous_client_gets_the_same_bytes(stack: LocalClient, tmp_pat
         ("trajectories", {"omega": 0, "clearance": 1, "periods": 1}),
         ("trajectories", {"omega": "0.3", "clearance": True, "periods": 1.5}),
         ("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "initial": {"displacement": [0, 0]}}),
+        ("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "initial": [{}, {"displacement": [2, 0, 0]}]}),
+        ("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "initial": []}),
+        ("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "times": [1.0, 50.0]}),
         ("trajectories", {"omega": 0.3, "wobble": 1}),
         ("grazing-curves", {"omega": {"start": 2, "stop": 1, "points": 2}}),
         ("grazing-curves", {"omega": [0.3, 0.2], "oscillator": {"masses": [1, -1], "restitution": 1.1}}),

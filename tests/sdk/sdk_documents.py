@@ -43,20 +43,27 @@ POINTS: list[dict[str, Any]] = [
 ]
 
 
+MANY = "trajectories of many"
+"""The process trajectories asked with a list of states."""
+REQUESTS[MANY] = {**REQUESTS["trajectories"], "initial": [{}, {"phase": 1.0}, {"velocity": [0.0, 0.0, 0.5]}]}
+
+
 def document(process: str) -> dict[str, Any]:
     """Return a result's document as the workers make it."""
     return {
         "grazing-curves": _curve,
         "codimension-two-points": lambda: {"points": POINTS},
         "trajectories": _trajectory,
+        "trajectories of many": _trajectories,
         "unfolding-maps": _map,
     }[process]()
 
 
 def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
     """Return a result as the service sends it."""
-    request = canonical(parse_request(process, REQUESTS[process]))
-    meta = {"process": process, "request": request, "core_version": "1", "numerics": {}, "units": "nondimensional"}
+    name = process.split()[0]
+    request = canonical(parse_request(name, REQUESTS[process]))
+    meta = {"process": name, "request": request, "core_version": "1", "numerics": {}, "units": "nondimensional"}
     return encode_npz({**document(process), **(extra or {})}, meta)
 
 
@@ -78,6 +85,8 @@ def _trajectory() -> dict[str, Any]:
         "velocity": np.ones((3, 5)),
         "impacts": {
             "time": np.array([5.0, 20.0]),
+            "period": np.array([0, 0]),
+            "phase_time": np.array([5.0, 20.0]),
             "stop": np.array([1, -1], dtype=np.int8),
             "velocity": np.array([0.5, -0.25]),
             "kind": np.array(["impact", "impact"]),
@@ -93,7 +102,34 @@ def _trajectory() -> dict[str, Any]:
             "certified": False,
             "reason": None,
         },
+        "undecided": 0,
+        "final": {"displacement": np.zeros(3), "velocity": np.ones(3), "phase": 0.0},
     }
+
+
+def _trajectories() -> dict[str, Any]:
+    """Return what a list of states is answered with; the second trajectory ended early, the third before its record."""
+    whole = _trajectory()
+    early = {
+        **whole,
+        "time": whole["time"][:2],
+        "displacement": np.array([[0.1, 0.2], [0.3, 0.4], [0.5, np.nan]]),
+        "velocity": whole["velocity"][:, :2],
+        "impacts": {name: values[:1] for name, values in whole["impacts"].items()},
+        "sticking": {"start": np.array([7.0]), "stop_time": np.array([9.0]), "stop": np.array([1], dtype=np.int8)},
+        "motion": {**dict.fromkeys(whole["motion"]), "kind": "unresolved", "certified": False, "reason": "too stiff"},
+        "undecided": 2,
+    }
+    none = {
+        **early,
+        "time": np.zeros(0),
+        "displacement": np.zeros((3, 0)),
+        "velocity": np.zeros((3, 0)),
+        "impacts": {name: values[:0] for name, values in whole["impacts"].items()},
+        "sticking": whole["sticking"],
+        "final": None,
+    }
+    return {"trajectories": [whole, early, none]}
 
 
 def _map() -> dict[str, Any]:

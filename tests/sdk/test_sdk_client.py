@@ -1,5 +1,7 @@
 """What a client does with a service, the blocking and the asynchronous one alike."""
 
+import json
+
 import httpx2
 import numpy as np
 import pytest
@@ -7,7 +9,8 @@ from sdk_documents import REQUESTS, npz
 from sdk_fake_service import problem
 
 from grazemap import Client, Oscillator, errors
-from grazemap.models import PROCESSES
+from grazemap.models import PROCESSES, InitialState
+from grazemap.results import State
 
 CURVE = REQUESTS["grazing-curves"]
 
@@ -23,6 +26,22 @@ def test_each_process_has_its_method(client, service):
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
     assert service.computed == 4
+
+
+def test_a_list_of_states_gives_a_list_of_trajectories(client, service):
+    states = [{}, InitialState(phase=1.0), State(np.zeros(3), np.array([0.0, 0.0, 0.5]), 0.0)]
+    keywords = {"omega": 0.29, "clearance": 1.6, "periods": 2, "times": np.array([0.0, 10.0]), "progress": False}
+    found = client.trajectory(initial=states, **keywords)
+    assert [path.final is None for path in found.trajectories] == [False, False, True]
+    asked = json.loads(next(r for r in service.requests if r.method == "POST").content)
+    assert [state["phase"] for state in asked["initial"]] == [0.0, 1.0, 0.0]
+    assert asked["initial"][2]["velocity"] == [0.0, 0.0, 0.5]
+    assert asked["times"] == [0.0, 10.0]
+    assert "samples_per_period" not in asked
+    # the end of one is the start of the next
+    one = client.trajectory(initial=found.trajectories[0].final, **keywords)
+    assert one.motion.label == "1-1r-1l"
+    assert service.computed == 2
 
 
 def test_what_is_for_ensembles_only_is_taken_and_no_part_of_another_question(client, service):

@@ -22,6 +22,7 @@ def test_public_names_are_these():
         "InitialState",
         "JobHandle",
         "Oscillator",
+        "Trajectories",
         "Trajectory",
         "UnfoldingMap",
         "__version__",

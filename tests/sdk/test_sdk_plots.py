@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from sdk_documents import REQUESTS, npz
+from sdk_documents import MANY, REQUESTS, npz
 
 from grazemap.plots import palette, save_picture
 from grazemap.plots.axes import new_figure
@@ -82,8 +82,23 @@ def test_an_impact_is_a_jump_between_its_two_velocities():
 
 
 def test_there_is_no_mass_beyond_the_last():
-    with pytest.raises(ValueError, match="1 to 3"):
-        decode_result(npz("trajectories")).plot(mass=4)
+    for process in ("trajectories", MANY):
+        with pytest.raises(ValueError, match="1 to 3"):
+            decode_result(npz(process)).plot(mass=4)
+
+
+def test_many_trajectories_are_drawn_in_the_colours_of_their_motions():
+    result = decode_result(npz(MANY))
+    history, portrait = result.plot()
+    assert legend(history) == ["1-$1_r$-$1_l$", "unresolved"]
+    colours = [line.get_color() for line in portrait.get_lines()]
+    assert colours[:3] == [palette.motion_colour(motion(1, 1, 1)), palette.UNRESOLVED, palette.UNRESOLVED]
+    # 5 samples and both sides of 2 impacts
+    assert len(portrait.get_lines()[0].get_xdata()) == 9
+    assert "3 trajectories" in history.get_figure().get_suptitle()
+    # each by itself too, one that ended before its record among them
+    for single in result.trajectories:
+        single.plot(mass=2)
 
 
 def test_no_pyplot_state_is_made():

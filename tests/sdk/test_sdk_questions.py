@@ -1,5 +1,7 @@
 """Keywords become the wire model of a question, or an exception that names the place."""
 
+import itertools
+import math
 from array import array
 
 import numpy as np
@@ -9,7 +11,7 @@ from pydantic import ValidationError
 
 from grazemap import Oscillator, questions
 from grazemap.errors import ParameterError
-from grazemap.models import Range, UnfoldingMapsRequest
+from grazemap.models import Range, UnfoldingMapsRequest, canonical, job_id
 from grazemap.validation import validated
 
 
@@ -62,6 +64,47 @@ def test_a_damping_may_be_any_kind_of_number_or_list():
 def test_numpy_scalars_are_numbers():
     request = questions.trajectory({"restitution": np.float64(0.5)}, np.float64(0.3), 1.5, None, np.int64(4), 0, 200)
     assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
+
+
+PATH = {"omega": 0.3, "clearance": 1.5, "periods": 2}
+
+
+def test_times_take_the_place_of_evenly_spaced_samples():
+    plain = canonical(validated("trajectories", PATH))
+    assert plain["samples_per_period"] == 200
+    assert "times" not in plain
+    asked = canonical(validated("trajectories", {**PATH, "times": np.array([0, 1.5])}))
+    assert asked["times"] == [0.0, 1.5]
+    assert "samples_per_period" not in asked
+    # what a worker parses is the same question again
+    assert canonical(validated("trajectories", asked)) == asked
+
+
+def test_a_question_that_could_always_be_asked_has_the_id_that_it_always_had():
+    # of the version before there were times and lists of states
+    known = "b054270bdec750d3644de0568904420db1ae72967fbd2de77798886b73d71035"
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+    for extra in ({}, {"samples_per_period": 200, "initial": {"phase": 0}}, {"times": None}):
+        assert job_id("trajectories", validated("trajectories", {**body, **extra}), "0.1.0") == known
+    listed = validated("trajectories", {**body, "initial": [{}]})
+    assert job_id("trajectories", listed, "0.1.0") != known
+
+
+def test_states_of_a_list_are_written_out_one_by_one():
+    request = validated("trajectories", {**PATH, "initial": ({}, {"velocity": (0, 0, 1)})})
+    assert [state.velocity for state in request.states] == [[0.0] * 3, [0.0, 0.0, 1.0]]
+    assert canonical(validated("trajectories", canonical(request))) == canonical(request)
+    for states in (np.array([{}], dtype=object), iter([{}])):
+        assert "/initial" in refused(validated, "trajectories", {**PATH, "initial": states})
+
+
+def test_the_end_of_the_record_is_in_it_however_its_time_is_computed():
+    for omega, periods in itertools.product((0.29, 0.1, 1 / 3, 7.3), (1, 3, 7, 200)):
+        ends = (2 * math.pi * periods / omega, periods * 2 * math.pi / omega, periods * (2 * math.pi / omega))
+        for end in ends:
+            validated("trajectories", {"omega": omega, "clearance": 1.0, "periods": periods, "times": [end]})
+        beyond = {"omega": omega, "clearance": 1.0, "periods": periods, "times": [0.0, ends[0] * (1 + 1e-14)]}
+        assert list(refused(validated, "trajectories", beyond)) == ["/times/1"]
 
 
 def test_a_refused_oscillator_does_not_repeat_what_was_given():

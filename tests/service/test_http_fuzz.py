@@ -34,12 +34,17 @@ RANGE = st.one_of(
     st.lists(NUMBERS, max_size=4),
     JSON,
 )
+STATE = st.fixed_dictionaries(
+    {}, optional={"displacement": st.lists(NUMBERS, max_size=3), "velocity": NUMBERS, "phase": NUMBERS}
+)
 # Close to a right request, so that what lies behind the models is reached too.
 REQUESTS = st.fixed_dictionaries(
     {"omega": RANGE},
     optional={
         "clearance": RANGE,
         "periods": NUMBERS,
+        "initial": st.one_of(STATE, st.lists(STATE, max_size=3)),
+        "times": st.lists(NUMBERS, max_size=4),
         "max_order": NUMBERS,
         "oscillator": st.fixed_dictionaries(
             {},

@@ -55,6 +55,13 @@ def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
     assert plan("trajectories", trajectory).estimate.periods == 1000
     assert plan("trajectories", trajectory).estimate.seconds >= 1000 / PERIODS_PER_SECOND
     assert plan("trajectories", trajectory).count == 1
+    many = parse_request(
+        "trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "transient_periods": 800, "initial": [{}] * 7}
+    )
+    assert plan("trajectories", many).estimate.periods == 7000
+    one = plan("trajectories", trajectory).estimate.seconds
+    assert plan("trajectories", many).estimate.seconds == pytest.approx(7 * one, rel=1e-14)
+    assert plan("trajectories", many).count == 1
 
 
 @settings(max_examples=100, deadline=None)

@@ -10,6 +10,7 @@ import pytest
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.models import ProcessRequest, parse_request
 from grazemap_worker.processes import PROCESSES
+from grazemap_worker.processes.core_objects import request_pointer
 from grazemap_worker.store import Plan
 
 MAP = {
@@ -60,6 +61,56 @@ def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
     assert len(document["impacts"]["time"]) == len(document["impacts"]["kind"]) == 798
     assert document["motion"]["label"] == "1-2r-2l"
     assert document["sticking"]["start"].shape == (0,)
+    impacts = document["impacts"]
+    time = impacts["period"] * (2 * np.pi / 0.29) + impacts["phase_time"]
+    np.testing.assert_allclose(time, impacts["time"], rtol=1e-15)
+    assert impacts["period"].dtype == np.int64
+    assert document["undecided"] == 0
+    assert document["final"]["displacement"].shape == document["final"]["velocity"].shape == (3,)
+    assert document["final"]["phase"] == 0.0
+
+
+def test_a_trajectory_goes_on_from_its_end_in_another_question() -> None:
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 3, "initial": {"phase": 2.0}, "samples_per_period": 8}
+    end = whole("trajectories", body)["final"]
+    again = whole("trajectories", {**body, "initial": {name: np.asarray(end[name]).tolist() for name in end}})
+    both = whole("trajectories", {**body, "periods": 6})
+    np.testing.assert_allclose(again["displacement"], both["displacement"][:, 24:], rtol=0, atol=1e-12)
+
+
+def test_times_are_sampled_exactly_as_given() -> None:
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+    document = whole("trajectories", {**body, "times": [0.0, 0.1, 2 * np.pi / 0.29]})
+    assert document["time"].tolist() == [0.0, 0.1, 2 * np.pi / 0.29]
+    even = whole("trajectories", {**body, "samples_per_period": 1})
+    np.testing.assert_allclose(document["displacement"][:, [0, 2]], even["displacement"][:, :2], rtol=0, atol=1e-14)
+
+
+def test_a_list_of_states_has_a_record_for_each_as_alone() -> None:
+    body = {"omega": 0.29, "clearance": 1.6, "periods": 3, "samples_per_period": 8}
+    states = [{}, {"phase": 1.0}, {"displacement": [1.6, 0.0, 0.0], "velocity": [0.5, 0.0, 0.0]}]
+    request = parse_request("trajectories", {**body, "initial": states})
+    compute, seen = PROCESSES["trajectories"].whole, []
+    assert compute is not None
+    found = decode_npz(encode_npz(compute(request, lambda *step: seen.append(step)), {}))[0]["trajectories"]
+    assert seen == [(0, 3), (1, 3), (2, 3)]
+    for state, one in zip(states, found, strict=True):
+        alone = whole("trajectories", {**body, "initial": state})
+        assert set(one) == set(alone)
+        for name in ("time", "displacement", "velocity"):
+            np.testing.assert_array_equal(one[name], alone[name])
+        for name, values in alone["impacts"].items():
+            np.testing.assert_array_equal(one["impacts"][name], values)
+        assert one["motion"] == alone["motion"]
+        np.testing.assert_array_equal(one["final"]["velocity"], alone["final"]["velocity"])
+
+
+def test_a_refusal_of_the_core_points_at_the_state_it_means() -> None:
+    request = parse_request("trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 3, "initial": [{}, {}]})
+    assert request_pointer(request, "states[1].velocity") == "/initial/1/velocity"
+    assert request_pointer(request, "times") == "/times"
+    assert request_pointer(request, "states") is None
+    assert request_pointer(request, None) is None
 
 
 def test_any_cut_of_a_map_gives_the_same_bytes() -> None:

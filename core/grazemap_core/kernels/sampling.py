@@ -9,10 +9,58 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem, flow_state
+from grazemap_core.kernels.double_double import two_prod
 from grazemap_core.kernels.held import HeldProblem, flow_held, held_motion, turned
 from grazemap_core.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TURN_LOW = 2.4492935982947064e-16
+"""2 pi less its rounding to a double."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def split_times(times: FloatArray, omega: float) -> tuple[IntArray, FloatArray]:
+    """Return how many forcing periods fit into each time (n,), and what is left of it, to a few of its own roundings.
+
+    A time that is long against the period leaves a remainder with the digits that the time itself has: the period is
+    taken with more digits than a double.
+    """
+    turn = 2.0 * math.pi
+    period = turn / omega
+    product, error = two_prod(period, omega)
+    period_low = ((turn - product) - error + TURN_LOW) / omega
+    whole = np.empty(times.shape[0], dtype=np.int64)
+    within = np.empty(times.shape[0])
+    for n in range(times.shape[0]):
+        whole[n] = int(times[n] / period)
+        product, error = two_prod(float(whole[n]), period)
+        within[n] = (times[n] - product) - error - whole[n] * period_low
+    return whole, within
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def events_before(rows: FloatArray, half: IntArray, within: FloatArray, half_time: float) -> IntArray:
+    """Return which event is the last at or before each of some increasing moments (n,).
+
+    Parameters
+    ----------
+    rows : (events, EVENT_COLUMNS + 2 N)
+        As `sample_motion` takes them.
+    half, within : (n,)
+        The moments: half periods, and times since their starts.
+    half_time : float
+    """
+    found = np.empty(half.shape[0], dtype=np.int64)
+    row = 0
+    for n in range(half.shape[0]):
+        while (
+            row + 1 < rows.shape[0] and (rows[row + 1, HALF] - half[n]) * half_time + rows[row + 1, TIME] <= within[n]
+        ):
+            row += 1
+        found[n] = row
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -23,11 +71,12 @@ def sample_motion(
     steady: NDArray[np.complex128],
     rows: FloatArray,
     clearance: float,
-    index: NDArray[np.int64],
-    samples_per_period: int,
-    first_half: int,
+    row: IntArray,
+    half: IntArray,
+    within: FloatArray,
+    angle: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return displacement and velocity of all masses, each (N, n), at given sample numbers.
+    """Return displacement and velocity of all masses, each (N, n), at given moments.
 
     Parameters
     ----------
@@ -39,42 +88,36 @@ def sample_motion(
         Where the record begins, then every event, with the states behind them; increasing in time. Behind an event of
         a kind other than IMPACT, GRAZE and RELEASE mass 1 is at rest, or on its last bounces, which count as rest.
     clearance : float
-    index : (n,)
-        Sample numbers, increasing; sample i is i / samples_per_period forcing periods after the record begins.
-    samples_per_period, first_half : int
-        The half period in which the record begins is `first_half`.
+    row : (n,)
+        The event before each moment.
+    half, within, angle : (n,)
+        The moments: even half periods, times since their starts, and these as angles of the forcing.
     """
     count = shape.shape[0]
     half_time = math.pi / problem.omega
-    x = np.empty((count, index.shape[0]))
-    v = np.empty((count, index.shape[0]))
+    x = np.empty((count, row.shape[0]))
+    v = np.empty((count, row.shape[0]))
     u = np.empty((count, 2))
     held = np.empty((count - 1, 2))
     physical = np.empty(2 * count)
-    row = 0
-    for n in range(index.shape[0]):
-        within = index[n] % samples_per_period  # of its forcing period
-        half = first_half + 2 * (index[n] // samples_per_period)
-        time = 2.0 * half_time * within / samples_per_period
-        while row + 1 < rows.shape[0] and (rows[row + 1, HALF] - half) * half_time + rows[row + 1, TIME] <= time:
-            row += 1
-        passed = (half - rows[row, HALF]) * half_time + (time - rows[row, TIME])
-        angle = 2.0 * math.pi * within / samples_per_period
-        c, s = math.cos(angle), math.sin(angle)
-        if rows[row, KIND] != IMPACT and rows[row, KIND] != RELEASE and rows[row, KIND] != GRAZE:
+    for n in range(row.shape[0]):
+        event = rows[row[n]]
+        passed = (half[n] - event[HALF]) * half_time + (within[n] - event[TIME])
+        c, s = math.cos(angle[n]), math.sin(angle[n])
+        if event[KIND] != IMPACT and event[KIND] != RELEASE and event[KIND] != GRAZE:
             for j in range(count - 1):
-                held[j, 0] = rows[row, EVENT_COLUMNS + 2 * j]
-                held[j, 1] = rows[row, EVENT_COLUMNS + 2 * j + 1]
+                held[j, 0] = event[EVENT_COLUMNS + 2 * j]
+                held[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
             flow_held(held_problem, held, passed)
-            cosine, sine = turned(held_problem.turn, 0, angle)
-            held_motion(held_problem, held, rows[row, STOP] * clearance, problem.omega, cosine, sine, physical)
+            cosine, sine = turned(held_problem.turn, 0, angle[n])
+            held_motion(held_problem, held, event[STOP] * clearance, problem.omega, cosine, sine, physical)
             for i in range(count):
                 x[i, n] = physical[i]
                 v[i, n] = physical[count + i]
             continue
         for j in range(count):
-            u[j, 0] = rows[row, EVENT_COLUMNS + 2 * j]
-            u[j, 1] = rows[row, EVENT_COLUMNS + 2 * j + 1]
+            u[j, 0] = event[EVENT_COLUMNS + 2 * j]
+            u[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
         flow_state(problem, u, passed)
         for i in range(count):
             x[i, n] = steady[i].imag * c + steady[i].real * s

@@ -23,13 +23,13 @@ from grazemap_core.kernels.closing import (
 )
 from grazemap_core.kernels.compiled import copy_matrix, kernel
 from grazemap_core.kernels.contact import is_clear
+from grazemap_core.kernels.events import enter_event
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
 from grazemap_core.kernels.walk import walk_cell
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
-    DELAY,
     EVENT_COLUMNS,
     FOLLOWED,
     GRAZE,
@@ -45,7 +45,6 @@ from grazemap_core.kernels.workspace import (
     STOP,
     TIME,
     UNDECIDED,
-    VELOCITY,
     Workspace,
     clear_tally,
 )
@@ -78,17 +77,9 @@ def enter_graze(problem: CellProblem, u: FloatArray, end: float, half: int, work
         if last[KIND] == GRAZE and last[STOP] == stop and since < problem.step:
             work.tally[UNDECIDED] -= 1.0
             return
+    enter_event(work, half, time, stop, 0.0, GRAZE, u)
     if row < work.events.shape[0]:
-        work.events[row, HALF] = half
-        work.events[row, TIME] = time
-        work.events[row, STOP] = stop
-        work.events[row, VELOCITY] = 0.0
-        work.events[row, KIND] = GRAZE
-        work.events[row, DELAY] = 0.0
-        state = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
-        copy_matrix(state, u)
-        flow_state(problem, state, -back)
-    work.cursor[ROWS] = row + 1
+        flow_state(problem, work.events[row, EVENT_COLUMNS:].reshape(u.shape), -back)
 
 
 @kernel

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from grazemap_core.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
 from grazemap_core.kernels.cells import CellProblem, first_acceleration, sum_series, turned_gain
 from grazemap_core.kernels.compiled import kernel
+from grazemap_core.kernels.events import enter_event
 from grazemap_core.kernels.held import HeldProblem, flow_held, hold, let_go, turned
 from grazemap_core.kernels.walk import walk_cell
 from grazemap_core.kernels.workspace import (
@@ -32,7 +33,6 @@ from grazemap_core.kernels.workspace import (
     CHATTER,
     DELAY,
     EVENT_COLUMNS,
-    HALF,
     HELD,
     HELD_LEFT,
     HELD_RIGHT,
@@ -46,10 +46,7 @@ from grazemap_core.kernels.workspace import (
     RIGHT,
     ROOTS,
     ROWS,
-    STOP,
-    TIME,
     UNDECIDED,
-    VELOCITY,
     Workspace,
 )
 from grazemap_core.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING, TAYLOR_DEGREE
@@ -222,18 +219,7 @@ def rest_on(
     work.cursor[HELD] = 0
     work.cursor[ROOTS] = 3
     before = problem.step * (cell % (problem.cells // 2))
-    row = work.cursor[ROWS]
-    if row < work.events.shape[0]:
-        work.events[row, HALF] = half
-        work.events[row, TIME] = before + offset
-        work.events[row, STOP] = stop
-        work.events[row, VELOCITY] = 0.0
-        work.events[row, KIND] = RELEASE
-        work.events[row, DELAY] = 0.0
-        for j in range(u.shape[0]):
-            work.events[row, EVENT_COLUMNS + 2 * j] = u[j, 0]
-            work.events[row, EVENT_COLUMNS + 2 * j + 1] = u[j, 1]
-    work.cursor[ROWS] = row + 1
+    enter_event(work, half, before + offset, stop, 0.0, RELEASE, u)
     return offset
 
 

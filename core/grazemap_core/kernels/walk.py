@@ -22,18 +22,15 @@ from grazemap_core.kernels.cells import (
 from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.contact import first_contact, gap_and_rate
 from grazemap_core.kernels.double_double import two_sum
+from grazemap_core.kernels.events import enter_event
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
-    DELAY,
-    EVENT_COLUMNS,
     FOLLOWED,
     GRAZE,
-    HALF,
     HELD,
     IMPACT,
     IMPACT_BUDGET_SPENT,
-    KIND,
     LEAST_SPEED,
     LEAST_UNPRESSED,
     LEFT,
@@ -41,10 +38,6 @@ from grazemap_core.kernels.workspace import (
     OK,
     RIGHT,
     ROOTS,
-    ROWS,
-    STOP,
-    TIME,
-    VELOCITY,
     Workspace,
 )
 from grazemap_core.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
@@ -71,18 +64,7 @@ def strike(
     work.tally[RIGHT if stop > 0 else LEFT] += 1.0
     work.tally[FOLLOWED] += 1.0
     work.tally[LEAST_SPEED] = min(work.tally[LEAST_SPEED], abs(velocity))
-    row = work.cursor[ROWS]
-    if row < work.events.shape[0]:
-        work.events[row, HALF] = half
-        work.events[row, TIME] = time
-        work.events[row, STOP] = stop
-        work.events[row, VELOCITY] = velocity
-        work.events[row, KIND] = IMPACT if velocity != 0.0 else GRAZE
-        work.events[row, DELAY] = 0.0
-        for j in range(u.shape[0]):
-            work.events[row, EVENT_COLUMNS + 2 * j] = u[j, 0]
-            work.events[row, EVENT_COLUMNS + 2 * j + 1] = u[j, 1]
-    work.cursor[ROWS] = row + 1
+    enter_event(work, half, time, stop, velocity, IMPACT if velocity != 0.0 else GRAZE, u)
     work.cursor[ANCHOR] = stop
     work.near[0] = 0.0
     work.near[1] = problem.restitution * abs(velocity)

@@ -6,17 +6,27 @@ A model is validated by the service, parsed by the worker and built by the clien
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import (
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    model_serializer,
+    model_validator,
+)
 
-from grazemap.models.base import Float, Listable, Positive, Request, invalid
+from grazemap.models.base import Float, Listable, NonNegative, Positive, Request, invalid
 from grazemap.models.oscillator import Oscillator
 from grazemap.models.ranges import Grid, Interval
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 Count = Annotated[int, Field(ge=1), Listable]
+# The end of a record has three roundings, and a given time its own; as the core's END_ROUNDING.
+_END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
 
 
 class ProcessRequest(Request):
@@ -47,44 +57,100 @@ class InitialState(Request):
     velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
     phase: Float = 0.0
 
+    def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
+        """Return the state with zeros where it was left out, so that the same question is the same text.
+
+        `at` says where it is in the request; what does not fit the oscillator's masses and the stops is refused.
+        """
+        where = ".".join(at)
+        for name in ("displacement", "velocity"):
+            values = getattr(self, name)
+            if values is not None and len(values) != count:
+                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} masses"
+                raise invalid(detail, "one number per mass", *at, name)
+        if self.displacement is not None and abs(self.displacement[0]) > clearance:
+            detail = f"{where}.displacement of mass 1 lies outside the stops"
+            raise invalid(detail, "|displacement[0]| <= clearance", *at, "displacement")
+        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self, name) is None}
+        return self.model_copy(update=rest)
+
+
+def _states_tag(value: Any) -> str | None:
+    if isinstance(value, dict | InitialState):
+        return "[one]"
+    return "[many]" if isinstance(value, list | tuple) else None
+
+
+InitialStates = Annotated[
+    Annotated[InitialState, Tag("[one]")]
+    | Annotated[list[InitialState], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Tag("[many]")],
+    Discriminator(
+        _states_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a state or a list of states",
+        custom_error_context={
+            "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
+        },
+    ),
+]
+
 
 class TrajectoriesRequest(ProcessRequest):
-    """One trajectory, every impact exact."""
+    """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
 
     omega: Positive
     clearance: Positive
-    initial: InitialState = InitialState()
+    initial: InitialStates = InitialState()
     periods: Count
     transient_periods: Annotated[int, Field(ge=0), Listable] = 0
     samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
+    times: Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None = None
 
     @model_validator(mode="after")
-    def _initial_state_fits(self) -> TrajectoriesRequest:
-        count = self.oscillator.size
-        for name in ("displacement", "velocity"):
-            values = getattr(self.initial, name)
-            if values is not None and len(values) != count:
-                raise invalid(
-                    f"initial.{name} has {len(values)} numbers and the oscillator has {count} masses",
-                    "one number per mass",
-                    "initial",
-                    name,
-                )
-        if self.initial.displacement is not None and abs(self.initial.displacement[0]) > self.clearance:
-            raise invalid(
-                "initial.displacement of mass 1 lies outside the stops",
-                "|displacement[0]| <= clearance",
-                "initial",
-                "displacement",
-            )
-        self._write_out_rest(count)
+    def _initial_states_fit(self) -> TrajectoriesRequest:
+        count, clearance = self.oscillator.size, self.clearance
+        fitted: InitialState | list[InitialState]
+        if isinstance(self.initial, InitialState):
+            fitted = self.initial.fitted(count, clearance, ("initial",))
+        else:
+            fitted = [state.fitted(count, clearance, ("initial", str(k))) for k, state in enumerate(self.initial)]
+        # the model is frozen for others; this is still its validation
+        object.__setattr__(self, "initial", fitted)
         return self
 
-    def _write_out_rest(self, count: int) -> None:
-        """Put zeros where the initial state was left out, so that the same question is the same text."""
-        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self.initial, name) is None}
-        # the model is frozen for others; this is still its validation
-        object.__setattr__(self, "initial", self.initial.model_copy(update=rest))
+    @model_validator(mode="after")
+    def _times_fit(self) -> TrajectoriesRequest:
+        if self.times is None:
+            return self
+        if "samples_per_period" in self.model_fields_set:
+            raise invalid("times are given, and samples_per_period too", "one of them", "samples_per_period")
+        # an integer may have thousands of digits, a float has not
+        end = min(self.periods, 10**60) * (2.0 * math.pi / self.omega)
+        for k, time in enumerate(self.times):
+            if k > 0 and not time > self.times[k - 1]:
+                raise invalid("the times must increase", "an increasing list of numbers >= 0", "times", str(k))
+            if not time <= end * _END_ROUNDING:
+                raise invalid(
+                    "a time lies behind the end of the record", "at most periods * 2 pi/omega", "times", str(k)
+                )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _one_way_to_sample(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the way of sampling that is not asked for: no question has both."""
+        values: dict[str, Any] = handler(self)
+        values.pop("times" if self.times is None else "samples_per_period", None)
+        return values
+
+    @property
+    def states(self) -> list[InitialState]:
+        """The initial states."""
+        return [self.initial] if isinstance(self.initial, InitialState) else self.initial
+
+    @property
+    def samples(self) -> int:
+        """How many samples each trajectory has."""
+        return self.periods * self.samples_per_period if self.times is None else len(self.times)
 
 
 class UnfoldingMapsRequest(ProcessRequest):

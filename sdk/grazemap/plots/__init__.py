@@ -9,7 +9,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectory, UnfoldingMap
+from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectories, Trajectory, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ def save_picture(result: Result, path: str | PathLike[str]) -> None:
     match result:
         case GrazingCurve() | CodimensionTwoPoints() | UnfoldingMap():
             axes = result.plot()
-        case Trajectory():
+        case Trajectory() | Trajectories():
             axes, _ = result.plot()
         case _:
             raise TypeError(f"no picture of a {type(result).__name__}")

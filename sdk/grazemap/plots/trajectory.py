@@ -1,15 +1,15 @@
-"""A trajectory: the time history of one mass between the stops, and its phase portrait."""
+"""Trajectories: the time history of one mass between the stops, and its phase portrait."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axis_label, new_figure
-from grazemap.plots.palette import motion_text
-from grazemap.results import MotionShare, Trajectory
+from grazemap.plots.palette import motion_colour, motion_text
+from grazemap.results import MotionShare, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,27 +42,79 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
     ValueError
         There is no such mass.
     """
-    if not 1 <= mass <= len(trajectory.displacement):
-        raise ValueError(f"the oscillator has masses 1 to {len(trajectory.displacement)}")
-    figure = figure if figure is not None else new_figure(11.0, 4.6)
-    history, portrait = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
+    history, portrait = _axes(trajectory, figure, mass)
     time, displacement, velocity = with_impacts(trajectory, mass)
-    shown = time >= time[-1] - _HISTORY_PERIODS * 2 * np.pi / trajectory.meta["request"]["omega"]
+    shown = _last_periods(trajectory, time)
     history.plot(time[shown], displacement[shown], color=_BLUE, linewidth=1.0)
     portrait.plot(displacement[~shown], velocity[~shown], color=_EARLIER, linewidth=0.6, label="earlier")
     portrait.plot(displacement[shown], velocity[shown], color=_BLUE, linewidth=1.2, label="the periods on the left")
     if not shown.all():
         portrait.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8)
     if mass == 1:
-        _draw_stops(history, portrait, trajectory, float(time[shown][0]))
+        _draw_stops(history, portrait, trajectory, float(time[shown][0]) if shown.any() else 0.0)
+    _label(history, portrait, trajectory, mass)
+    _put_title(history, _title(trajectory, mass))
+    if mass == 1:
+        history.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8)
+    return history, portrait
+
+
+def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: int = 1) -> tuple[Axes, Axes]:
+    """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
+
+    Parameters, what is returned and Raises as for `plot_trajectory`.
+    """
+    first = result.trajectories[0]
+    history, portrait = _axes(first, figure, mass)
+    seen: set[str] = set()
+    for trajectory in result.trajectories:
+        time, displacement, velocity = with_impacts(trajectory, mass)
+        shown = _last_periods(trajectory, time)
+        motion = _named(trajectory)
+        text = motion_text(motion)
+        style: dict[str, Any] = {"color": motion_colour(motion), "linewidth": 0.8}
+        history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
+        portrait.plot(displacement[shown], velocity[shown], **style)
+        seen.add(text)
+    if mass == 1:
+        clearance = float(result.meta["request"]["clearance"])
+        for side in (1, -1):
+            history.axhline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
+            portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
+    _label(history, portrait, first, mass)
+    _put_title(history, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
+    history.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, frameon=False, fontsize=8)
+    return history, portrait
+
+
+def _axes(trajectory: Trajectory, figure: Figure | None, mass: int) -> tuple[Axes, Axes]:
+    """Return the axes of the time history and of the phase portrait. Raises ValueError: no such mass."""
+    size = len(trajectory.meta["request"]["oscillator"]["masses"])
+    if not 1 <= mass <= size:
+        raise ValueError(f"the oscillator has masses 1 to {size}")
+    figure = figure if figure is not None else new_figure(11.0, 4.6)
+    history, portrait = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
+    return history, portrait
+
+
+def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
+    """Say which of some times are in the last periods of a trajectory; it may have none, having ended early."""
+    end = time[-1] if len(time) else 0.0
+    shown: NDArray[np.bool_] = time >= end - _HISTORY_PERIODS * 2 * np.pi / trajectory.meta["request"]["omega"]
+    return shown
+
+
+def _label(history: Axes, portrait: Axes, trajectory: Trajectory, mass: int) -> None:
     units = trajectory.units
     history.set(xlabel=axis_label("time", units), ylabel=axis_label("displacement", units, mass))
     portrait.set(xlabel=axis_label("displacement", units, mass), ylabel=axis_label("velocity", units, mass))
     history.margins(x=0.0)
-    figure.suptitle(_title(trajectory, mass), fontsize=10)
-    if mass == 1:
-        history.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8)
-    return history, portrait
+
+
+def _put_title(history: Axes, text: str) -> None:
+    figure = history.get_figure(root=False)
+    assert figure is not None
+    figure.suptitle(text, fontsize=10)
 
 
 def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:
@@ -107,8 +159,16 @@ def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, start: fl
     portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
 
 
+def _named(trajectory: Trajectory) -> MotionShare:
+    motion = trajectory.motion
+    return MotionShare("", motion.kind, motion.period, motion.impacts_right, motion.impacts_left, 0, 0.0)
+
+
+def _where(trajectory: Trajectory) -> str:
+    request = trajectory.meta["request"]
+    return rf"at $\omega$ = {request['omega']:g}, $b$ = {request['clearance']:g}"
+
+
 def _title(trajectory: Trajectory, mass: int) -> str:
-    motion, request = trajectory.motion, trajectory.meta["request"]
-    named = MotionShare("", motion.kind, motion.period, motion.impacts_right, motion.impacts_left, 0, 0.0)
-    where = rf"$\omega$ = {request['omega']:g}, $b$ = {request['clearance']:g}"
-    return f"Mass {mass} at {where}: {motion_text(named)}, {len(trajectory.impacts)} impacts"
+    named, impacts = motion_text(_named(trajectory)), len(trajectory.impacts)
+    return f"Mass {mass} {_where(trajectory)}: {named}, {impacts} impacts"

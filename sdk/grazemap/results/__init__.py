@@ -7,8 +7,8 @@ service included. npz is the service's own format (`codec.py`); JSON is the same
 from grazemap.results.base import Result
 from grazemap.results.files import RESULTS, decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, Sticking
-from grazemap.results.trajectory import Trajectory
+from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking
+from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
 __all__ = [
@@ -20,7 +20,9 @@ __all__ = [
     "Impacts",
     "MotionShare",
     "Result",
+    "State",
     "Sticking",
+    "Trajectories",
     "Trajectory",
     "UnfoldingMap",
     "decode_result",

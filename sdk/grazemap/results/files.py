@@ -14,7 +14,7 @@ from grazemap.codec import CodecError, Document, decode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results.base import Result
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.trajectory import Trajectory
+from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
 RESULTS: dict[str, type[Result]] = {
@@ -22,10 +22,15 @@ RESULTS: dict[str, type[Result]] = {
 }
 
 
+def result_class(process: str, document: Document) -> type[Result]:
+    """Return the class of a process's result; trajectories come one by one or as a list. KeyError: no such process."""
+    return Trajectories if process == Trajectories.process and "trajectories" in document else RESULTS[process]
+
+
 def result_from(document: Document, meta: Mapping[str, Any]) -> Result:
     """Return the result object of a document. Raises ResultFormatError."""
     try:
-        result = RESULTS[meta["process"]].from_document(document, dict(meta))
+        result = result_class(meta["process"], document).from_document(document, dict(meta))
         _ = result.units  # pictures and Datasets need the request
         return result
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
@@ -67,7 +72,9 @@ def _arrays(name: str, value: Any) -> Any:
     """Return a JSON value with its lists of numbers as arrays, as a document of the codec has them."""
     if isinstance(value, dict):
         return {key: _arrays(key, item) for key, item in value.items()}
-    if not isinstance(value, list) or name == "points" or (value and isinstance(value[0], dict)):
+    if not isinstance(value, list) or name == "points":
         return value
+    if value and isinstance(value[0], dict):
+        return [_arrays(name, item) for item in value]
     array = np.asarray(value)
     return np.asarray(value, dtype=np.float64) if array.dtype == object else array

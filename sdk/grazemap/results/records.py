@@ -1,4 +1,4 @@
-"""The records inside results: codimension-two points, impacts, sticking."""
+"""The records inside results: codimension-two points, impacts, sticking, states."""
 
 from __future__ import annotations
 
@@ -90,6 +90,8 @@ class Impacts:
     ----------
     time : ndarray of shape (impacts,)
         From the start of the recorded part; nondimensional, or s.
+    period, phase_time : ndarray of int and ndarray, each of shape (impacts,)
+        The same without the rounding of a long time: forcing periods completed, and the time since then.
     stop : ndarray of shape (impacts,)
         +1: stop A (right), -1: stop C (left).
     velocity : ndarray of shape (impacts,)
@@ -100,6 +102,8 @@ class Impacts:
     """
 
     time: FloatArray
+    period: IntArray
+    phase_time: FloatArray
     stop: IntArray
     velocity: FloatArray
     kind: NDArray[np.str_]
@@ -126,6 +130,23 @@ class Sticking:
 
     def __len__(self) -> int:
         return len(self.start)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A moment of a motion; as the `initial` of another trajectory it is where that one starts.
+
+    Attributes
+    ----------
+    displacement, velocity : ndarray of shape (N,)
+        m and m/s in SI.
+    phase : float
+        Of the forcing, in (-pi, pi].
+    """
+
+    displacement: FloatArray
+    velocity: FloatArray
+    phase: float
 
 
 @dataclass(frozen=True, slots=True)

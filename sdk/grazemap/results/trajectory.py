@@ -1,16 +1,17 @@
-"""Trajectories with every impact."""
+"""Trajectories with every impact: one, or one from each of many states."""
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from grazemap.codec import Document
 from grazemap.models import Motion
 from grazemap.results.base import Result, floats, integers
-from grazemap.results.records import FloatArray, Impacts, Sticking
+from grazemap.results.records import FloatArray, Impacts, State, Sticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,8 +30,14 @@ class Trajectory(Result):
         m and m/s in SI.
     impacts : Impacts
     sticking : Sticking
+    undecided : int
+        Times that round-off left a decision open, from the start of the transient on: grazes, and moments at which a
+        resting mass 1 may have been released and was taken to stay.
     motion : Motion
         The motion it settled to, or "unresolved" with the reason.
+    final : State or None
+        Where the record ends: a trajectory started there goes on as this one would. None when the trajectory ended
+        before its record began, or in numbers that are not finite.
     """
 
     process: ClassVar[str] = "trajectories"
@@ -40,21 +47,29 @@ class Trajectory(Result):
     velocity: FloatArray
     impacts: Impacts
     sticking: Sticking
+    undecided: int
     motion: Motion
+    final: State | None
 
     @classmethod
     def _fields(cls, document: Document) -> dict[str, Any]:
-        impacts, sticking = document["impacts"], document["sticking"]
+        impacts, sticking, final = document["impacts"], document["sticking"], document["final"]
         return {
             **{name: floats(document[name]) for name in ("time", "displacement", "velocity")},
             "impacts": Impacts(
                 floats(impacts["time"]),
+                integers(impacts["period"]),
+                floats(impacts["phase_time"]),
                 integers(impacts["stop"]),
                 floats(impacts["velocity"]),
                 np.asarray(impacts["kind"], dtype=np.str_),
             ),
             "sticking": Sticking(floats(sticking["start"]), floats(sticking["stop_time"]), integers(sticking["stop"])),
+            "undecided": int(document["undecided"]),
             "motion": Motion.model_validate(document["motion"]),
+            "final": None
+            if final is None
+            else State(floats(final["displacement"]), floats(final["velocity"]), float(final["phase"])),
         }
 
     def plot(self, figure: Figure | None = None, *, mass: int = 1) -> tuple[Axes, Axes]:
@@ -65,3 +80,46 @@ class Trajectory(Result):
 
     def _summary(self) -> str:
         return f"{len(self.impacts)} impacts, motion {self.motion.label or self.motion.kind}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectories(Result):
+    """One trajectory from each of many initial states.
+
+    Attributes
+    ----------
+    trajectories : tuple of Trajectory
+        In the order of the states. Each is the result that the question with its state alone has, and can be drawn,
+        saved and converted by itself.
+    """
+
+    process: ClassVar[str] = "trajectories"
+
+    trajectories: tuple[Trajectory, ...]
+
+    @classmethod
+    def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
+        """As `Result.from_document`; the meta of each trajectory is that of the question with its state alone."""
+        records, states = document["trajectories"], meta["request"]["initial"]
+        single = (
+            Trajectory.from_document(record, {**meta, "request": {**meta["request"], "initial": state}})
+            for record, state in zip(records, states, strict=True)
+        )
+        return cls(meta=meta, _document=document, trajectories=tuple(single))
+
+    def __len__(self) -> int:
+        return len(self.trajectories)
+
+    def plot(self, figure: Figure | None = None, *, mass: int = 1) -> tuple[Axes, Axes]:
+        """Draw the last periods of one mass, and its phase portrait, in the colours of the motions; return both axes.
+
+        All that was recorded of one of them, with its impacts, is drawn by ``trajectories[i].plot()``.
+        """
+        from grazemap.plots.trajectory import plot_trajectories
+
+        return plot_trajectories(self, figure, mass)
+
+    def _summary(self) -> str:
+        found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)
+        motions = ", ".join(f"{count} x {name}" for name, count in found.most_common(5))
+        return f"{len(self)} trajectories: {motions}{', ...' if len(found) > 5 else ''}"

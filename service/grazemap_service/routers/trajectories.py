@@ -1,4 +1,4 @@
-"""The process trajectories: one motion in time, every impact exact."""
+"""The process trajectories: motions in time, every impact exact."""
 
 from __future__ import annotations
 
@@ -21,14 +21,23 @@ EXAMPLES = {
             "transient_periods": 100,
         }
     },
+    "at given times": {"value": {"omega": 0.29, "clearance": 1.6, "periods": 1, "times": [0.0, 0.5, 1.25, 20.0]}},
+    "from many states": {
+        "value": {
+            "omega": 0.29,
+            "clearance": 1.6,
+            "initial": [{}, {"phase": 1.0}, {"displacement": [1.6, 0.0, 0.0]}],
+            "periods": 10,
+        }
+    },
 }
 
 router = process_router()
 
 
-@router.post("/v1/trajectories", **submission("submit_trajectory", "Trajectory"))
+@router.post("/v1/trajectories", **submission("submit_trajectory", "Trajectories"))
 async def submit_trajectory(
     body: Annotated[TrajectoriesRequest, Body(openapi_examples=EXAMPLES)], submission: NewSubmission
 ) -> Response:
-    """Compute one trajectory, its impacts, and the motion that it settles to."""
+    """Compute a trajectory from each initial state: its impacts, where it ends, the motion that it settles to."""
     return await submission.post("trajectories", body)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,4 +52,5 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
         return f"/{name}"
     if name in {"displacement", "velocity", "phase"} and "initial" in type(request).model_fields:
         return f"/initial/{name}"
-    return None
+    of_many = re.fullmatch(r"states\[(\d+)\]\.(\w+)", name or "")
+    return f"/initial/{of_many[1]}/{of_many[2]}" if of_many else None

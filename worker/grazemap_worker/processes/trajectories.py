@@ -1,45 +1,71 @@
-"""The process trajectories: one trajectory with its samples, impacts, intervals of sticking and motion."""
+"""The process trajectories: samples, impacts, intervals of sticking, motion and end of one trajectory, or of many."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.models import TrajectoriesRequest, motion_label
+from grazemap.models import InitialState, TrajectoriesRequest, motion_label
 from grazemap_worker.processes.core_objects import core_oscillator, record
+
+if TYPE_CHECKING:
+    from grazemap_core.start import State
+    from grazemap_core.trajectory import Trajectory
 
 # The unfolding map's default, so that the two agree on what a motion is called.
 MAX_PERIOD = 32
+# Times that progress is reported while a list of trajectories is computed.
+REPORTS = 20
 
 
 def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) -> Document:
-    """Return time, displacement and velocity [mass, time], impacts, sticking and motion. Raises CoreError."""
-    from grazemap_core.trajectory import trajectory
+    """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
+    from grazemap_core.trajectory import trajectories
 
-    size = request.oscillator.size
-    found = trajectory(
+    found = trajectories(
         core_oscillator(request.oscillator),
         request.omega,
         request.clearance,
-        _state(request.initial.displacement, size),
-        _state(request.initial.velocity, size),
-        request.initial.phase,
+        [_state(state) for state in request.states],
         request.periods,
         request.transient_periods,
         request.samples_per_period,
-        max_period=MAX_PERIOD,
+        MAX_PERIOD,
+        None if request.times is None else np.array(request.times),
     )
-    motion = record(found.motion)
-    named = (motion.get("period"), motion.get("impacts_right"), motion.get("impacts_left"))
-    label = motion_label(*named) if None not in named else None
+    if isinstance(request.initial, InitialState):
+        return _document(next(found))
+    documents: list[Document] = []
+    count = len(request.states)
+    for trajectory in found:
+        if len(documents) % -(-count // REPORTS) == 0:
+            report(len(documents), count)
+        documents.append(_document(trajectory))
+    return {"trajectories": documents}
+
+
+def _state(state: InitialState) -> State:
+    from grazemap_core.start import State
+
+    # the model has written out what was left out
+    return State(np.array(state.displacement), np.array(state.velocity), state.phase)
+
+
+def _document(found: Trajectory) -> Document:
+    motion: Any = record(found.motion)
+    named = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
+    final = found.final
     return {
         "time": found.time,
         "displacement": found.displacement,
         "velocity": found.velocity,
         "impacts": {
             "time": found.impacts.time,
+            "period": found.impacts.period,
+            "phase_time": found.impacts.phase_time,
             "stop": found.impacts.stop,
             "velocity": found.impacts.velocity,
             "kind": found.impacts.kind,
@@ -49,6 +75,7 @@ def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) 
             "stop_time": found.sticking.stop_time,
             "stop": found.sticking.stop,
         },
+        "undecided": found.undecided,
         "motion": {
             "kind": motion["kind"],
             "period": motion.get("period"),
@@ -56,12 +83,11 @@ def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) 
             "impacts_left": motion.get("impacts_left"),
             "symmetric": motion.get("symmetric"),
             "sticking": motion.get("sticking"),
-            "label": label,
+            "label": motion_label(*named) if None not in named else None,
             "certified": motion.get("certified", False),
             "reason": motion.get("reason"),
         },
+        "final": None
+        if final is None
+        else {"displacement": final.displacement, "velocity": final.velocity, "phase": final.phase},
     }
-
-
-def _state(values: list[float] | None, size: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    return np.zeros(size) if values is None else np.array(values, dtype=np.float64)

@@ -108,7 +108,7 @@ def plan(process: str, request: ProcessRequest) -> Plan:
         case UnfoldingMapsRequest():
             return _map_plan(request)
         case TrajectoriesRequest():
-            periods = float(request.transient_periods + request.periods)
+            periods = float(len(request.states) * (request.transient_periods + request.periods))
             cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
             return Plan(estimate=Estimate(periods=periods, seconds=periods * cost / PERIODS_PER_SECOND))
         case GrazingCurvesRequest():

@@ -1,0 +1,103 @@
+"""Trajectories from many states: each as it would be alone, from what is set up once."""
+
+import math
+
+import numpy as np
+import pytest
+from test_sticking import random_case
+
+from grazemap_core import start
+from grazemap_core.cell_problem import cell_problem, trajectory_models
+from grazemap_core.errors import ParameterError
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.start import State
+from grazemap_core.steady import forced_response
+from grazemap_core.trajectory import trajectories, trajectory
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+def states(oscillator: Oscillator, clearance: float, count: int) -> list[State]:
+    """States of every kind: between the stops, on one and moving into it, and at rest on one; with several phases."""
+    rng = np.random.default_rng(0)
+    found = []
+    for k in range(count):
+        x, v = rng.uniform(-0.5, 0.5, (2, oscillator.size)) * clearance
+        if k % 3:
+            x[0] = clearance * (-1) ** k
+        if k % 3 == 1:
+            v[0] = 0.0
+        found.append(State(x, v, [0.0, 1.3, -2.0, 0.0, 50.0][k % 5]))
+    return found
+
+
+@pytest.mark.parametrize("seed", [None, 8, 9, 31])
+def test_each_is_to_the_bit_what_it_is_alone(seed: int | None) -> None:
+    oscillator, omega, clearance = (DEFAULT, 0.29, 1.6) if seed is None else random_case(seed)
+    given = states(oscillator, clearance, 10)
+    times = np.linspace(0.0, 5 * math.pi / omega, 40)
+    kept = []
+    for state, one in zip(given, trajectories(oscillator, omega, clearance, given, 3, 1, times=times), strict=True):
+        alone = trajectory(
+            oscillator, omega, clearance, state.displacement, state.velocity, state.phase, 3, 1, times=times
+        )
+        for name in ("time", "displacement", "velocity"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(alone, name))
+        for events in ("impacts", "sticking"):
+            for name in vars(getattr(one, events)):
+                np.testing.assert_array_equal(
+                    getattr(getattr(one, events), name), getattr(getattr(alone, events), name)
+                )
+        assert (one.motion, one.undecided) == (alone.motion, alone.undecided)
+        assert one.final is not None
+        assert alone.final is not None
+        np.testing.assert_array_equal(one.final.displacement, alone.final.displacement)
+        np.testing.assert_array_equal(one.final.velocity, alone.final.velocity)
+        kept.append((one, alone))
+    # none is changed by those that came after it
+    for one, alone in kept:
+        np.testing.assert_array_equal(one.at(times)[0], alone.displacement)
+
+
+def test_what_states_share_is_set_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = {"trajectory_models": 0, "cell_problem": 0, "forced_response": 0}
+    for name in calls:
+
+        def counted(*arguments: object, name: str = name, whole: object = getattr(start, name)) -> object:
+            calls[name] += 1
+            return whole(*arguments)  # type: ignore[operator]
+
+        monkeypatch.setattr(start, name, counted)
+    assert len(list(trajectories(DEFAULT, 0.29, 1.6, states(DEFAULT, 1.6, 6)))) == 6
+    assert calls == {"trajectory_models": 1, "cell_problem": 1, "forced_response": 1}
+
+
+@pytest.mark.parametrize("size", [1, 3])
+def test_a_problem_turned_to_a_phase_is_the_one_made_for_it(size: int) -> None:
+    oscillator = Oscillator.create([1.0, 2.0, 3.0][:size], [1.0] * size, 0.1, [1.0, 0.3, -0.2][:size], 0.5)
+    models, steady = trajectory_models(oscillator), forced_response(oscillator, np.array([0.3]))[0]
+    chain = start.ForcedChain(oscillator, 0.3, 1.0, models, steady)
+    for phase in (0.0, 0.7, -3.0, 1e6):
+        made = cell_problem(models, steady, 0.3, phase)
+        turned = chain.problems(phase)
+        for name in ("state", "since", "physical"):  # what changes in place is nobody else's
+            getattr(turned[1], name)[...] = math.nan
+            getattr(made[1], name)[...] = math.nan
+            assert np.all(np.isfinite(getattr(chain.problems(phase)[1], name)))
+        for one, other in zip(made, turned, strict=True):
+            for name in one._fields:
+                np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+
+
+def test_a_state_that_is_refused_is_named_before_any_is_followed() -> None:
+    good = State(np.zeros(3), np.zeros(3))
+    for bad, name in (
+        (State(np.array([1.7, 0, 0]), np.zeros(3)), "states[1].displacement"),
+        (State(np.zeros(3), np.zeros(2)), "states[1].velocity"),
+        (State(np.zeros(3), np.zeros(3), math.inf), "states[1].phase"),
+    ):
+        with pytest.raises(ParameterError) as caught:
+            trajectories(DEFAULT, 0.29, 1.6, [good, bad, good])
+        assert caught.value.name == name
+    with pytest.raises(ParameterError, match="periods"):
+        trajectories(DEFAULT, 0.29, 1.6, [good], periods=0)
