@@ -20,8 +20,9 @@ DEFAULT = ([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCES = 0.29, np.array([1.0, 1.5, 1.55, 1.65, 1.75, 2.05])
 SLOW = ([1.0], [1.0], 0.05, [1.0], 0.8)
 SLOW_OMEGA, SLOW_CLEARANCES = 0.2, np.array([0.3, 0.35])
+TANGENT_PERIODS = 2
 SIZES = {
-    # columns of the map and its periods; periods of the trajectory and of the tangent flow
+    # columns of the map and its periods; periods of the trajectory
     "small": ([0.29], 60, 2),
     "full": ([0.27, 0.28, 0.29], 400, 40),
 }
@@ -59,7 +60,7 @@ def compute(size: str) -> dict[str, np.ndarray]:
     out |= {"reference.time": result.impacts.time, "reference.displacement": result.displacement}
     tile = unfolding_map_tile(default, np.array(columns), CLEARANCES, map_periods)
     out |= {f"map.{name}": value for name, value in tile.items()}
-    out["monodromy"] = monodromy(default, OMEGA, 1.6, period=periods).matrix
+    out["monodromy"] = monodromy(default, OMEGA, 1.6, period=TANGENT_PERIODS).matrix
     return out
 
 

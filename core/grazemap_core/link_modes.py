@@ -16,7 +16,7 @@ from grazemap_core.chain import Chain
 from grazemap_core.errors import ConditioningError
 from grazemap_core.modal_refinement import Blocks, refine
 from grazemap_core.oscillator import Floats
-from grazemap_core.tolerances import MODAL_CONDITION_LIMIT
+from grazemap_core.tolerances import EPSILON, MODAL_CONDITION_LIMIT
 
 Pairs = list[tuple[int, int]]
 
@@ -45,9 +45,7 @@ def link_blocks(chain: Chain) -> Blocks:
     resolved = True
     for pairs in _pairings(matrix, triangular):
         start = _initial(triangular, basis, pairs, to_columns)
-        if not np.all(start[1] > 0.0):
-            resolved = False
-            continue
+        resolved = resolved and bool(np.min(start[1]) > EPSILON * np.max(start[1]))
         blocks = refine(chain, *start)
         if best is None or blocks.conditioning < best.conditioning:
             best = blocks
