@@ -55,7 +55,7 @@ def elsewhere(folder: Path, settings: dict[str, str], size: str, *options: str) 
     subprocess.run(
         [sys.executable, str(RUN), str(folder / "out.npz"), size, *options],
         env={**environment, "NUMBA_CACHE_DIR": str(folder / "kernels"), **settings},
-        timeout=600,
+        timeout=1500,
         check=True,
     )
     with np.load(folder / "out.npz") as arrays:
@@ -147,7 +147,7 @@ def test_vector_instructions_without_extensions_and_no_compiler_at_all_are_as_go
 
 
 @pytest.mark.hardware
-@pytest.mark.timeout(900)
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("machine", COMPILED)
 def test_every_kernel_compiled_for_another_machine_is_as_good(machine: str, tmp_path: Path) -> None:
     if machine != "generic" and not (X86 and binding.get_host_cpu_features().get("avx2")):

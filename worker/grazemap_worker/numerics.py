@@ -55,7 +55,7 @@ def numerics() -> Numerics:
     core = {"core_version": core_version(), "core_sources": source_fingerprint()}
     # numba's own word for what it compiles for, its settings (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX ...) taken into account
     triple, cpu, features = cpu_target.target_context.codegen().magic_tuple()
-    if config.DISABLE_JIT:
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # set when numba is imported
         cpu, features = "interpreted", ""
     settings = {name: str(getattr(config, name)) for name in _NUMBA_SETTINGS}
     settings |= {name: os.environ.get(name, "") for name in _NUMPY_SETTINGS}
