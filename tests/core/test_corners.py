@@ -187,12 +187,14 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("restitution", [0.0, 1e-300, 0.5, 1.0])
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(("name", "restitution"), [
+    (name, restitution)
+    for name, case in CASES.items()
+    for restitution in (0.0, 1e-300, 0.5, 1.0)
+    if not (case.slides and restitution == 1.0)
+])  # fmt: skip
 def test_every_corner_has_a_defined_answer(name: str, restitution: float) -> None:
     case = CASES[name]
-    if case.slides and restitution == 1.0:
-        pytest.skip("bounces without an end")
     end = 6 * 2.0 * math.pi / case.omega
     oscillator = Oscillator.create(*case.chain, restitution)
     if case.refused:
@@ -209,15 +211,18 @@ def test_every_corner_has_a_defined_answer(name: str, restitution: float) -> Non
         assert len(result.sticking.start) == 0
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("stop", [1, -1])
-@pytest.mark.parametrize("pressed", [True, False])
-@pytest.mark.parametrize("toward", [1.0, 1e-300, 0.0, -1e-300, -1.0])
+@pytest.mark.parametrize(("restitution", "pressed", "toward"), [
+    (restitution, pressed, toward)
+    for restitution in (0.0, 0.5, 1.0)
+    for pressed in (True, False)
+    for toward in (1.0, 1e-300, 0.0, -1e-300, -1.0)
+    # bounces without an end: `test_sticking` has them
+    if not (pressed and restitution == 1.0 and 0.0 < abs(toward) < 1.0)
+])  # fmt: skip
 def test_a_start_on_a_stop_is_an_impact_a_rest_or_a_flight(
     restitution: float, stop: int, pressed: bool, toward: float
 ) -> None:
-    if pressed and restitution == 1.0 and 0.0 < abs(toward) < 1.0:
-        pytest.skip("bounces without an end: test_sticking has them")
     # the force on a resting mass is sin(t/10 + phase), less the spring's pull of 0.1
     oscillator, clearance, omega = Oscillator.create([1.0], [1.0], 0.0, [1.0], restitution), 0.1, 0.1
     phase = stop * (math.pi / 2) * (1 if pressed else -1)
