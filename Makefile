@@ -45,7 +45,7 @@ test-without-kernels: $(STAMP)
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-hardware: $(STAMP)  ## every kernel compiled for other processors, beside 48-digit arithmetic (five minutes)
+hardware: $(STAMP)  ## every kernel compiled for other processors, beside 48-digit arithmetic (eight minutes)
 	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
 
 # The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
