@@ -11,7 +11,7 @@ SIDE_BY_SIDE := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run serve test kernels test-without-kernels bench bench-quick performance lint types lock browser clean
+.PHONY: help run serve test kernels test-without-kernels hardware bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -42,6 +42,11 @@ kernels: $(STAMP)
 
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
+
+hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+hardware: $(STAMP)  ## every kernel compiled for other processors, beside 48-digit arithmetic (eight minutes)
+	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
 
 # The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock

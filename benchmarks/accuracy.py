@@ -1,36 +1,63 @@
-"""Impact times at random points beside 48-digit arithmetic: ``python benchmarks/accuracy.py [points]``.
+"""Impact times at random points beside 48-digit arithmetic: ``python benchmarks/accuracy.py [points] [--lockstep]``.
 
-Prints one line a point, worst last; the method is that of ``tests/impact_accuracy.py``, which the tests use on some of
-the same points.
+Random chains by the trajectory kernel, or, with ``--lockstep``, random points of the default oscillator's plane by the
+kernel of maps. Prints one line a point, worst last; the method is that of ``tests/impact_accuracy.py``, which the tests
+use on some of the same points.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
-from impact_accuracy import compare, random_point
+from impact_accuracy import Accuracy, compare, compare_lockstep, plane_points, random_point
+
+from grazemap_core.oscillator import Oscillator
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+CLEARANCES = 10
+"""Points of the plane that share a frequency."""
+
+Point = tuple[Oscillator, float, float, Accuracy]
 
 
-def main(points: int) -> None:
-    """Print the table."""
-    lines = []
+def random_chains(points: int) -> Iterator[Point]:
+    """Compare trajectories of random chains."""
     for seed in range(points):
         oscillator, omega, clearance = random_point(seed)
-        found = compare(oscillator, omega, clearance)
-        k = int(np.argmax(found.error / found.amplification))
+        yield oscillator, omega, clearance, compare(oscillator, omega, clearance)
+
+
+def random_plane(points: int) -> Iterator[Point]:
+    """Compare random points of the plane, in lockstep; every yardstick in 48 digits."""
+    for omega, clearances in plane_points(DEFAULT, -(-points // CLEARANCES), CLEARANCES):
+        for clearance in clearances:
+            found = compare_lockstep(DEFAULT, omega, np.array([clearance]))
+            yield DEFAULT, omega, float(clearance), found[0]
+
+
+def main(points: int, lockstep: bool) -> None:
+    """Print the table."""
+    lines = []
+    compared = islice(random_plane(points) if lockstep else random_chains(points), points)
+    for number, (oscillator, omega, clearance, found) in enumerate(compared):
+        ratio = found.error / found.amplification
+        k = int(np.argmax(ratio)) if len(ratio) else None
+        worst = "-" if k is None else f"{found.error[k]:.1e}  {found.amplification[k]:13.1e}  {found.worst:19.1e}"
         text = (
-            f"{seed:4d} {oscillator.size:2d}  {'links' if oscillator.gamma is None else 'gamma'}  "
+            f"{number:4d} {oscillator.size:2d}  {'links' if oscillator.gamma is None else 'gamma'}  "
             f"{oscillator.restitution:.3f}  {omega:.3f}  {clearance:.2e}  {len(found.error):7d}  "
-            f"{'yes' if found.complete else 'NO':>9}  {found.error[k]:.1e}  {found.amplification[k]:13.1e}  "
-            f"{found.worst:19.1e}"
+            f"{'yes' if found.complete else 'NO':>9}  {worst}"
         )
         lines.append((found.worst, text))
-        print(f"\r{seed + 1} of {points}", end="", file=sys.stderr, flush=True)
+        print(f"\r{number + 1} of {points}", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
     print("seed  N  damping  R     omega  clearance  impacts  all there  error    amplification  error/amplification")
     for _, text in sorted(lines):
@@ -38,4 +65,8 @@ def main(points: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 50)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("points", type=int, nargs="?", default=50)
+    parser.add_argument("--lockstep", action="store_true", help="the kernel of maps")
+    given = parser.parse_args()
+    main(given.points, given.lockstep)

@@ -16,12 +16,17 @@ from flint import arb
 from oracles import digits
 from swift_oracle import SwiftOracle
 
+from grazemap_core.ensemble import Ensemble, first_impacts
+from grazemap_core.kernels.workspace import IMPACT
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.steady import forced_response
 from grazemap_core.trajectory import trajectory
 
 CHANGE = 1e-25
 IMPACTS = 20
+LOCKSTEP_PERIODS = 12
+STEP = 1e-8
+"""Relative change of the inputs of a calculation with 16 digits."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +43,8 @@ class Accuracy:
 
     @property
     def worst(self) -> float:
-        """Largest error over amplification."""
-        return float(np.max(self.error / self.amplification))
+        """Largest error over amplification, 0 without impacts."""
+        return float(np.max(self.error / self.amplification, initial=0.0))
 
 
 def random_point(seed: int) -> tuple[Oscillator, float, float]:
@@ -61,7 +66,8 @@ def changed_inputs(oscillator: Oscillator, omega: float, clearance: float) -> It
     with digits():
         factor = 1 + arb(CHANGE)
     every = range(oscillator.size)
-    lists = [(name, [i]) for name in ("masses", "stiffnesses", "forcing") for i in every]
+    lists = [(name, [i]) for name in ("masses", "stiffnesses") for i in every]
+    lists += [("forcing", [i]) for i in every if oscillator.forcing[i] != 0.0]
     # one number gives the damping of all links, or each has its own
     lists += [("links", [i]) for i in every] if oscillator.gamma is None else [("links", list(every))]
     for name, places in lists:
@@ -80,6 +86,16 @@ def changed_inputs(oscillator: Oscillator, omega: float, clearance: float) -> It
         yield run
 
 
+def exact_amplification(oscillator: Oscillator, omega: float, clearance: float, exact: SwiftOracle) -> np.ndarray:
+    """The yardstick of every impact of a simulation that has been run, in 48 digits."""
+    amplification = np.zeros(len(exact.times))
+    for run in changed_inputs(oscillator, omega, clearance):
+        run.run(len(exact.times))
+        with digits():
+            amplification += [abs(float(a - b)) / CHANGE for a, b in zip(run.times, exact.times, strict=True)]
+    return amplification
+
+
 def compare(oscillator: Oscillator, omega: float, clearance: float, impacts: int = IMPACTS) -> Accuracy:
     """Compare the first impacts of a trajectory from rest, at most `impacts` and all before a complete chatter."""
     found = trajectory(oscillator, omega, clearance, periods=40, samples_per_period=1).impacts
@@ -87,11 +103,7 @@ def compare(oscillator: Oscillator, omega: float, clearance: float, impacts: int
     count = min([impacts, len(found.time), *(int(i) + 1 for i in chatter[:1])])
     exact = SwiftOracle.of(oscillator, omega, clearance)
     exact.run(count)
-    amplification = np.zeros(count)
-    for run in changed_inputs(oscillator, omega, clearance):
-        run.run(count)
-        with digits():
-            amplification += [abs(float(a - b)) / CHANGE for a, b in zip(run.times, exact.times, strict=True)]
+    amplification = exact_amplification(oscillator, omega, clearance, exact)
     with digits():
         period = 2 * arb.pi() / arb(omega)
         error = np.array(
@@ -103,3 +115,81 @@ def compare(oscillator: Oscillator, omega: float, clearance: float, impacts: int
     # a missed or invented impact shifts the list, by much more than this
     complete = count >= 4 and np.array_equal(found.stop[:count], exact.stops) and bool(np.all(error < 1e-6 / omega))
     return Accuracy(error, amplification, complete)
+
+
+def plane_points(oscillator: Oscillator, frequencies: int, clearances: int) -> list[tuple[float, np.ndarray]]:
+    """Random frequencies, with random clearances of each from 0.3 to 1.2 of the amplitude of the steady motion."""
+    rng = np.random.default_rng(2)
+    omegas = rng.uniform(0.2, 1.5, size=frequencies)
+    amplitudes = abs(forced_response(oscillator, omegas)[:, 0])
+    return [(float(w), a * rng.uniform(0.3, 1.2, size=clearances)) for w, a in zip(omegas, amplitudes, strict=True)]
+
+
+def compare_lockstep(
+    oscillator: Oscillator,
+    omega: float,
+    clearances: np.ndarray,
+    amplification: np.ndarray | None = None,
+    found: Ensemble | None = None,
+) -> list[Accuracy]:
+    """Compare the first impacts from rest of many clearances in lockstep, of each those before a complete chatter.
+
+    `amplification` (n, IMPACTS) is the yardstick of every impact; None: it is measured in 48 digits, which takes ten
+    times as long as the comparison. `found` are the impacts; None: they are computed here.
+    """
+    if found is None:
+        found = first_impacts(oscillator, omega, clearances, LOCKSTEP_PERIODS, IMPACTS)
+    assert found.whole.all()
+    results = []
+    for lane, clearance in enumerate(clearances.tolist()):
+        listed = int(np.count_nonzero(found.half[lane] >= 0))
+        count = int(np.argmax(np.append(found.kind[lane, :listed] != IMPACT, True)))
+        ends = count < listed  # the next one is the last of a complete chatter that is listed
+        exact = SwiftOracle.of(oscillator, omega, clearance)
+        with digits():
+            half_period = arb.pi() / arb(omega)
+        end = 2 * LOCKSTEP_PERIODS * float(half_period)
+        exact.run(count if ends or count == IMPACTS else count + 1, end)
+        exact.times = [t for t in exact.times if t < end]
+        there = len(exact.times) == count
+        error = np.zeros(min(count, len(exact.times)))
+        with digits():
+            for k, t in enumerate(exact.times[:count]):
+                error[k] = abs(float(int(found.half[lane, k]) * half_period + arb(found.time[lane, k]) - t))
+        # a missed or invented impact shifts the list, by much more than this
+        there = there and np.array_equal(found.stop[lane, :count], exact.stops) and bool(np.all(error < 1e-6 / omega))
+        if not there:
+            size = np.full(len(error), np.nan)
+        elif amplification is None:
+            size = exact_amplification(oscillator, omega, clearance, exact)
+        else:
+            size = amplification[lane, :count]
+        results.append(Accuracy(error, size, there))
+    return results
+
+
+def lockstep_amplification(oscillator: Oscillator, omega: float, clearances: np.ndarray) -> np.ndarray:
+    """The yardstick by differences of the lockstep kernel's own times, good to some 1e-4; shape (n, IMPACTS).
+
+    NaN behind an impact that a changed input makes one of another kind or half period.
+    """
+    gamma = oscillator.gamma
+    assert gamma is not None
+    given = [oscillator.masses, oscillator.stiffnesses, np.array([gamma]), oscillator.forcing]
+    given += [np.array([value]) for value in (oscillator.restitution, omega)]
+
+    def times(parts: list[np.ndarray], scale: float = 1.0) -> np.ndarray:
+        masses, stiffnesses, damping, forcing, restitution, frequency = parts
+        chain = Oscillator.create(masses, stiffnesses, float(damping[0]), forcing, float(restitution[0]))
+        w = float(frequency[0])
+        found = first_impacts(chain, w, scale * clearances, LOCKSTEP_PERIODS, IMPACTS)
+        return np.where(found.kind == IMPACT, found.half * (np.pi / w) + found.time, np.nan)
+
+    plain = times(given)
+    total = abs(times(given, 1.0 + STEP) - plain)
+    for part, values in enumerate(given):
+        for i in np.flatnonzero(values):
+            changed = [v.copy() for v in given]
+            changed[part][i] *= 1.0 + STEP
+            total += abs(times(changed) - plain)
+    return total / STEP

@@ -111,7 +111,7 @@ def cell_problem(
         step=step[0],
         restitution=models.oscillator.restitution,
         cells=cells,
-        chatter_impacts=COMPLETE_CHATTERS * chatter_bounces(models.oscillator.restitution),
+        chatter_impacts=COMPLETE_CHATTERS * chatter_bounces(models.oscillator.restitution, cells),
         damped=not bool(np.any(model.undamped)),
     )
     return problem, held_problem(models, steady, omega, cells, phase)
@@ -138,13 +138,18 @@ def _gain(steady: NDArray[np.complex128], cells: int, phase: float) -> NDArray[n
     return np.stack([gain.real, gain.imag], axis=1)
 
 
-def chatter_bounces(restitution: float) -> float:
-    """Return how many bounces of a complete chatter are followed one by one, at most LONGEST_CHATTER."""
+def chatter_bounces(restitution: float, cells: int) -> float:
+    """Return how many bounces of a complete chatter are followed one by one, at most LONGEST_CHATTER.
+
+    `cells` are those of a forcing period, half of which it may take.
+    """
     if restitution == 0.0:
         return 1.0
     if restitution == 1.0:
         return float(LONGEST_CHATTER)
-    return min(float(LONGEST_CHATTER), 1.0 + math.log(CHATTER_ACCURACY) / 3.0 / math.log(restitution))
+    return min(
+        float(LONGEST_CHATTER), 1.0 + (math.log(CHATTER_ACCURACY) / 3.0 - math.log(0.5 * cells)) / math.log(restitution)
+    )
 
 
 def _kick_low(model: ModalModel, readout: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,13 +16,17 @@ from grazemap_core.chain import Chain
 from grazemap_core.errors import ConditioningError
 from grazemap_core.modal_refinement import Blocks, refine
 from grazemap_core.oscillator import Floats
-from grazemap_core.tolerances import MODAL_CONDITION_LIMIT
+from grazemap_core.tolerances import EPSILON, MODAL_CONDITION_LIMIT
 
 Pairs = list[tuple[int, int]]
 
 _NEARLY_DEFECTIVE = (
     "two modes of this chain nearly coincide in frequency, decay and shape, and the modal model would lose digits; "
     "change one of the link dampings slightly"
+)
+_TOO_SLOW = (
+    "a mode of this chain is so slow beside the others that double precision does not resolve it; its stiffnesses or "
+    "its dampings lie too far apart"
 )
 
 
@@ -32,21 +36,23 @@ def link_blocks(chain: Chain) -> Blocks:
     Raises
     ------
     ConditioningError
-        Two blocks are nearly defective together.
+        Two blocks are nearly defective together, or one is too slow to be resolved.
     """
     to_columns = _from_energy(chain)
     matrix = _energy_matrix(chain)
     triangular, basis = schur(matrix, output="real")
     best: Blocks | None = None
+    resolved = True
     for pairs in _pairings(matrix, triangular):
         start = _initial(triangular, basis, pairs, to_columns)
+        resolved = resolved and bool(np.min(start[1]) > EPSILON * np.max(start[1]))
         blocks = refine(chain, *start)
         if best is None or blocks.conditioning < best.conditioning:
             best = blocks
         if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
             break
     if best is None or not best.conditioning <= MODAL_CONDITION_LIMIT:
-        raise ConditioningError(_NEARLY_DEFECTIVE)
+        raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
     return best
 
 
@@ -103,7 +109,8 @@ def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
     nearest = [int(np.argmin(np.abs(exponents - value))) for value in values]
     directions = np.real(vectors[:, nearest])
     parallel = 1.0 - np.abs(directions.T @ directions)
-    distance = np.abs(values[:, None] - values) / np.abs(values[:, None] + values)
+    apart, total = np.abs(values[:, None] - values), np.abs(values[:, None] + values)
+    distance = np.divide(apart, total, out=np.zeros_like(total), where=total > 0.0)
     half = len(real) // 2
     return [
         complex_pairs + _greedy(real, parallel),
@@ -163,6 +170,7 @@ def _companion_direction(shifted: Floats, displacements: Floats) -> Floats:
 
     def sine(beta: Floats) -> float:
         image = shifted @ beta
-        return abs(float(beta[0] * image[1] - beta[1] * image[0])) / float(np.hypot(image[0], image[1]))
+        length = float(np.hypot(image[0], image[1]))
+        return abs(float(beta[0] * image[1] - beta[1] * image[0])) / length if length > 0.0 else 0.0
 
     return classical if sine(classical) >= 0.5 * sine(other) else other

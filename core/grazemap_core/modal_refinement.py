@@ -71,6 +71,9 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
         )
         energy = weights[:, None] * columns
         lengths = np.linalg.norm(energy, axis=0)
+        if not np.all((lengths > 0.0) & np.isfinite(lengths)):
+            conditioning = np.inf
+            break
         unit = energy / lengths
         conditioning = float(np.linalg.cond(unit)) if np.all(np.isfinite(unit)) else np.inf
         if not conditioning <= 1e3 * MODAL_CONDITION_LIMIT:
@@ -78,6 +81,9 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
         error = np.linalg.solve(unit, weights[:, None] * residual / lengths)
         update = _off_diagonal_update(error, frequency_squared, decay, lengths)
         diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
+        if not np.all(frequency_squared > 0.0):  # lost in the round-off of faster blocks
+            conditioning = np.inf
+            break
         frequency = np.sqrt(frequency_squared)
         size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
         if not size <= MODAL_REFINEMENT_REACH:  # too far away for Newton's method, or two blocks with one spectrum

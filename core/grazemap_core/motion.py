@@ -23,6 +23,7 @@ REASONS: Final[dict[int, str]] = {
     closing.NOT_HELD: "mass 1 rests on a stop, and the chain behind it is at an undamped resonance or ill-conditioned",
     closing.BUDGET: "too many impacts: in half a forcing period, or without settling",
     closing.OVERFLOWS: "a number overflowed",
+    closing.HIDDEN: "so near an undamped resonance that round-off hides the motion between the stops",
 }
 """Why a motion is unresolved; the key is the code."""
 

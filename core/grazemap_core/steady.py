@@ -14,7 +14,7 @@ from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.kernels.tridiagonal import RESONANT, steady_amplitudes
 from grazemap_core.modal import modal_model
 from grazemap_core.oscillator import Floats, Oscillator
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import EPSILON, LARGEST_NUMBER, LEAST_NUMBER, RESONANCE_ROUNDING
 
 
 def checked_omega(omega: ArrayLike) -> Floats:
@@ -133,3 +133,11 @@ def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[NDAr
         chain.wall_damping,
     )
     return amplitudes, status != RESONANT
+
+
+def hidden_by_rounding(steady: NDArray[np.complex128], clearance: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Say where the round-off of the steady motion of mass 1, complex (m,), hides what happens between stops, (n,).
+
+    Shape (n, m).
+    """
+    return EPSILON * np.abs(steady) > RESONANCE_ROUNDING * clearance[:, None]

@@ -83,17 +83,21 @@ COMPLETE_CHATTERS: Final = 2
 LONGEST_CHATTER: Final = 150_000
 """Bounces of one complete chatter that are waited for.
 
-A chatter has log(1/2e-5)/log(1/R) of them before its rest is summed up (`CHATTER_ACCURACY`): 50 at R = 0.8, 108,000 at
-R = 0.9999. Closer to 1, and at 1, mass 1 may in effect slide on the stop, and time practically stand still: it is
+A chatter has log(1/2e-5)/log(1/R) of them within a cell before its rest is summed up (`CHATTER_ACCURACY`), 50 at R =
+0.8, 108,000 at R = 0.9999, and log(n)/log(1/R) in n cells before. Closer to 1, and at 1, mass 1 may in effect slide on the stop, and time practically stand still: it is
 followed for as many bounces as this and then given up with that reason.
 """
 
 END_ROUNDING: Final = 1.0 + 4.0 * EPSILON
 """Factor on the end of a record up to which a time lies in it: its end has three roundings, a given time its own."""
 
-SETTLING_IMPACTS: Final = 1_000_000
+SETTLING_IMPACTS: Final = 5_000_000
 """Impacts, beside those that complete chatter may take in every half period, after which a trajectory that has not
-settled is given up: a second or two. Thousands are the rule; between very close stops there is no limit to them."""
+settled is given up: several seconds. Thousands are the rule; between very close stops there is no limit to them."""
+
+RESONANCE_ROUNDING: Final = 1e-6
+"""Round-off of the steady motion of mass 1, in units of the clearance, from which on nothing is said about a motion:
+states are relative to the steady one, which grows beyond all bounds toward a resonance without damping."""
 
 LANE_DEGREE: Final = 14
 """Degree of the polynomials over a cell in the lockstep kernel, about its middle (see CELL_REACH): the term left out is

@@ -11,7 +11,7 @@ from grazemap_core.cell_problem import cell_problem, free_state, trajectory_mode
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels import closing
 from grazemap_core.kernels.column import queue, settle_column
-from grazemap_core.kernels.judging import CODES, FIGURES, Found, Job
+from grazemap_core.kernels.judging import CODES, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
 from grazemap_core.kernels.lane_tables import lane_tables
 from grazemap_core.kernels.lane_tangents import ROOM, lane_tangents
 from grazemap_core.kernels.lanes import LANES
@@ -19,7 +19,7 @@ from grazemap_core.kernels.lockstep import lanes
 from grazemap_core.kernels.workspace import workspace
 from grazemap_core.motion import kinds_of
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response
+from grazemap_core.steady import forced_response, hidden_by_rounding
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER, MOST_GROWTH_PERIODS
 
 Floats = NDArray[np.float64]
@@ -180,6 +180,9 @@ def settle_grid(
         settle_column(masses, problem, held, tables, job, group, ring, changes, work, scratch, found)
         codes[:, :, i] = found.codes.T.reshape(CODES, len(clearance), len(starts))
         figures[:, :, i] = found.figures.T.reshape(FIGURES, len(clearance), len(starts))
+    hidden = hidden_by_rounding(steady[:, 0], column)
+    codes[:RUN, hidden], figures[:, hidden] = 0, np.nan
+    codes[REASON, hidden], codes[SETTLED_AFTER, hidden] = closing.HIDDEN, -1
     return codes, figures
 
 

@@ -1,9 +1,10 @@
-"""The lockstep kernel against the scalar one, which is tested against multi-precision arithmetic on its own."""
+"""The lockstep kernel against multi-precision arithmetic, and against the scalar one, which is so on its own."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from impact_accuracy import LOCKSTEP_PERIODS, Accuracy, compare_lockstep, lockstep_amplification, plane_points
 from numpy.typing import NDArray
 
 from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
@@ -129,3 +130,44 @@ def test_a_map_counts_what_it_ran() -> None:
     assert (codes[judging.RUN] == 60).all()
     ensemble = first_impacts(default(), 0.28, clearances, 30, 0)
     np.testing.assert_array_equal(codes[judging.STRUCK, :, 0, 0], ensemble.impacts)
+
+
+def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_roundings_of_the_inputs() -> None:
+    oscillator = default()
+    points = 0
+    for omega, clearances in plane_points(oscillator, 20, 10):
+        amplification = lockstep_amplification(oscillator, omega, clearances)
+        for found in compare_lockstep(oscillator, omega, clearances, amplification):
+            assert found.complete
+            assert found.worst < 1e-15, found.error / found.amplification
+            points += 1
+    assert points == 200
+
+
+def test_the_yardstick_of_these_points_is_that_of_48_digits() -> None:
+    oscillator = default()
+    omega, clearances = plane_points(oscillator, 1, 2)[0]
+    quick = lockstep_amplification(oscillator, omega, clearances)
+    for lane, found in enumerate(compare_lockstep(oscillator, omega, clearances)):
+        assert len(found.amplification) == FIRST
+        np.testing.assert_allclose(quick[lane], found.amplification, rtol=1e-3)
+
+
+def test_the_comparison_sees_a_missing_an_additional_and_a_late_impact() -> None:
+    oscillator = default()
+    omega, clearances = plane_points(oscillator, 1, 1)[0]
+    right = first_impacts(oscillator, omega, clearances, LOCKSTEP_PERIODS, FIRST + 1)
+    few = np.flatnonzero(right.half[0] < 6)
+    late = right.time.copy()
+    late[0, 3] += 1e-12
+
+    def planted(found: Ensemble, columns: object) -> list[Accuracy]:
+        parts = {name: getattr(found, name)[:, columns] for name in ("half", "time", "stop", "velocity", "kind")}
+        return compare_lockstep(oscillator, omega, clearances, np.ones((1, FIRST)), found._replace(**parts))
+
+    assert planted(right, slice(FIRST))[0].complete
+    assert not planted(right, np.delete(np.arange(FIRST + 1), 5))[0].complete
+    assert not planted(right, np.delete(np.arange(FIRST), FIRST - 1))[0].complete
+    assert not planted(right, np.insert(np.arange(FIRST - 1), 5, 5))[0].complete
+    assert not planted(right, few)[0].complete
+    assert planted(right._replace(time=late), slice(FIRST))[0].worst > 9e-13

@@ -1,7 +1,8 @@
-"""What a map says of its motions beside their names: multipliers, exponents, kinds; and where its trajectories begin."""
+"""What a map says of its motions beside their names, and where its trajectories begin."""
 
 import numpy as np
 import pytest
+from tori import TORI
 
 from grazemap_core.grazing import grazing_curve
 from grazemap_core.kernels import judging
@@ -10,8 +11,6 @@ from grazemap_core.monodromy import monodromy
 from grazemap_core.motion import KINDS
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.trajectory import trajectory
-from tests.core.test_lyapunov import TORI
-
 from grazemap_core.unfolding import Settling, settle_grid, unfolding_map_tile
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)

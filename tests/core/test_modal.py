@@ -172,3 +172,34 @@ def test_one_damped_middle_link_can_leave_a_mode_undamped():
     assert np.array_equal(np.sort(modal_model(oscillator).undamped), [False, False, True])
     oscillator, _ = oscillator_and_chain([1.0, 1.0, 1.0], [1.0, 1.3, 2.0 + 1e-6], [0.0, 0.1, 0.0])
     assert not np.any(modal_model(oscillator).undamped)
+
+
+@pytest.mark.parametrize(("stiffnesses", "damping"), [
+    ([1.0, 1e-60], [0.1, 0.1]),
+    ([1.0, 1e-60], [0.1, 0.0]),
+    ([1.0, 1e-16], [0.0, 5.0]),
+    ([1e-60, 1.0], [0.0, 5.0]),
+])  # fmt: skip
+def test_a_mode_lost_in_the_round_off_of_the_others_is_refused_in_these_words(stiffnesses, damping):
+    oscillator, _ = oscillator_and_chain([1.0, 1.0], stiffnesses, damping)
+    with pytest.raises(ConditioningError, match="so slow beside the others"):
+        modal_model(oscillator)
+
+
+def test_chains_of_any_numbers_have_a_model_or_are_refused():
+    rng = np.random.default_rng(3)
+    models = 0
+    for _ in range(500):
+        count = int(rng.integers(1, 5))
+        masses, stiffnesses, damping = 10.0 ** rng.uniform(-30, 30, (3, count))
+        oscillator, _ = oscillator_and_chain(masses, stiffnesses, damping * (rng.random(count) < 0.7))
+        try:
+            model = modal_model(oscillator)
+        except ConditioningError:
+            continue
+        models += 1
+        assert np.all(model.frequency_squared > 0.0)
+        assert np.all(model.decay >= 0.0)
+        assert np.all(np.isfinite(model.from_modal))
+        assert np.all(np.isfinite(model.to_modal))
+    assert 100 < models < 500

@@ -18,6 +18,7 @@ import grazemap
 from grazemap.embedded import LocalClient
 from grazemap.errors import JobDismissed, ParameterError
 from grazemap.models import PROCESSES
+from grazemap_worker.numerics import numerics
 
 MAP = {
     "omega": {"start": 0.26, "stop": 0.30, "points": 512},
@@ -43,6 +44,7 @@ def test_all_four_processes_answer(stack: LocalClient, tmp_path) -> None:
     umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
     assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
     for result in (curve, points, path, many, umap):
+        assert result.meta["numerics"] == numerics().as_meta()
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)
 

@@ -21,7 +21,7 @@ from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Plan, Tile
 from grazemap_worker.supervisor import Supervisor
 
-NUMERICS = Numerics("0", "0", "0", "0", "planted", "planted")
+NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
 
 
 def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:

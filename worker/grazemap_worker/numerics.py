@@ -11,16 +11,26 @@ from importlib.metadata import version
 
 from grazemap_worker.store import core_version
 
+# Settings of numba, and of numpy and its linear algebra, that choose other instructions on one and the same processor.
+_NUMBA_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
+_NUMPY_SETTINGS = ("NPY_DISABLE_CPU_FEATURES", "NPY_ENABLE_CPU_FEATURES", "OPENBLAS_CORETYPE")
+
 
 @dataclass(frozen=True)
 class Numerics:
-    """Libraries and processor that results are computed with."""
+    """Libraries and processor that results are computed with.
+
+    `cpu` is the processor that code is generated for, by LLVM's name; "interpreted" when nothing is compiled.
+    `cpu_features` are the extensions of its instruction set that the code may use, with commas between them; empty for
+    nothing beyond what every processor of that name has.
+    """
 
     numba: str
     llvmlite: str
     numpy: str
     scipy: str
     cpu: str
+    cpu_features: str
     fingerprint: str
 
     def as_meta(self) -> dict[str, str]:
@@ -32,17 +42,28 @@ class Numerics:
 def numerics() -> Numerics:
     """Return the numerics of this process; imports numba.
 
-    The fingerprint is the start of a sha256 over the versions, the core's own and its sources included, the name of
-    the processor that code is generated for and all its features: two machines that share it run the same
-    instructions.
+    The fingerprint is the start of a sha256 over the versions, the core's own and its sources included, the name and
+    the features of the processor that code is generated for, and the settings that choose instructions: two machines
+    that share it run the same instructions.
     """
-    from llvmlite import binding
+    from numba.core import config
+    from numba.core.registry import cpu_target
 
     from grazemap_core.kernels import source_fingerprint
 
     versions = {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy")}
-    cpu = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
-    features = os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten()
     core = {"core_version": core_version(), "core_sources": source_fingerprint()}
-    text = json.dumps({**versions, **core, "cpu": cpu, "features": features}, sort_keys=True)
-    return Numerics(**versions, cpu=cpu, fingerprint=hashlib.sha256(text.encode()).hexdigest()[:16])
+    # numba's own word for what it compiles for, its settings (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX ...) taken into account
+    triple, cpu, features = cpu_target.target_context.codegen().magic_tuple()
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # set when numba is imported
+        cpu, features = "interpreted", ""
+    settings = {name: str(getattr(config, name)) for name in _NUMBA_SETTINGS}
+    settings |= {name: os.environ.get(name, "") for name in _NUMPY_SETTINGS}
+    target = {"triple": triple, "cpu": cpu, "features": features}
+    text = json.dumps({**versions, **core, **target, **settings}, sort_keys=True)
+    return Numerics(
+        **versions,
+        cpu=cpu,
+        cpu_features=", ".join(sorted(name[1:] for name in features.split(",") if name.startswith("+"))),
+        fingerprint=hashlib.sha256(text.encode()).hexdigest()[:16],
+    )

@@ -38,7 +38,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ROOM = 48
-"""Impacts of half a period that a lane has room for."""
+"""Impacts of half a period that a lane has room for; once it is full, more may have been."""
 SCALAR_ROOM = 4096
 """Events of half a period beyond which no changes are carried along."""
 
@@ -270,7 +270,7 @@ def carry_lanes(
             continue
         columns = full[lane] if carried[lane] == ALL else pair[lane]
         rows = cursor[lane, ROWS]
-        plain = changes.cursor[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= room
+        plain = changes.cursor[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows < room
         for row in range(rows if plain else 0):
             plain = plain and events[lane, row, KIND] == IMPACT and events[lane, row, VELOCITY] != 0.0
         if plain:

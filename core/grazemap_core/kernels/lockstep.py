@@ -104,7 +104,7 @@ class Lanes(NamedTuple):
     status : (LANES,)
         OK, or why the trajectory ended.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
-        The first events: first columns as in `workspace`, and PRESSING. Those beyond are counted in `cursor` only.
+        The first events: first columns as in `workspace`, and PRESSING.
     waiting, alone, offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that must go through the present cell by themselves; (u, u') and the time in the cell where they begin.
     flags, chosen, beside, tile_lane, active, columns, tile
@@ -286,12 +286,16 @@ def _enter_impact(
     events: FloatArray,
     lane: int,
     half: int,
-    time: float,
+    cell_start: float,
+    after: float,
     side: float,
     speed: float,
     pressing: float,
 ) -> None:
-    """Enter an impact, `time` after the start of the half period, into a lane's tally and events."""
+    """Enter an impact into a lane's tally, and into its events for as long as there is room.
+
+    `cell_start` is the time from the start of the half period to that of the cell, `after` from there to the impact.
+    """
     tally[RIGHT if side > 0.0 else LEFT, lane] += 1.0
     tally[FOLLOWED, lane] += 1.0
     tally[LEAST_SPEED, lane] = min(tally[LEAST_SPEED, lane], speed)
@@ -300,12 +304,12 @@ def _enter_impact(
     row = cursor[lane, ROWS]
     if row < events.shape[1]:
         events[lane, row, HALF] = half
-        events[lane, row, TIME] = time
+        events[lane, row, TIME] = cell_start + after
         events[lane, row, STOP] = side
         events[lane, row, VELOCITY] = side * speed
         events[lane, row, KIND] = IMPACT
         events[lane, row, PRESSING] = pressing
-    cursor[lane, ROWS] = row + 1
+        cursor[lane, ROWS] = row + 1
 
 
 @kernel
@@ -381,8 +385,8 @@ def _bounce(
         for k in range(count):
             if active[k] != 0 and at[bounces.JUMP * WIDTH + k] != 0.0:
                 lane, speed, pressing = lanes_of[k], at[bounces.SPEED * WIDTH + k], at[bounces.PRESSING * WIDTH + k]
-                time = before + half_step * (1.0 + at[bounces.PLACE * WIDTH + k])
-                _enter_impact(tally, cursor, events, lane, half, time, at[bounces.SIDE * WIDTH + k], speed, pressing)
+                after, side = half_step * (1.0 + at[bounces.PLACE * WIDTH + k]), at[bounces.SIDE * WIDTH + k]
+                _enter_impact(tally, cursor, events, lane, half, before, after, side, speed, pressing)
                 if may_rest(restitution, step, pressing, restitution * speed):
                     aside = _set_aside_behind_impact(problem, group, lane, k, u, AT_STOP, aside)
                     active[k] = 0
@@ -499,9 +503,9 @@ def _meet_stops(
                 there[states * LANES + lane] = at[rows.END_X * LANES + i]
                 there[(states + 1) * LANES + lane] = at[rows.END_V * LANES + i]
                 limit[lane] = at[rows.END_LIMIT * LANES + i]
-                time = before + half_step * (1.0 + at[rows.PLACE * LANES + i])
+                after = half_step * (1.0 + at[rows.PLACE * LANES + i])
                 speed, pressing = at[rows.SPEED * LANES + i], at[rows.PRESSING * LANES + i]
-                _enter_impact(tally, cursor, events, lane, half, time, side, speed, pressing)
+                _enter_impact(tally, cursor, events, lane, half, before, after, side, speed, pressing)
                 continue
             on[bounces.SIDE * WIDTH + filled] = side
             if certain == rows.FIRST:

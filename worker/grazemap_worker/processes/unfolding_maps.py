@@ -19,8 +19,8 @@ _NAMES = ("kinds", "reasons")
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """Return a rectangle of the map: its omega and clearance, and the arrays [clearance, omega] of the core.
 
-    The values of the grid are those of the whole one, so any cut gives the same bytes (a sweep's tiles are as tall as the
-    map). Raises CoreError.
+    The values of the grid are those of the whole one, so any cut gives the same bytes (a sweep's tiles are as tall as
+    the map). Raises CoreError.
     """
     from grazemap_core.motion import KINDS, REASONS
     from grazemap_core.unfolding import unfolding_map_tile
