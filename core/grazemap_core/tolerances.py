@@ -84,8 +84,9 @@ LONGEST_CHATTER: Final = 150_000
 """Bounces of one complete chatter that are waited for.
 
 A chatter has log(1/2e-5)/log(1/R) of them within a cell before its rest is summed up (`CHATTER_ACCURACY`), 50 at R =
-0.8, 108,000 at R = 0.9999, and log(n)/log(1/R) in n cells before. Closer to 1, and at 1, mass 1 may in effect slide on the stop, and time practically stand still: it is
-followed for as many bounces as this and then given up with that reason.
+0.8 and 108,000 at R = 0.9999, and log(n)/log(1/R) in n cells before. Closer to 1, and at 1, mass 1 may in effect slide
+on the stop, and time practically stand still: it is followed for as many bounces as this and then given up with that
+reason.
 """
 
 END_ROUNDING: Final = 1.0 + 4.0 * EPSILON

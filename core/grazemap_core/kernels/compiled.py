@@ -11,13 +11,40 @@ sum into one operation, which vectors want; where round-off is followed to the l
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 from numba import njit
 from numpy.typing import NDArray
 
-kernel = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-fused_kernel = njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
-inlined = njit(nogil=True, error_model="numpy", _nrt=False, forceinline=True)
-fused_inlined = njit(nogil=True, error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract"})
+Function = TypeVar("Function", bound=Callable[..., object])
+
+_compile: Any = njit  # numba's type stubs do not know of `_nrt`
+_KERNEL = {"nogil": True, "error_model": "numpy", "_nrt": False}
+
+
+def kernel(function: Function) -> Function:
+    """Compile a kernel; its machine code is cached."""
+    compiled: Function = _compile(cache=True, **_KERNEL)(function)
+    return compiled
+
+
+def fused_kernel(function: Function) -> Function:
+    """Compile a kernel that may contract operations; its machine code is cached."""
+    compiled: Function = _compile(cache=True, fastmath={"contract"}, **_KERNEL)(function)
+    return compiled
+
+
+def inlined(function: Function) -> Function:
+    """Compile a part of kernels."""
+    compiled: Function = _compile(forceinline=True, **_KERNEL)(function)
+    return compiled
+
+
+def fused_inlined(function: Function) -> Function:
+    """Compile a part of kernels that may contract operations."""
+    compiled: Function = _compile(forceinline=True, fastmath={"contract"}, **_KERNEL)(function)
+    return compiled
 
 
 @inlined

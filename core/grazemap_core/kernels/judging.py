@@ -9,6 +9,7 @@ half periods that a lane has, small changes are carried along, so that in the en
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -169,7 +170,8 @@ def begin_growths(problem: CellProblem, changes: LaneTangents, notes: Notes, k: 
 @kernel
 def _z(group: Lanes, lane: int, k: int, c: int) -> float:
     """Return a coordinate of a lane after k half periods, in the frame of z."""
-    return group.even[c * LANES + lane] if k % 2 == 0 else -group.even[c * LANES + lane]
+    coordinate: float = group.even[c * LANES + lane]
+    return coordinate if k % 2 == 0 else -coordinate
 
 
 @kernel
@@ -304,9 +306,9 @@ def _free_multiplier(problem: CellProblem) -> float:
     for j in range(problem.decay.shape[0]):
         decay, discriminant = problem.decay[j], problem.discriminant[j]
         if discriminant < 0.0:
-            decay = problem.frequency_squared[j] / (decay + np.sqrt(-discriminant))
+            decay = problem.frequency_squared[j] / (decay + math.sqrt(-discriminant))
         slowest = min(slowest, decay)
-    return np.exp(-slowest * problem.step * problem.cells)
+    return math.exp(-slowest * problem.step * problem.cells)
 
 
 @kernel

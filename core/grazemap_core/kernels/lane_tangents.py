@@ -11,6 +11,7 @@ gone through once more by the scalar kernel (`tangent`), from where the lane beg
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +39,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ROOM = 48
-"""Impacts of half a period that a lane has room for; once it is full, more may have been."""
+"""Impacts of half a period that a lane has room for."""
 SCALAR_ROOM = 4096
 """Events of half a period beyond which no changes are carried along."""
 
@@ -270,7 +271,7 @@ def carry_lanes(
             continue
         columns = full[lane] if carried[lane] == ALL else pair[lane]
         rows = cursor[lane, ROWS]
-        plain = changes.cursor[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows < room
+        plain = changes.cursor[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= room
         for row in range(rows if plain else 0):
             plain = plain and events[lane, row, KIND] == IMPACT and events[lane, row, VELOCITY] != 0.0
         if plain:
@@ -342,7 +343,7 @@ def begin_growth_of(problem: CellProblem, changes: LaneTangents, lane: int) -> N
 def multiplier_of_lane(problem: CellProblem, symmetric: bool, changes: LaneTangents, lane: int) -> float:
     """Return the largest modulus of the multipliers, NaN where they could not be computed (`leading_multiplier`)."""
     _, real, imaginary = leading_multiplier(problem, symmetric, of_lane(changes, lane))
-    return np.hypot(real, imaginary)
+    return math.hypot(real, imaginary)
 
 
 @kernel

@@ -104,7 +104,7 @@ class Lanes(NamedTuple):
     status : (LANES,)
         OK, or why the trajectory ended.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
-        The first events: first columns as in `workspace`, and PRESSING.
+        The first events: first columns as in `workspace`, and PRESSING. Those beyond are counted in `cursor` only.
     waiting, alone, offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that must go through the present cell by themselves; (u, u') and the time in the cell where they begin.
     flags, chosen, beside, tile_lane, active, columns, tile
@@ -292,7 +292,7 @@ def _enter_impact(
     speed: float,
     pressing: float,
 ) -> None:
-    """Enter an impact into a lane's tally, and into its events for as long as there is room.
+    """Enter an impact into a lane's tally, and into its events; where there is no room it is only counted.
 
     `cell_start` is the time from the start of the half period to that of the cell, `after` from there to the impact.
     """
@@ -309,7 +309,7 @@ def _enter_impact(
         events[lane, row, VELOCITY] = side * speed
         events[lane, row, KIND] = IMPACT
         events[lane, row, PRESSING] = pressing
-        cursor[lane, ROWS] = row + 1
+    cursor[lane, ROWS] = row + 1
 
 
 @kernel
