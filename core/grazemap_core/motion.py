@@ -23,7 +23,8 @@ REASONS: Final[dict[int, str]] = {
     closing.NOT_HELD: "mass 1 rests on a stop, and the chain behind it is at an undamped resonance or ill-conditioned",
     closing.BUDGET: "too many impacts: in half a forcing period, or without settling",
     closing.OVERFLOWS: "a number overflowed",
-    closing.HIDDEN: "so near an undamped resonance that round-off hides the motion between the stops",
+    closing.HIDDEN: "the steady motion is so large, as near an undamped resonance, that its round-off hides the "
+    "motion between the stops",
 }
 """Why a motion is unresolved; the key is the code."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.cell_problem import at_phase, cell_problem, free_state, trajectory_models
-from grazemap_core.errors import ParameterError, SteadyMotionError
+from grazemap_core.errors import ParameterError
 from grazemap_core.held_problem import HeldModel
 from grazemap_core.kernels.cells import CellProblem
 from grazemap_core.kernels.held import HeldProblem, held_motion
@@ -21,13 +21,8 @@ from grazemap_core.kernels.sticking import rest_behind_impact, start_on_stop
 from grazemap_core.kernels.walk import land
 from grazemap_core.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
 from grazemap_core.oscillator import Floats, Oscillator
-from grazemap_core.steady import forced_response, hidden_by_rounding
+from grazemap_core.steady import forced_response
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
-
-HIDDEN = (
-    "so near an undamped resonance, or the stops so near each other, that the steady motion is known less accurately "
-    "than the motion between the stops needs"
-)
 
 EVENTS = 64
 """Events that a run has room for to begin with."""
@@ -109,8 +104,6 @@ def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> Forc
             raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
     models = trajectory_models(oscillator)
     steady = forced_response(oscillator, np.array([omega]))[0]
-    if hidden_by_rounding(steady[:1], np.array([clearance]))[0, 0]:
-        raise SteadyMotionError("omega", HIDDEN)
     return ForcedChain(oscillator, omega, clearance, models, steady)
 
 

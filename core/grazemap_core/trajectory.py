@@ -28,6 +28,7 @@ from grazemap_core.start import (
     state_at,
     wrapped,
 )
+from grazemap_core.steady import hidden_by_rounding
 from grazemap_core.tolerances import END_ROUNDING
 
 
@@ -230,7 +231,7 @@ def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
         impacts=record.impacts(),
         sticking=record.sticking(),
         undecided=int(run.work.tally[UNDECIDED]),
-        motion=_motion(run, ring, done, plan.max_period, chain.clearance),
+        motion=_motion(chain, run, ring, done, plan.max_period),
         final=_final(chain, state, run, rows) if recorded else None,
         record=record,
     )
@@ -264,11 +265,13 @@ def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State 
     return state_at(chain, run, phase)
 
 
-def _motion(run: Start, ring: Orbit, halves: int, max_period: int, clearance: float) -> Motion:
+def _motion(chain: ForcedChain, run: Start, ring: Orbit, halves: int, max_period: int) -> Motion:
     """Name the motion at the end of a trajectory."""
     if run.status != OK:
         return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
-    problem = run.problem
+    problem, clearance = run.problem, chain.clearance
+    if hidden_by_rounding(chain.steady[:1], np.array([clearance]))[0, 0]:
+        return motion_from_codes(closing.HIDDEN, 0, 0, 0, False, False)
     reach, _ = bounds(problem, run.u)
     if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
         return motion_from_codes(closing.NAMED, 1, -1, -1, True, False)

@@ -196,6 +196,7 @@ def nearest_returns(
     k: int,
     longest: int,
     bound: FloatArray,
+    known: FloatArray,
     length: FloatArray,
     nearest: FloatArray,
     distance: FloatArray,
@@ -205,8 +206,9 @@ def nearest_returns(
 
     Parameters
     ----------
-    bound : (lanes,)
-        Distance that counts as a return.
+    bound, known : (lanes,)
+        Distance that counts as a return; half periods that the ring knows of the lane. Four times as many as it takes
+        to return are wanted.
     length, nearest : (lanes,)
         Receive the least number of half periods after which it has returned, 0 if it has not; and the least distance.
     distance : (lanes,)
@@ -230,9 +232,9 @@ def nearest_returns(
                 distance[lane] = max(distance[lane], weight * abs(here[lane] - there[lane]))
         number = float(m)
         for lane in range(min(used, distance.shape[0])):
-            is_first = (distance[lane] <= bound[lane]) & (length[lane] == 0.0)
-            length[lane] = number if is_first else length[lane]
-            nearest[lane] = min(nearest[lane], distance[lane])
+            away = distance[lane] if 4.0 * number <= known[lane] else np.inf
+            length[lane] = number if (away <= bound[lane]) & (length[lane] == 0.0) else length[lane]
+            nearest[lane] = min(nearest[lane], away)
 
 
 @kernel

@@ -24,6 +24,7 @@ from grazemap_core.kernels.judging import (
     COUNTS,
     DUE,
     FOLLOWED,
+    FRESH,
     GOAL,
     GROWS,
     LEAVES,
@@ -79,13 +80,14 @@ class Queue(NamedTuple):
     Attributes
     ----------
     notes : Notes
-    bound, length, nearest, distance : (LANES,)
+    bound, known, length, nearest, distance : (LANES,)
         As in `closing.nearest_returns`.
     u, handed_on : (N, 2)
     """
 
     notes: Notes
     bound: FloatArray
+    known: FloatArray
     length: FloatArray
     nearest: FloatArray
     distance: FloatArray
@@ -98,6 +100,7 @@ def queue(masses: int) -> Queue:
     return Queue(
         notes=Notes(np.zeros((LANES, COUNTS), dtype=np.int64), np.zeros((LANES, SIZES))),
         bound=np.zeros(LANES),
+        known=np.zeros(LANES),
         length=np.zeros(LANES),
         nearest=np.zeros(LANES),
         distance=np.zeros(LANES),
@@ -157,31 +160,28 @@ def _move(group: Lanes, ring: Orbit, source: int, target: int) -> None:
 
 @kernel
 def _take_place(
-    group: Lanes,
-    lane: int,
-    problem: CellProblem,
-    held: HeldProblem,
-    u: FloatArray,
-    clearance: float,
-    rested: bool,
-    work: Workspace,
+    group: Lanes, lane: int, problem: CellProblem, held: HeldProblem, u: FloatArray, clearance: float, rested: bool
 ) -> None:
     """Begin at the state u in which another trajectory ended, moved onto the stop where it is beyond it.
 
-    `rested` says whether mass 1 was at rest on a stop there. u is overwritten.
+    Mass 1 bounces off that stop at once if it moves into it, or stands on it if it was at rest (`rested`). u is
+    overwritten.
     """
     x, v = first_mass(problem, u, problem.gain[0, 0], problem.gain[0, 1])
     if abs(x) < clearance:
         begin(group, lane, problem, u, clearance)
         return
     stop = 1 if x > 0.0 else -1
+    kick = 0.0
+    if rested:
+        kick = -v
+    elif stop * v > 0.0:
+        kick = -(1.0 + problem.restitution) * v
     count = u.shape[0]
     for j in range(count):
         for c in range(2):
-            u[j, c] += held.to_free[2 * j + c, 0] * (stop * clearance - x)
-            if rested:
-                u[j, c] -= held.to_free[2 * j + c, count] * v
-    begin_on_stop(group, lane, problem, held, u, clearance, stop, rested, work)
+            u[j, c] += held.to_free[2 * j + c, 0] * (stop * clearance - x) + held.to_free[2 * j + c, count] * kick
+    begin_on_stop(group, lane, problem, u, clearance, stop)
 
 
 @kernel
@@ -216,7 +216,8 @@ def settle_column(
     linearised = growth_halves > 0
     skipped = 2 * (growth_halves // GROWTH_SKIPPED)
     notes, counts, sizes = scratch.notes, scratch.notes.counts, scratch.notes.sizes
-    bound, length, nearest, distance = scratch.bound, scratch.length, scratch.nearest, scratch.distance
+    bound, known, length = scratch.bound, scratch.known, scratch.length
+    nearest, distance = scratch.nearest, scratch.distance
     u, handed_on = scratch.u, scratch.handed_on
     rested = False
     for lane in range(LANES):
@@ -237,7 +238,7 @@ def settle_column(
                     clearance = job.clearances[queued // starts]
                     if job.follow and queued > 0:
                         copy_matrix(u, handed_on)
-                        _take_place(group, lane, problem, held, u, clearance, rested, work)
+                        _take_place(group, lane, problem, held, u, clearance, rested)
                     else:
                         for j in range(u.shape[0]):
                             for c in range(2):
@@ -261,7 +262,8 @@ def settle_column(
         if look:
             for lane in range(used):
                 bound[lane] = sizes[lane, GOAL] * group.clearance[lane]
-            nearest_returns(problem, ring, k, 2 * job.max_period, bound, length, nearest, distance, used)
+                known[lane] = k - counts[lane, FRESH]
+            nearest_returns(problem, ring, k, 2 * job.max_period, bound, known, length, nearest, distance, used)
         for lane in range(used):
             if counts[lane, POINT] < 0:
                 continue

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
@@ -45,6 +46,12 @@ def fused_inlined(function: Function) -> Function:
     """Compile a part of kernels that may contract operations."""
     compiled: Function = _compile(forceinline=True, fastmath={"contract"}, **_KERNEL)(function)
     return compiled
+
+
+@inlined
+def plain(value: int) -> int:
+    """Return a constant as any other integer: numba types constants by value, and compiles all below for each."""
+    return int(np.int64(value))
 
 
 @inlined

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
-from grazemap_core.kernels.compiled import kernel
+from grazemap_core.kernels.compiled import kernel, plain
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     GRAZE_BACK,
@@ -125,7 +125,9 @@ def first_contact(
         left_out = error
         for k in range(SHORT_DEGREE + 1, degree + 1):
             left_out += abs(work.distance[k])
-        status, t = first_negative(work.distance, degree, SHORT_DEGREE, left_out, work.stack, work.start, work.width)
+        status, t = first_negative(
+            work.distance, degree, plain(SHORT_DEGREE), left_out, work.stack, work.start, work.width
+        )
         if status == GRAZE_UNDECIDED:
             status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
             if status == GRAZE_UNDECIDED and t < graze_place:

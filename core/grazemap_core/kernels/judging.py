@@ -220,7 +220,7 @@ def _step(
         residual = max(residual, abs(z[c] - changes.begin[lane, c]) * problem.closeness[c // 2, c % 2])
     residual /= clearance
     if counts[STEPS] > 0 and residual <= CLOSING_FLOOR:
-        sizes[OF_ORBIT] = multiplier_of_lane(problem, False, changes, lane)
+        sizes[OF_ORBIT] = multiplier_of_lane(problem, changes, lane)
         changes.carried[lane] = NOTHING
         counts[AT], counts[DUE] = CONFIRMS, counts[SINCE] + 4 * m
         return bool(sizes[OF_ORBIT] < SLOWEST_RATE)
@@ -348,7 +348,7 @@ def _judge_settling(
             problem, ring, lane, k, seen, job.max_period, clearance, reach
         )
     if reason != NAMED and not last:
-        if sizes[GOAL] > CLOSING_GOAL and 0 < 4 * returned <= seen and group.regime[lane] == FREE:
+        if sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] == FREE:
             distance = orbit_nearby(problem, ring, lane, k, returned, job.max_period, clearance)
             if np.isfinite(distance):
                 _approach(group, changes, notes, lane, k, returned, distance)
@@ -380,7 +380,9 @@ def _repeat(changes: LaneTangents, counts: IntArray, codes: IntArray, lane: int,
 
 @kernel
 def _enter_multiplier(codes: IntArray, figures: FloatArray, multiplier: float) -> None:
-    """Write the multiplier over one motion period, and the exponent."""
+    """Write the multiplier and the exponent of a motion from that of the half period map after which z returns."""
+    if codes[SYMMETRIC] != 0:
+        multiplier *= multiplier
     figures[MULTIPLIER] = multiplier
     figures[LYAPUNOV] = np.log(multiplier) / codes[PERIOD]
 
@@ -424,9 +426,7 @@ def judge(
         done = _judge_settling(problem, job, group, ring, changes, notes, lane, k, returned, closed, skipped, found)
     elif at == REPEATS:
         if group.status[lane] == OK and changes.carried[lane] == ALL:
-            symmetric = found.codes[point, SYMMETRIC] != 0
-            multiplier = multiplier_of_lane(problem, symmetric, changes, lane)
-            _enter_multiplier(found.codes[point], found.figures[point], multiplier)
+            _enter_multiplier(found.codes[point], found.figures[point], multiplier_of_lane(problem, changes, lane))
     elif at != LEAVES:
         done = False
         clearance = job.clearances[point // job.directions.shape[0]]
@@ -443,8 +443,7 @@ def judge(
                 after = (counts[LEFT_AT] - counts[BEGAN] + 1) // 2
                 _enter_motion(codes, figures, NAMED, period, right, left, symmetric, least, sticking, after)
                 if counts[LENGTH] == (period if symmetric else 2 * period):
-                    multiplier = notes.sizes[lane, OF_ORBIT]
-                    _enter_multiplier(codes, figures, multiplier * multiplier if symmetric else multiplier)
+                    _enter_multiplier(codes, figures, notes.sizes[lane, OF_ORBIT])
                     done = True
                 else:
                     _repeat(changes, counts, codes, lane, k)

@@ -340,9 +340,9 @@ def begin_growth_of(problem: CellProblem, changes: LaneTangents, lane: int) -> N
 
 
 @kernel
-def multiplier_of_lane(problem: CellProblem, symmetric: bool, changes: LaneTangents, lane: int) -> float:
-    """Return the largest modulus of the multipliers, NaN where they could not be computed (`leading_multiplier`)."""
-    _, real, imaginary = leading_multiplier(problem, symmetric, of_lane(changes, lane))
+def multiplier_of_lane(problem: CellProblem, changes: LaneTangents, lane: int) -> float:
+    """Return the largest modulus of the eigenvalues of a lane's full columns, NaN where they could not be computed."""
+    _, real, imaginary = leading_multiplier(problem, False, of_lane(changes, lane))
     return math.hypot(real, imaginary)
 
 

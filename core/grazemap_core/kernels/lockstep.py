@@ -30,7 +30,7 @@ from grazemap_core.kernels.cells import (
     flow_state,
     turned_gain,
 )
-from grazemap_core.kernels.compiled import copy_matrix, copy_vector, inlined, kernel
+from grazemap_core.kernels.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tables import LaneTables
 from grazemap_core.kernels.lanes import (
@@ -43,8 +43,8 @@ from grazemap_core.kernels.lanes import (
     refresh_limits,
     solve_impacts,
 )
-from grazemap_core.kernels.sticking import free_of_rest, rest_behind_impact, rest_in_cell, start_on_stop
-from grazemap_core.kernels.walk import land, may_rest, walk_cell
+from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
+from grazemap_core.kernels.walk import may_rest, walk_cell
 from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
@@ -203,7 +203,7 @@ def put(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, half: int)
 def begin(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearance: float) -> None:
     """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
     group.clearance[lane] = clearance
-    put(group, lane, problem, u, 0)
+    put(group, lane, problem, u, plain(0))
     group.regime[lane] = FREE
     group.cursor[lane] = 0
     group.status[lane] = OK
@@ -213,70 +213,20 @@ def begin(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearanc
 
 
 @kernel
-def _take_over(
-    problem: CellProblem,
-    held: HeldProblem,
-    group: Lanes,
-    lane: int,
-    boundary: int,
-    there: FloatArray,
-    u: FloatArray,
-    status: int,
-    work: Workspace,
-) -> None:
-    """Let a lane stand where the scalar kernel does, at a boundary of a cell: u (N, 2) and the regime in work."""
-    blocks = u.shape[0]
-    group.status[lane] = status
-    if status != OK:
-        idle(group, lane)
-        return
-    resting = work.cursor[HELD] != 0
-    copy_vector(group.cursor[lane], work.cursor)
-    copy_vector(group.near[lane], work.near)
-    copy_vector(group.tally[:, lane], work.tally)
-    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
-    if resting:
-        copy_matrix(group.resting[lane], held.state)
-        copy_vector(group.since[lane], held.since)
-    x, v = first_mass(problem, u, problem.gain[boundary, 0], problem.gain[boundary, 1])
-    for j in range(blocks):
-        there[2 * j * LANES + lane] = u[j, 0]
-        there[(2 * j + 1) * LANES + lane] = u[j, 1]
-    there[2 * blocks * LANES + lane] = x
-    there[(2 * blocks + 1) * LANES + lane] = v
-    group.limit[lane] = -np.inf if group.regime[lane] != FREE else _limit(problem, u, group.clearance[lane])
-
-
-@kernel
-def begin_on_stop(
-    group: Lanes,
-    lane: int,
-    problem: CellProblem,
-    held: HeldProblem,
-    u: FloatArray,
-    clearance: float,
-    stop: int,
-    at_rest: bool,
-    work: Workspace,
-) -> None:
-    """Start a trajectory with mass 1 on a stop in a lane, at the start of an even half period.
-
-    At rest mass 1 stays there if it is pressed; else moving into the stop is an impact. u (N, 2) is overwritten.
-    """
+def begin_on_stop(group: Lanes, lane: int, problem: CellProblem, u: FloatArray, clearance: float, stop: int) -> None:
+    """Start a trajectory with mass 1 on a stop in a lane, not moving into it, at the start of an even half period."""
     begin(group, lane, problem, u, clearance)
-    work.cursor[:] = 0
-    copy_vector(work.tally, group.tally[:, lane])
     _, v = first_mass(problem, u, problem.gain[0, 0], problem.gain[0, 1])
-    status = OK
-    if at_rest:
-        status = start_on_stop(problem, held, u, clearance, stop, work)
-    elif v * stop > 0.0:
-        if land(problem, u, stop, v, problem.gain[0, 1], 0, 0.0, work):
-            status = rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work)
-    else:
-        work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
-        work.near[0], work.near[1] = 0.0, abs(v)
-    _take_over(problem, held, group, lane, 0, group.even, u, status, work)
+    leaving = max(0.0, -stop * v)
+    pressing = stop * first_acceleration(problem, u, problem.gain[0, 1])
+    group.cursor[lane, ANCHOR] = stop
+    group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
+    group.near[lane, 0] = 0.0
+    group.near[lane, 1] = leaving
+    group.regime[lane] = RESTING  # it goes through its first cell alone
+    group.limit[lane] = -np.inf
+    if may_rest(problem.restitution, problem.step, pressing, leaving):
+        group.status[lane] = AT_STOP
 
 
 @inlined
@@ -388,7 +338,7 @@ def _bounce(
                 after, side = half_step * (1.0 + at[bounces.PLACE * WIDTH + k]), at[bounces.SIDE * WIDTH + k]
                 _enter_impact(tally, cursor, events, lane, half, before, after, side, speed, pressing)
                 if may_rest(restitution, step, pressing, restitution * speed):
-                    aside = _set_aside_behind_impact(problem, group, lane, k, u, AT_STOP, aside)
+                    aside = _set_aside_behind_impact(problem, group, lane, k, u, plain(AT_STOP), aside)
                     active[k] = 0
         bounces.next_contacts(tables, tile)
         struck = 0
@@ -418,7 +368,7 @@ def _bounce(
             else:
                 active[k] = 0
                 if at[bounces.ON_STOP * WIDTH + k] > 0.0:
-                    aside = _set_aside_behind_impact(problem, group, lane, k, u, OK, aside)
+                    aside = _set_aside_behind_impact(problem, group, lane, k, u, plain(OK), aside)
                 else:
                     aside = _set_aside(group, lane, aside, here)
         if struck == 0:
@@ -540,6 +490,41 @@ def _meet_stops(
     if filled > 0:
         aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
     return aside
+
+
+@kernel
+def _take_over(
+    problem: CellProblem,
+    held: HeldProblem,
+    group: Lanes,
+    lane: int,
+    boundary: int,
+    there: FloatArray,
+    u: FloatArray,
+    status: int,
+    work: Workspace,
+) -> None:
+    """Let a lane stand where the scalar kernel does, at a boundary of a cell: u (N, 2) and the regime in work."""
+    blocks = u.shape[0]
+    group.status[lane] = status
+    if status != OK:
+        idle(group, lane)
+        return
+    resting = work.cursor[HELD] != 0
+    copy_vector(group.cursor[lane], work.cursor)
+    copy_vector(group.near[lane], work.near)
+    copy_vector(group.tally[:, lane], work.tally)
+    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
+    if resting:
+        copy_matrix(group.resting[lane], held.state)
+        copy_vector(group.since[lane], held.since)
+    x, v = first_mass(problem, u, problem.gain[boundary, 0], problem.gain[boundary, 1])
+    for j in range(blocks):
+        there[2 * j * LANES + lane] = u[j, 0]
+        there[(2 * j + 1) * LANES + lane] = u[j, 1]
+    there[2 * blocks * LANES + lane] = x
+    there[(2 * blocks + 1) * LANES + lane] = v
+    group.limit[lane] = -np.inf if group.regime[lane] != FREE else _limit(problem, u, group.clearance[lane])
 
 
 @kernel

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
 from grazemap_core.kernels.cells import CellProblem, first_acceleration, sum_series, turned_gain
-from grazemap_core.kernels.compiled import kernel
+from grazemap_core.kernels.compiled import kernel, plain
 from grazemap_core.kernels.events import enter_event
 from grazemap_core.kernels.held import HeldProblem, flow_held, hold, let_go, turned
 from grazemap_core.kernels.walk import walk_cell
@@ -177,7 +177,7 @@ def rest_behind_impact(
         work.tally[RIGHT if stop > 0 else LEFT] = np.inf
         work.tally[LEAST_SPEED] = 0.0
     row = work.cursor[ROWS] - 1  # of this impact
-    if row < work.events.shape[0]:
+    if 0 <= row < work.events.shape[0]:
         work.events[row, KIND] = CHATTER if leaving > 0.0 else IMPACT_AND_REST
         work.events[row, DELAY] = delay
         for j in range(held.state.shape[0]):
@@ -206,7 +206,8 @@ def rest_on(
     error = expand_pressing(problem, held, clearance, stop, cell, offset, length, work)
     work.tally[HELD_RIGHT if stop > 0 else HELD_LEFT] = 1.0
     # at rest the pressing may begin at zero to within round-off; it is released only where it turns negative
-    status, t = first_negative(work.distance, TAYLOR_DEGREE, TAYLOR_DEGREE, error, work.stack, work.start, work.width)
+    degree = plain(TAYLOR_DEGREE)
+    status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
     if status != CONTACT:
         if status == GRAZE_UNDECIDED:
             work.tally[UNDECIDED] += 1.0
@@ -250,7 +251,7 @@ def start_on_stop(
     work.near[1] = 0.0
     if not held.exists:
         return NO_HELD_FLOW if stop * first_acceleration(problem, u, problem.gain[0, 1]) > 0.0 else OK
-    begin_rest(problem, held, u, clearance, stop, 0.0, 0, 0.0, 0, 0.0, work)
+    begin_rest(problem, held, u, clearance, stop, 0.0, plain(0), 0.0, plain(0), 0.0, work)
     return OK
 
 
