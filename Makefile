@@ -11,7 +11,7 @@ SIDE_BY_SIDE := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run serve test kernels test-without-kernels hardware bench bench-quick performance lint types lock browser clean
+.PHONY: help run serve test kernels-of-maps kernels-of-all-else test-without-kernels hardware bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -32,13 +32,17 @@ test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 test: $(STAMP)  ## every test that needs nothing but this machine
 	@echo "the kernels are compiled, a minute or two, while the first tests run"
-	$(MAKE) --no-print-directory -j 2 kernels test-without-kernels
+	$(MAKE) --no-print-directory -j 3 kernels-of-maps kernels-of-all-else test-without-kernels
 	$(BIN)/python -m pytest -n 2 $(SIDE_BY_SIDE)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS:%=--ignore=%) $(SIDE_BY_SIDE:%=--ignore=%)
 
-kernels: $(STAMP)
+kernels-of-maps: $(STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	@$(BIN)/python -c "from grazemap_core.warmup import warm_up; warm_up()"
+	@$(BIN)/python -m grazemap_core.warmup maps
+
+kernels-of-all-else: $(STAMP)
+	@mkdir -p -m 700 $(TEST_CACHE)/kernels
+	@$(BIN)/python -m grazemap_core.warmup grazing trajectories
 
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)

@@ -1,8 +1,16 @@
-"""Compiling every kernel once, so that processes forked afterwards inherit machine code and never compile."""
+"""Compiling every kernel once, so that processes forked afterwards inherit machine code and never compile.
+
+With numba's disk cache, parts can be compiled by processes of their own side by side:
+
+    python -m grazemap_core.warmup maps
+    python -m grazemap_core.warmup trajectories grazing
+"""
 
 from __future__ import annotations
 
+import sys
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,15 +20,35 @@ from grazemap_core.oscillator import Oscillator
 from grazemap_core.trajectory import trajectory
 from grazemap_core.unfolding import unfolding_map_tile
 
+OMEGA = np.array([0.28, 0.29])
 
-def warm_up() -> float:
-    """Run every public computation on a small case of each kind of damping. Returns the seconds it took."""
+
+def _grazing(oscillator: Oscillator) -> None:
+    grazing_curve(oscillator, OMEGA, max_order=2)
+    codimension_two_points(oscillator, 0.25, 0.35, max_order=2, max_multiple=1)
+
+
+def _trajectories(oscillator: Oscillator) -> None:
+    trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4).at(OMEGA)
+
+
+def _maps(oscillator: Oscillator) -> None:
+    unfolding_map_tile(oscillator, OMEGA, np.array([1.6]), max_periods=4, max_period=2)
+
+
+PARTS: dict[str, Callable[[Oscillator], None]] = {"grazing": _grazing, "trajectories": _trajectories, "maps": _maps}
+"""Every public computation on a small case."""
+
+
+def warm_up(*parts: str) -> float:
+    """Run some parts, or all, for each kind of damping. Returns the seconds it took."""
     began = time.perf_counter()
-    omega = np.array([0.28, 0.29])
     for damping in (0.05, [0.05, 0.05, 0.05]):
         oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], damping, [1.0, 0.0, 0.0], 0.8)
-        grazing_curve(oscillator, omega, max_order=2)
-        codimension_two_points(oscillator, 0.25, 0.35, max_order=2, max_multiple=1)
-        trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4).at(omega)
-        unfolding_map_tile(oscillator, omega, np.array([1.6]), max_periods=4, max_period=2)
+        for part in parts or PARTS:
+            PARTS[part](oscillator)
     return time.perf_counter() - began
+
+
+if __name__ == "__main__":
+    warm_up(*sys.argv[1:])

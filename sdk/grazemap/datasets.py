@@ -200,8 +200,8 @@ def _final(result: Trajectory) -> State:
 
 def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:
     counts = ("period", "impacts_right", "impacts_left", "settled_after")
-    whole = [*counts, "symmetric", "sticking", "multiplier", "lyapunov", "least_impact_velocity"]
-    whole += [name for name in ("share", "motions_found") if getattr(result, name) is not None]
+    whole = [*counts, "symmetric", "sticking", "least_impact_velocity"]
+    whole += [name for name in result.NOT_ALWAYS if getattr(result, name) is not None]
     plane = ("clearance", "omega")
     variables: Variables = {name: (plane, getattr(result, name)) for name in whole}
     variables["kind"] = (plane, np.array(result.kinds)[result.kind])

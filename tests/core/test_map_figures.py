@@ -14,7 +14,7 @@ from grazemap_core.trajectory import trajectory
 from grazemap_core.unfolding import Settling, settle_grid, unfolding_map_tile
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-PER_LINK = Oscillator.create([1.0, 4.0], [1.0, 2.0], [0.08, 0.03], [1.0, 0.2], 0.6)
+PER_LINK = Oscillator.create([1.0, 4.0, 2.0], [1.0, 2.0, 3.0], [0.08, 0.03, 0.05], [1.0, 0.2, 0.0], 0.6)
 STICKY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
 PERIODIC, QUASI_PERIODIC, CHAOTIC = (KINDS.index(kind) for kind in ("periodic", "quasi-periodic", "chaotic"))
 

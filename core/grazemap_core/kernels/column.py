@@ -219,7 +219,6 @@ def settle_column(
     bound, known, length = scratch.bound, scratch.known, scratch.length
     nearest, distance = scratch.nearest, scratch.distance
     u, handed_on = scratch.u, scratch.handed_on
-    rested = False
     for lane in range(LANES):
         idle(group, lane)
         counts[lane, POINT] = -1
@@ -231,6 +230,7 @@ def settle_column(
     # typed by hand: a literal 0 would have everything below compiled once more
     k = int(np.int64(0))
     used = int(np.int64(0))
+    rested = used > 0
     while done < n:
         if k % HALVES_BETWEEN_LOOKS == 0 and queued < n:
             for lane in range(workers):

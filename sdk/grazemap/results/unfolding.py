@@ -36,10 +36,6 @@ class UnfoldingMap(Result):
     symmetric : ndarray of bool, shape (clearance, omega)
     sticking : ndarray of bool, shape (clearance, omega)
         Whether mass 1 rests on a stop some time in the period.
-    multiplier : ndarray of shape (clearance, omega)
-        Largest modulus of the multipliers over one motion period; NaN where the motion is not periodic.
-    lyapunov : ndarray of shape (clearance, omega)
-        Largest Lyapunov exponent per forcing period; NaN where it is not known.
     least_impact_velocity : ndarray of shape (clearance, omega)
         NaN where the motion has no impacts or is not periodic.
     settled_after : ndarray of int, shape (clearance, omega)
@@ -47,6 +43,10 @@ class UnfoldingMap(Result):
     reason : ndarray of int, shape (clearance, omega)
         Index into `reasons`: why a motion is unresolved.
     reasons : tuple of str
+    multiplier : ndarray of shape (clearance, omega), or None
+        Largest modulus of the multipliers over one motion period; NaN where the motion is not periodic.
+    lyapunov : ndarray of shape (clearance, omega), or None
+        Largest Lyapunov exponent per forcing period; NaN where it is not known.
     share : ndarray of shape (clearance, omega), or None
         Of an ensemble: of the initial states, those that lead to this motion or its mirror image.
     motions_found : ndarray of int, shape (clearance, omega), or None
@@ -54,6 +54,7 @@ class UnfoldingMap(Result):
     """
 
     process: ClassVar[str] = "unfolding-maps"
+    NOT_ALWAYS: ClassVar[tuple[str, ...]] = ("multiplier", "lyapunov", "share", "motions_found")
 
     omega: FloatArray
     clearance: FloatArray
@@ -64,26 +65,26 @@ class UnfoldingMap(Result):
     impacts_left: IntArray
     symmetric: NDArray[np.bool_]
     sticking: NDArray[np.bool_]
-    multiplier: FloatArray
-    lyapunov: FloatArray
     least_impact_velocity: FloatArray
     settled_after: IntArray
     reason: IntArray
     reasons: tuple[str, ...]
+    multiplier: FloatArray | None = None
+    lyapunov: FloatArray | None = None
     share: FloatArray | None = None
     motions_found: IntArray | None = None
 
     @classmethod
     def _fields(cls, document: Document) -> dict[str, Any]:
         whole = ("kind", "period", "impacts_right", "impacts_left", "settled_after", "reason")
-        figures = ("omega", "clearance", "multiplier", "lyapunov", "least_impact_velocity")
-        of_ensemble = {
-            name: read(document[name])
-            for name, read in (("share", floats), ("motions_found", integers))
+        figures = ("omega", "clearance", "least_impact_velocity")
+        not_always = {
+            name: integers(document[name]) if name == "motions_found" else floats(document[name])
+            for name in cls.NOT_ALWAYS
             if name in document
         }
         return {
-            **of_ensemble,
+            **not_always,
             **{name: floats(document[name]) for name in figures},
             **{name: integers(document[name]) for name in whole},
             **{name: tuple(str(text) for text in document[name]) for name in ("kinds", "reasons")},
