@@ -4,14 +4,15 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples
 
-# what needs no kernels; pure arithmetic; the rest starts whole stacks and watches the clock
+# what needs no kernels; pure arithmetic; single workers; the rest starts whole stacks and watches the clock
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
 SIDE_BY_SIDE := tests/core tests/performance
+OF_WORKERS := tests/worker
 # one cache of compiled kernels for the tests and for the workers that they start
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run serve test kernels-of-maps kernels-of-all-else test-without-kernels hardware bench bench-quick performance lint types lock browser clean
+.PHONY: help run serve test kernels-of-maps kernels-of-all-else test-without-kernels test-workers test-stacks hardware bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -34,7 +35,7 @@ test: $(STAMP)  ## every test that needs nothing but this machine
 	@echo "the kernels are compiled, a minute or two, while the first tests run"
 	$(MAKE) --no-print-directory -j 3 kernels-of-maps kernels-of-all-else test-without-kernels
 	$(BIN)/python -m pytest -n 2 $(SIDE_BY_SIDE)
-	$(BIN)/python -m pytest $(WITHOUT_KERNELS:%=--ignore=%) $(SIDE_BY_SIDE:%=--ignore=%)
+	$(MAKE) --no-print-directory -j 2 test-workers test-stacks
 
 kernels-of-maps: $(STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
@@ -46,6 +47,12 @@ kernels-of-all-else: $(STAMP)
 
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
+
+test-workers: $(STAMP)
+	$(BIN)/python -m pytest $(OF_WORKERS)
+
+test-stacks: $(STAMP)
+	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(SIDE_BY_SIDE) $(OF_WORKERS),--ignore=$(folder))
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba

@@ -23,8 +23,14 @@ from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA, Floats, chain
 
 FIXED = "fixed length, classified"
 SETTLING = "until settled"
+WHOLE = "until settled, with multipliers and exponents"
 COLUMNS = 4
 """Columns of a block."""
+_TILES = {
+    FIXED: this_core.map_of_fixed_length,
+    SETTLING: this_core.map_with_settling,
+    WHOLE: this_core.map_as_served,
+}
 COMPILED_WITHIN = 300.0
 """Seconds after which a process that is not ready has failed: the pool starts another one for ever."""
 
@@ -62,7 +68,7 @@ def run_map(mode: str, side: int, periods: int, operation_rate: float, progress:
 
     Parameters
     ----------
-    mode : FIXED or SETTLING
+    mode : FIXED, SETTLING or WHOLE
     operation_rate : float
         Operations per CPU second on the reference work, to compare with.
     """
@@ -146,7 +152,7 @@ def pixel_cost(sampled: int, periods: int, progress: Callable[[str], None]) -> P
 def compile_kernels() -> None:
     """Load what the maps need, or compile it."""
     omegas, clearances = grid(2)
-    for mode in (FIXED, SETTLING):
+    for mode in _TILES:
         _compute(Block(mode, omegas[:1], clearances, 2))
 
 
@@ -163,7 +169,7 @@ def _numbered(task: tuple[int, Block]) -> tuple[int, Answer]:
 
 def _compute(block: Block) -> Answer:
     """Compute a block, the core's seconds counted."""
-    tile = this_core.map_of_fixed_length if block.mode == FIXED else this_core.map_with_settling
+    tile = _TILES[block.mode]
     began = time.process_time()
     found = tile(chain(3), block.omegas, block.clearances, block.periods)
     seconds = time.process_time() - began

@@ -89,7 +89,14 @@ def map_with_settling(oscillator: Oscillator, omegas: Floats, clearances: Floats
     return _map(oscillator, omegas, clearances, periods, early=True)
 
 
-def _map(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int, early: bool) -> Classified:
-    task = Settling(periods, LONGEST_PERIOD, early, linearised=False)
+def map_as_served(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
+    """Compute a map as the service does: named by Newton's method, with multipliers and Lyapunov exponents."""
+    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True)
+
+
+def _map(
+    oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int, early: bool, linearised: bool = False
+) -> Classified:
+    task = Settling(periods, LONGEST_PERIOD, early, linearised)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
     return Classified(codes[judging.REASON, :, :, 0] == NAMED, codes[judging.STRUCK, :, :, 0])

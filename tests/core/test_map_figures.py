@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tori import TORI
 
+from grazemap_core.errors import LinearisationError
 from grazemap_core.grazing import grazing_curve
 from grazemap_core.kernels import judging
 from grazemap_core.lyapunov import lyapunov_exponents
@@ -30,7 +31,10 @@ def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: floa
     compared = 0
     for i in np.flatnonzero(found["kind"][:, 0] == PERIODIC):
         period, multiplier = int(found["period"][i, 0]), found["multiplier"][i, 0]
-        expected = monodromy(oscillator, omega, clearances[i])
+        try:
+            expected = monodromy(oscillator, omega, clearances[i])
+        except LinearisationError:  # without Newton's method it has not come close enough in as many periods
+            continue
         if expected.period != period:  # another motion, which can be where several exist
             continue
         largest = abs(expected.multipliers[0])

@@ -102,3 +102,16 @@ def test_absurd_numbers_cost_much_or_little_but_always_something(mass: float, st
     estimate = plan("unfolding-maps", request).estimate
     assert estimate.seconds > 0
     assert estimate.tiles >= 1
+
+
+def test_a_sweep_is_cut_into_whole_columns_and_an_ensemble_costs_as_many_maps() -> None:
+    base = plan("unfolding-maps", map_request(64, 300))
+    for policy in ("sweep-up", "sweep-down"):
+        sweep = plan("unfolding-maps", map_request(64, 300).model_copy(update={"policy": policy}))
+        assert sweep.tile_rows == 300
+        assert sweep.estimate.seconds > base.estimate.seconds
+    many = {"policy": "ensemble", "initial_conditions": 10}
+    ensemble = plan("unfolding-maps", map_request(64, 300).model_copy(update=many))
+    assert ensemble.estimate.periods == 10 * base.estimate.periods
+    assert ensemble.estimate.seconds == pytest.approx(10 * base.estimate.seconds)
+    assert ensemble.tile_rows * ensemble.tile_columns < base.tile_rows * base.tile_columns

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.models import ProcessRequest, parse_request
+from grazemap.models import ProcessRequest, job_id, parse_request
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.core_objects import request_pointer
-from grazemap_worker.store import Plan
+from grazemap_worker.store import Plan, plan
 
 MAP = {
     "omega": {"start": 0.28, "stop": 0.29, "points": 4},
@@ -123,3 +123,30 @@ def test_any_cut_of_a_map_gives_the_same_bytes() -> None:
     assert set(uncut["kinds"]) >= {"periodic", "unresolved"}
     assert uncut["symmetric"].dtype == np.bool_
     assert uncut["least_impact_velocity"].dtype == np.float64
+
+
+@pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
+def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> None:
+    request = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 3})
+    planned = plan("unfolding-maps", request)
+    uncut = tiled(request, Plan(rows=3, columns=4, tile_rows=3, tile_columns=4))
+    assert planned.tile_rows == 3 or policy == "ensemble"
+    for cut in (planned, Plan(rows=3, columns=4, tile_rows=3, tile_columns=1)):
+        assert encode_npz(tiled(request, cut), {}) == encode_npz(uncut, {})
+    assert ("share" in uncut) == ("motions_found" in uncut) == (policy == "ensemble")
+    again = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 4})
+    same = encode_npz(tiled(again, planned), {}) == encode_npz(uncut, {})
+    assert same == (policy != "ensemble")
+
+
+def test_what_an_ensemble_is_drawn_from_is_part_of_its_question_only() -> None:
+    def asked(**changes: object) -> str:
+        return job_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}), "1.0")
+
+    assert asked() == asked(policy="rest", seed=7, initial_conditions=3)
+    assert asked(policy="sweep-up") == asked(policy="sweep-up", seed=7)
+    assert asked(policy="ensemble") == asked(policy="ensemble", seed=0, initial_conditions=16)
+    assert len({asked(policy=policy) for policy in ("rest", "sweep-up", "sweep-down", "ensemble")}) == 4
+    assert (
+        asked(policy="ensemble", seed=1) != asked(policy="ensemble") != asked(policy="ensemble", initial_conditions=3)
+    )
