@@ -26,7 +26,7 @@ def amplitude(oscillator: Oscillator, omega: float) -> float:
 
 @pytest.mark.parametrize(("oscillator", "omega"), [(DEFAULT, 0.28), (DEFAULT, 0.45), (PER_LINK, 0.6), (STICKY, 0.3)])
 def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: float) -> None:
-    clearances = np.linspace(0.5, 1.05, 24) * amplitude(oscillator, omega)
+    clearances = np.linspace(0.5, 1.05, 36) * amplitude(oscillator, omega)
     found = unfolding_map_tile(oscillator, np.array([omega]), clearances)
     compared = 0
     for i in np.flatnonzero(found["kind"][:, 0] == PERIODIC):
