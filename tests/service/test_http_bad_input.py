@@ -10,6 +10,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from grazemap_worker.store import Store
+from grazemap_worker.store.plan import expected_periods
 
 JSON = {"Content-Type": "application/json"}
 RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
@@ -176,7 +177,7 @@ def test_too_many_points_are_pointed_at(client: TestClient, process: str, body: 
 def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> None:
     answer = serve(max_work=1000.0).post("/v1/unfolding-maps", json=MAP)
     assert answer.status_code == 422
-    assert answer.json()["estimate"]["forcing_periods"] == 25 * 250
+    assert answer.json()["estimate"]["forcing_periods"] == 25 * expected_periods(1000)
     assert answer.json()["limit"]["forcing_periods"] == 1000
     assert store.jobs() == ([], None)
 

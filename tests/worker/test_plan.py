@@ -47,7 +47,7 @@ def test_tiles_of_a_large_map_take_about_the_time_aimed_at(columns: int, rows: i
 def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
     base = plan("unfolding-maps", map_request(64, 64)).estimate
     assert plan("unfolding-maps", map_request(128, 64)).estimate.periods == 2 * base.periods
-    assert plan("unfolding-maps", map_request(64, 64, max_periods=25)).estimate.seconds < 0.11 * base.seconds
+    assert plan("unfolding-maps", map_request(64, 64, max_periods=25)).estimate.seconds < 0.2 * base.seconds
     assert plan("unfolding-maps", map_request(64, 64, start=0.01)).estimate.seconds > 5 * base.seconds
     trajectory = parse_request(
         "trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "transient_periods": 800}

@@ -16,9 +16,9 @@ import numpy as np  # noqa: E402 - after the environment is set
 
 from grazemap.models import Oscillator, UnfoldingMapsRequest  # noqa: E402
 from grazemap_worker.processes.unfolding_maps import compute_tile  # noqa: E402
-from grazemap_worker.store.plan import MAP_PERIODS_PER_SECOND, PERIODS_PER_PIXEL  # noqa: E402
+from grazemap_worker.store.plan import FULL_COLUMN, MAP_PERIODS_PER_SECOND, expected_periods  # noqa: E402
 
-_SIDE = 80
+_SIDE = FULL_COLUMN
 
 
 def main() -> None:
@@ -36,7 +36,7 @@ def main() -> None:
     periods = int(np.where(settled < 0, request.max_periods, settled).sum())
     sys.stdout.write(
         f"{periods / seconds:.3g} periods/s (plans assume {MAP_PERIODS_PER_SECOND:.3g}), "
-        f"{periods / _SIDE**2:.0f} periods/pixel (plans assume {PERIODS_PER_PIXEL})\n"
+        f"{periods / _SIDE**2:.0f} periods/pixel (plans assume {expected_periods(request.max_periods):.0f})\n"
     )
 
 

@@ -29,14 +29,15 @@ from grazemap.models import (
 # trajectory, and of a map with the classification of the motion, in columns of FULL_COLUMN clearances or more.
 # `python -m grazemap_worker.measure` prints the map's figure of the machine it runs on.
 PERIODS_PER_SECOND = 1.0e5
-MAP_PERIODS_PER_SECOND = 6.0e5
-FULL_COLUMN = 64
+MAP_PERIODS_PER_SECOND = 4.0e5
+FULL_COLUMN = 128
 # The same of a sweep, in which the clearances of one omega are followed one after the other.
 SWEEP_PERIODS_PER_SECOND = 1.5e5
 # Clearances in a tile at most: more would not run faster.
 TALLEST_TILE = 1024
-# A settled pixel stops early, an unsettled one goes on to max_periods: about this many on average at most.
-PERIODS_PER_PIXEL = 250
+# What a pixel takes on average to settle, and the share of pixels that go on to max_periods.
+PERIODS_TO_SETTLE = 45
+UNSETTLED = 0.1
 # |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
 REFERENCE_STIFFNESS = 10.0
 TILE_SECONDS = 2.0
@@ -155,10 +156,15 @@ def _row_sums(links: np.ndarray[tuple[int], np.dtype[np.float64]]) -> np.ndarray
     return 2.0 * (before + after) + np.concatenate((np.zeros(len(links) - 1), links[-1:]))
 
 
+def expected_periods(max_periods: int) -> float:
+    """Return the forcing periods that a pixel is expected to take on average."""
+    return min(float(max_periods), PERIODS_TO_SETTLE + UNSETTLED * max_periods)
+
+
 def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     rows, columns = grid_points(request.clearance), grid_points(request.omega)
     cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
-    periods_per_pixel = min(request.max_periods, PERIODS_PER_PIXEL)
+    periods_per_pixel = expected_periods(request.max_periods)
     sweeps = request.policy.startswith("sweep")
     rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
