@@ -77,3 +77,34 @@ def test_a_cache_that_two_warm_ups_did_not_survive_is_wiped(folder: Path) -> Non
     assert seen == [False]
     kernel_cache.warm_up(folder, lambda: None)
     assert not (folder / "warming-up").exists()
+
+
+@pytest.mark.parametrize(("cores", "cached", "alone"), [(2, False, False), (2, True, True), (1, False, True)])
+def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, cores: int, cached: bool, alone: bool
+) -> None:
+    from grazemap_core import warmup
+
+    ran: list[tuple[str, ...]] = []
+    started: list[tuple[str, ...]] = []
+
+    class Process:
+        def __init__(self, target: object, args: tuple[str, ...], daemon: bool) -> None:
+            assert daemon
+            started.append(args)
+
+        def start(self) -> None: ...
+
+        def join(self) -> None: ...
+
+    context = type("Context", (), {"Process": Process})
+    monkeypatch.setattr(warmup, "warm_up", lambda *parts: ran.append(parts))
+    monkeypatch.setattr(kernel_cache.multiprocessing, "get_context", lambda _method: context)
+    monkeypatch.setattr(kernel_cache, "available_cores", lambda: cores)
+    (folder / "numba" / "a").mkdir(parents=True)
+    if cached:
+        (folder / "numba" / "a" / "kernel.nbi").touch()
+    kernel_cache.compile_kernels(folder)
+    assert ran == ([()] if alone else [("maps",), ()])
+    parts = {part for args in (*started, *ran) for part in args}
+    assert parts == (set() if alone else set(warmup.PARTS))

@@ -36,14 +36,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
-    from grazemap_core.warmup import warm_up
     from grazemap_worker import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
     from grazemap_worker.numerics import numerics
     from grazemap_worker.supervisor import Supervisor
 
     # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
-    kernel_cache.warm_up(folder, warm_up)
+    kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder))
     Supervisor(settings, numerics()).run()
 
 

@@ -8,6 +8,7 @@ or that two warm-ups in a row did not survive, is wiped and compiled again.
 from __future__ import annotations
 
 import fcntl
+import multiprocessing
 import os
 import shutil
 import stat
@@ -15,6 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import structlog
+
+from grazemap_worker.settings import available_cores
 
 # One character for every warm-up in a row that began and did not end. One may have been killed by an impatient person.
 _MARK = "warming-up"
@@ -41,6 +44,18 @@ def use_folder(root: Path) -> Path:
     folder.chmod(0o700)
     os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
     return folder
+
+
+def compile_kernels(folder: Path) -> None:
+    """Compile or load every kernel of the core; where none is cached yet, two processes share the work."""
+    from grazemap_core.warmup import warm_up as run
+
+    if not any((folder / "numba").rglob("*.nbi")) and available_cores() > 1:
+        other = multiprocessing.get_context("spawn").Process(target=run, args=("grazing", "trajectories"), daemon=True)
+        other.start()
+        run("maps")
+        other.join()
+    run()
 
 
 def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
