@@ -41,11 +41,12 @@ class Printed:
 
 @dataclass
 class Run:
-    """Neighbouring clearances with one motion; `approaches` per motion period, or None when unresolved."""
+    """Neighbouring clearances with one motion; `approaches` per motion period, or None unless the kind is periodic."""
 
     high: float
     low: float
     points: int
+    kind: str
     motion: tuple[int, int, int] | None
     approaches: int | None = None
 
@@ -86,21 +87,21 @@ def sequence(client: Client, omega: float, high: float, low: float, points: int)
     )  # fmt: skip
     rows = []
     for i in reversed(range(points)):
-        known = umap.kinds[umap.kind[i, 0]] == "periodic"
+        kind = umap.kinds[umap.kind[i, 0]]
         motion = (int(umap.period[i, 0]), int(umap.impacts_right[i, 0]), int(umap.impacts_left[i, 0]))
-        rows.append((float(umap.clearance[i]), motion if known else None))
+        rows.append((float(umap.clearance[i]), (kind, motion if kind == "periodic" else None)))
     runs = []
-    for motion, group in groupby(rows, key=lambda row: row[1]):
+    for (kind, motion), group in groupby(rows, key=lambda row: row[1]):
         members = [clearance for clearance, _ in group]
         if motion is None:
-            runs.append(Run(members[0], members[-1], len(members), None))
+            runs.append(Run(members[0], members[-1], len(members), kind, None))
             continue
         step = max(1, len(members) // 16)
         pieces = [members[k : k + step] for k in range(0, len(members), step)]
         counted = [(piece, approaches(client, omega, piece[0], motion)) for piece in pieces]
         for count, same in groupby(counted, key=lambda item: item[1]):
             values = [clearance for piece, _ in same for clearance in piece]
-            runs.append(Run(values[0], values[-1], len(values), motion, count))
+            runs.append(Run(values[0], values[-1], len(values), kind, motion, count))
     return runs
 
 
@@ -133,7 +134,7 @@ def page(client: Client, points: int) -> str:
             lines.append(f"| {region.letter} | {region.label} | {ours or '-'} | {where or '-'} | {reason} |")
         lines += ["\nThe whole sequence:\n", SEQUENCE_HEAD]
         for run in runs:
-            label = motion_label(*run.motion) if run.motion else "unresolved"
+            label = motion_label(*run.motion) if run.motion else run.kind
             lines.append(f"| {run.high:.4f} | {run.low:.4f} | {run.points} | {label} | {run.approaches or '-'} |")
     return "\n".join(lines)
 
