@@ -55,8 +55,9 @@ def unfolding_map_tile(
     max_period : int
         Longest period n of a motion that is looked for.
     policy : one of POLICIES
-        A sweep begins from rest at its first clearance. Where the state that it hands on is beyond a stop of the next
-        point, mass 1 is put on that stop with its velocity, which is an impact when it moves into it.
+        A sweep begins from rest at its first clearance, and behind a trajectory that ended early. Where the state that
+        it hands on is beyond a stop of the next point, mass 1 is put on that stop with its velocity, which is an impact
+        when it moves into it.
     initial_conditions, seed : int
         Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
         displacements evenly from (-b, b), velocities from (-omega b, omega b).
@@ -230,12 +231,15 @@ def _most_frequent(codes: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats,
     reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
     kind, _ = kinds_of(reason, growth)
     few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
-    same = np.ones((*kind.shape, kind.shape[-1]), dtype=np.bool_)
-    for key in (kind, period, few, many, symmetric, sticking):
-        same &= key[..., :, None] == key[..., None, :]
-    known = kind != 0
-    count = same.sum(axis=-1) * np.where(known, 1, 0)
-    chosen = np.argmax(count, axis=-1)
-    first = np.argmax(same, axis=-1) == np.arange(kind.shape[-1])
-    share = np.take_along_axis(same.sum(axis=-1), chosen[..., None], axis=-1)[..., 0] / kind.shape[-1]
-    return chosen, share, (first & known).sum(axis=-1).astype(np.int32)
+    keys = np.stack([kind, period, few, many, symmetric, sticking], axis=-1)
+    chosen = np.zeros(kind.shape[:2], dtype=np.int64)
+    share = np.zeros(kind.shape[:2])
+    motions = np.zeros(kind.shape[:2], dtype=np.int32)
+    for pixel in np.ndindex(chosen.shape):
+        found, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
+        known = found[:, 0] != 0
+        # the most frequent one that is known; of several the first
+        best = min(range(len(found)), key=lambda i: (not known[i], -counts[i], first[i]))
+        chosen[pixel], share[pixel] = first[best], counts[best] / len(keys[pixel])
+        motions[pixel] = np.count_nonzero(known)
+    return chosen, share, motions

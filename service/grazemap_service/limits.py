@@ -27,7 +27,7 @@ from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, period_costs, p
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
-# A job of one tile that is estimated to take longer might be cut off at the end: machines differ.
+# A tile that is estimated to take longer might be cut off at the end: machines differ.
 MOST_TILE_SECONDS = TILE_TIMEOUT / 4
 _BYTES_PER_NUMBER = 8
 
@@ -61,7 +61,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     # written so that a nan, from an estimate that overflowed, is refused too
     if not planned.estimate.periods <= settings.max_work:
         raise _too_much("", "forcing periods", planned.estimate.periods, settings.max_work)
-    most_seconds = min(settings.max_seconds, MOST_TILE_SECONDS) if planned.count == 1 else settings.max_seconds
+    most_seconds = min(settings.max_seconds, MOST_TILE_SECONDS * planned.count)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)
     return planned

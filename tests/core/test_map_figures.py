@@ -57,6 +57,13 @@ def test_without_impacts_the_slowest_mode_says_all() -> None:
         assert found["lyapunov"][0, 0] == pytest.approx(np.log(abs(expected.multipliers[0])), rel=1e-11)
 
 
+def test_an_exponent_is_finite_where_its_multiplier_is_too_small_for_a_number() -> None:
+    found = unfolding_map_tile(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0]), 5, 1)
+    assert found["multiplier"][0, 0] == 0.0
+    assert found["lyapunov"][0, 0] == pytest.approx(2.0 * found["lyapunov"][0, 1], rel=1e-9)
+    assert np.isfinite(found["lyapunov"]).all()
+
+
 def test_chaos_is_named_with_its_exponent() -> None:
     clearances = np.linspace(1.2, 2.1, 32)
     found = unfolding_map_tile(DEFAULT, np.array([0.28]), clearances)

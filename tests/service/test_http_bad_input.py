@@ -174,6 +174,14 @@ def test_too_many_points_are_pointed_at(client: TestClient, process: str, body: 
     assert [e["pointer"] for e in client.post(f"/v1/{process}", json=body).json()["errors"]] == [pointer]
 
 
+def test_a_sweep_whose_columns_take_too_long_is_refused(client: TestClient, store: Store) -> None:
+    body = {"omega": [0.01, 0.011], "clearance": {**RANGE, "points": 2000}, "max_periods": 300_000}
+    answer = client.post("/v1/unfolding-maps", json={**body, "policy": "sweep-up"})
+    assert answer.status_code == 422
+    assert set(answer.json()["limit"]) == {"seconds"}
+    assert store.jobs() == ([], None)
+
+
 def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> None:
     answer = serve(max_work=1000.0).post("/v1/unfolding-maps", json=MAP)
     assert answer.status_code == 422

@@ -257,17 +257,22 @@ def _go_back(
     """Put a lane back to where it was before Newton's method, if the forcing is at the same half, or wait for that."""
     counts, sizes = notes.counts[lane], notes.sizes[lane]
     idle(group, lane)
+    group.cursor[lane] = 0
+    changes.carried[lane] = NOTHING
     away = k - counts[LEFT_AT]
     if away % 2 == 1:
         counts[AT], counts[DUE] = RETURNS, k + 1
         return
     group.clearance[lane] = clearance
     group.status[lane] = OK
-    group.cursor[lane] = 0
-    _put_z(group, lane, problem, changes.back[lane], k, u)
+    sign = 1.0 if k % 2 == 0 else -1.0
+    for j in range(u.shape[0]):
+        u[j, 0], u[j, 1] = sign * changes.back[lane, 2 * j], sign * changes.back[lane, 2 * j + 1]
+    put(group, lane, problem, u, k)
     counts[AT], counts[FRESH] = counts[WAS], k
     counts[BEGAN] += away
-    changes.carried[lane] = PAIR if counts[AT] == GROWS else NOTHING
+    if counts[AT] == GROWS:
+        changes.carried[lane] = PAIR
     counts[DUE] = counts[BEGAN] + 2 * max_periods
     sizes[GOAL] = max(APPROACH_RETRY * sizes[GOAL], CLOSING_GOAL)
 
@@ -300,15 +305,15 @@ def _enter_motion(
 
 
 @kernel
-def _free_multiplier(problem: CellProblem) -> float:
-    """Return the largest modulus of the multipliers of the motion without contacts over a forcing period."""
+def _free_exponent(problem: CellProblem) -> float:
+    """Return the largest exponent per forcing period of the motion without contacts."""
     slowest = np.inf
     for j in range(problem.decay.shape[0]):
         decay, discriminant = problem.decay[j], problem.discriminant[j]
         if discriminant < 0.0:
             decay = problem.frequency_squared[j] / (decay + math.sqrt(-discriminant))
         slowest = min(slowest, decay)
-    return math.exp(-slowest * problem.step * problem.cells)
+    return -slowest * problem.step * problem.cells
 
 
 @kernel
@@ -339,8 +344,8 @@ def _judge_settling(
     if is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearance):
         _enter_motion(codes, figures, NAMED, 1, -1, -1, True, np.inf, False, (entered + 1) // 2)
         if job.growth_halves > 0:
-            figures[MULTIPLIER] = _free_multiplier(problem)
-            figures[LYAPUNOV] = np.log(figures[MULTIPLIER])
+            figures[LYAPUNOV] = _free_exponent(problem)
+            figures[MULTIPLIER] = math.exp(figures[LYAPUNOV])
         return True
     reason, period, right, left, symmetric, least, sticking = NOT_CLOSED, 0, 0, 0, False, np.inf, False
     if closed or last:
@@ -381,10 +386,9 @@ def _repeat(changes: LaneTangents, counts: IntArray, codes: IntArray, lane: int,
 @kernel
 def _enter_multiplier(codes: IntArray, figures: FloatArray, multiplier: float) -> None:
     """Write the multiplier and the exponent of a motion from that of the half period map after which z returns."""
-    if codes[SYMMETRIC] != 0:
-        multiplier *= multiplier
-    figures[MULTIPLIER] = multiplier
-    figures[LYAPUNOV] = np.log(multiplier) / codes[PERIOD]
+    halves = 2.0 if codes[SYMMETRIC] != 0 else 1.0
+    figures[MULTIPLIER] = multiplier**halves
+    figures[LYAPUNOV] = halves * np.log(multiplier) / codes[PERIOD]  # a square may be too small for a number
 
 
 @kernel
