@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from grazemap_core import warmup  # here, not in the test: kernels keep to the cache that is set when they are imported
 from grazemap_worker import kernel_cache
 
 
@@ -83,8 +84,6 @@ def test_a_cache_that_two_warm_ups_did_not_survive_is_wiped(folder: Path) -> Non
 def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
     folder: Path, monkeypatch: pytest.MonkeyPatch, cores: int, cached: bool, alone: bool
 ) -> None:
-    from grazemap_core import warmup
-
     ran: list[tuple[str, ...]] = []
     started: list[tuple[str, ...]] = []
 
