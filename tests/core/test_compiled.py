@@ -1,7 +1,11 @@
-"""Kernels do without numba's runtime: a quarter of a map's time would go into counting references."""
+"""How kernels are compiled: without numba's runtime, as parts of one another, with their tuples by reference."""
+
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numba import float64, njit
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
@@ -29,6 +33,8 @@ from grazemap_core.kernels import (
     walk,
     workspace,
 )
+from grazemap_core.kernels.parts import Kernel
+from grazemap_core.kernels.references import reference
 
 MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, eigenvalues, events, held, judging,
            lane_tangents, lanes, lockstep, lyapunov, newton, simulate, sticking, tangent, walk, workspace)  # fmt: skip
@@ -37,7 +43,7 @@ ALLOCATES = {"run_recorded"}  # called from Python, for one trajectory
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])
 def test_no_kernel_counts_references(module: object) -> None:
-    kernels = {name: value for name, value in vars(module).items() if isinstance(value, Dispatcher)}
+    kernels = {name: value for name, value in vars(module).items() if isinstance(value, Dispatcher | Kernel)}
     for name, dispatcher in kernels.items():
         inlined_before = dispatcher.targetoptions.get("inline") == "always"  # it has its callers' options
         assert dispatcher.targetoptions.get("_nrt") is False or inlined_before or name in ALLOCATES, name
@@ -59,3 +65,57 @@ def test_copies_are_copies() -> None:
     part = np.zeros(2)
     compiled.copy_vector(part, source[:, 1])
     np.testing.assert_array_equal(part, [1.0, 3.0])
+
+
+class Pair(NamedTuple):
+    first: np.ndarray
+    second: np.ndarray
+
+
+class Nested(NamedTuple):
+    pair: Pair
+    number: float
+
+
+@compiled.kernel
+def _add(pair: Pair) -> float:
+    return pair.first[0] + pair.second[0]
+
+
+@compiled.kernel
+def _add_nested(nested: Nested) -> float:
+    refers = reference(reference(nested))
+    refers.pair.first[0] += refers.number
+    return _add(refers.pair)
+
+
+def test_a_kernel_that_only_kernels_call_has_no_machine_code() -> None:
+    """Numba would make it of every function that a compiled one calls, which is most of the time of compiling."""
+    nested = Nested(Pair(np.array([1.0]), np.array([2.0])), 0.5)
+    assert _add_nested(nested) == 3.5
+    assert nested.pair.first[0] == 1.5
+    assert not _add.whole.overloads
+    assert _add(nested.pair) == 3.5  # now Python calls it
+    assert len(_add.whole.overloads) == 1
+
+    @compiled.kernel
+    def halve(number: float) -> float:
+        return 0.5 * number
+
+    halve.part.compile((float64,))
+    (part,) = halve.part.overloads.values()
+    with global_compiler_lock:
+        assert part.library.get_pointer_to_function(part.fndesc.llvm_func_name) == 0
+
+
+def test_a_plain_function_may_call_kernels() -> None:
+    @njit
+    def twice(pair: Pair) -> float:
+        return 2.0 * _add(pair)
+
+    assert twice(Pair(np.array([1.0]), np.array([2.0]))) == 6.0
+
+
+def test_outside_of_kernels_a_reference_is_the_tuple() -> None:
+    pair = Pair(np.array([1.0]), np.array([2.0]))
+    assert reference(pair) is pair

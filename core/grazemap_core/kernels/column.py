@@ -51,6 +51,7 @@ from grazemap_core.kernels.lane_tangents import (
 )
 from grazemap_core.kernels.lanes import COLUMNS, LANES, Masses
 from grazemap_core.kernels.lockstep import RESTING, Lanes, begin, begin_on_stop, idle, run_half
+from grazemap_core.kernels.references import reference
 from grazemap_core.kernels.simulate import counted
 from grazemap_core.kernels.workspace import FOLLOWED as TALLIED
 from grazemap_core.kernels.workspace import (
@@ -112,26 +113,28 @@ def queue(masses: int) -> Queue:
 @kernel
 def _enter(ring: Orbit, k: int, group: Lanes, used: int) -> None:
     """Enter every lane's state after k half periods and tally of the one before it; clear the tallies."""
-    row = k % ring.least.shape[0]
+    states, impacts, held, least, unpressed = ring.states, ring.impacts, ring.held, ring.least, ring.unpressed
+    even, tally = group.even, group.tally
+    row = k % least.shape[0]
     sign = 1.0 if k % 2 == 0 else -1.0
     first = 0 if (k - 1) % 2 == 0 else 1  # in the frame of z the stops change sides every half period
-    for c in range(ring.states.shape[1]):
+    for c in range(states.shape[1]):
         for lane in range(min(used, LANES)):
-            ring.states[row, c, lane] = sign * group.even[c * LANES + lane]
+            states[row, c, lane] = sign * even[c * LANES + lane]
     for lane in range(min(used, LANES)):
-        ring.impacts[row, first, lane] = group.tally[RIGHT, lane]
-        ring.impacts[row, 1 - first, lane] = group.tally[LEFT, lane]
-        ring.held[row, first, lane] = group.tally[HELD_RIGHT, lane]
-        ring.held[row, 1 - first, lane] = group.tally[HELD_LEFT, lane]
-        ring.least[row, lane] = group.tally[LEAST_SPEED, lane]
-        ring.unpressed[row, lane] = group.tally[LEAST_UNPRESSED, lane]
-        group.tally[RIGHT, lane] = 0.0
-        group.tally[LEFT, lane] = 0.0
-        group.tally[HELD_RIGHT, lane] = 0.0
-        group.tally[HELD_LEFT, lane] = 0.0
-        group.tally[TALLIED, lane] = 0.0
-        group.tally[LEAST_SPEED, lane] = np.inf
-        group.tally[LEAST_UNPRESSED, lane] = np.inf
+        impacts[row, first, lane] = tally[RIGHT, lane]
+        impacts[row, 1 - first, lane] = tally[LEFT, lane]
+        held[row, first, lane] = tally[HELD_RIGHT, lane]
+        held[row, 1 - first, lane] = tally[HELD_LEFT, lane]
+        least[row, lane] = tally[LEAST_SPEED, lane]
+        unpressed[row, lane] = tally[LEAST_UNPRESSED, lane]
+        tally[RIGHT, lane] = 0.0
+        tally[LEFT, lane] = 0.0
+        tally[HELD_RIGHT, lane] = 0.0
+        tally[HELD_LEFT, lane] = 0.0
+        tally[TALLIED, lane] = 0.0
+        tally[LEAST_SPEED, lane] = np.inf
+        tally[LEAST_UNPRESSED, lane] = np.inf
 
 
 @kernel
@@ -209,6 +212,9 @@ def settle_column(
     found : Found
         Receives the result.
     """
+    problem, held, tables, job = reference(problem), reference(held), reference(tables), reference(job)
+    group, ring, changes, work = reference(group), reference(ring), reference(changes), reference(work)
+    scratch, found = reference(scratch), reference(found)
     codes = found.codes
     growth_halves = job.growth_halves
     starts = job.directions.shape[0]

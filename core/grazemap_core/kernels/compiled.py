@@ -5,6 +5,8 @@ that is passed on or looked up in a tuple, with atomic instructions. Counting to
 Without the runtime an allocation does not compile, nor does the assignment of an array to a slice (which may have to
 copy the source); `copy_vector` and `copy_matrix` serve for that. What does allocate is compiled with plain `njit`.
 
+A kernel is compiled as a part of those that call it (`parts`), and as a whole, which is cached, when Python calls it.
+
 A function that is `inlined` has no code of its own: each of its callers has. `fused` ones may contract a product and a
 sum into one operation, which vectors want; where round-off is followed to the last digit that is not allowed.
 """
@@ -15,37 +17,42 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from grazemap_core.kernels.parts import INTERPRETED, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-_compile: Any = njit  # numba's type stubs do not know of `_nrt`
-_KERNEL = {"nogil": True, "error_model": "numpy", "_nrt": False}
+_FUSED: dict[str, Any] = {"fastmath": {"contract"}}
+
+
+def _compile(function: Function, **options: Any) -> Function:
+    options |= {"nogil": True, "error_model": "numpy", "_nrt": False}
+    if INTERPRETED:
+        return function
+    kernel: Any = Kernel(function, options)
+    compiled: Function = kernel
+    return compiled
 
 
 def kernel(function: Function) -> Function:
     """Compile a kernel; its machine code is cached."""
-    compiled: Function = _compile(cache=True, **_KERNEL)(function)
-    return compiled
+    return _compile(function)
 
 
 def fused_kernel(function: Function) -> Function:
     """Compile a kernel that may contract operations; its machine code is cached."""
-    compiled: Function = _compile(cache=True, fastmath={"contract"}, **_KERNEL)(function)
-    return compiled
+    return _compile(function, **_FUSED)
 
 
 def inlined(function: Function) -> Function:
     """Compile a part of kernels."""
-    compiled: Function = _compile(forceinline=True, **_KERNEL)(function)
-    return compiled
+    return _compile(function, forceinline=True)
 
 
 def fused_inlined(function: Function) -> Function:
     """Compile a part of kernels that may contract operations."""
-    compiled: Function = _compile(forceinline=True, fastmath={"contract"}, **_KERNEL)(function)
-    return compiled
+    return _compile(function, forceinline=True, **_FUSED)
 
 
 @inlined
