@@ -22,7 +22,15 @@ if TYPE_CHECKING:
     from grazemap.embedded import local
     from grazemap.jobs import AsyncJobHandle, JobHandle
     from grazemap.models import InitialState, Oscillator
-    from grazemap.results import CodimensionTwoPoints, GrazingCurve, Trajectories, Trajectory, UnfoldingMap, load
+    from grazemap.results import (
+        CodimensionTwoPoints,
+        DiscontinuityMapping,
+        GrazingCurve,
+        Trajectories,
+        Trajectory,
+        UnfoldingMap,
+        load,
+    )
     from grazemap.version import __version__
 
 _HOME = {
@@ -30,6 +38,7 @@ _HOME = {
     "AsyncJobHandle": "grazemap.jobs",
     "Client": "grazemap.client",
     "CodimensionTwoPoints": "grazemap.results",
+    "DiscontinuityMapping": "grazemap.results",
     "Event": "grazemap.effects",
     "GrazingCurve": "grazemap.results",
     "InitialState": "grazemap.models",
@@ -48,6 +57,7 @@ __all__ = [
     "AsyncJobHandle",
     "Client",
     "CodimensionTwoPoints",
+    "DiscontinuityMapping",
     "Event",
     "GrazingCurve",
     "InitialState",

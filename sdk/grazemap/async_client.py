@@ -18,7 +18,15 @@ from grazemap.jobs import AsyncJobHandle
 from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
 from grazemap.questions import OscillatorLike, StateLike, Values
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectories, Trajectory, UnfoldingMap
+from grazemap.results import (
+    CodimensionTwoPoints,
+    DiscontinuityMapping,
+    GrazingCurve,
+    Result,
+    Trajectories,
+    Trajectory,
+    UnfoldingMap,
+)
 from grazemap.validation import validated
 
 R = TypeVar("R", bound=Result)
@@ -91,10 +99,11 @@ class AsyncClient:
         omega: Values,
         points: int | None = None,
         max_order: int = 8,
+        sequence: bool = False,
         progress: bool = True,
     ) -> GrazingCurve:
         """As `Client.grazing_curve`."""
-        request = questions.grazing_curve(oscillator, omega, points, max_order)
+        request = questions.grazing_curve(oscillator, omega, points, max_order, sequence)
         return await self._answer(GrazingCurve, request, progress)
 
     async def codimension_two_points(
@@ -109,6 +118,21 @@ class AsyncClient:
         """As `Client.codimension_two_points`."""
         request = questions.codimension_two_points(oscillator, omega, max_order, max_multiple)
         return await self._answer(CodimensionTwoPoints, request, progress)
+
+    async def discontinuity_mapping(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        overshoot: float | Sequence[float] | NDArray[np.float64],
+        stop: str = "A",
+        order: str = "exact",
+        returns: int = 8,
+        progress: bool = True,
+    ) -> DiscontinuityMapping:
+        """As `Client.discontinuity_mapping`."""
+        request = questions.discontinuity_mapping(oscillator, omega, overshoot, stop, order, returns)
+        return await self._answer(DiscontinuityMapping, request, progress)
 
     @overload
     async def trajectory(

@@ -18,7 +18,15 @@ from grazemap.jobs import JobHandle
 from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
 from grazemap.questions import OscillatorLike, StateLike, Values
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectories, Trajectory, UnfoldingMap
+from grazemap.results import (
+    CodimensionTwoPoints,
+    DiscontinuityMapping,
+    GrazingCurve,
+    Result,
+    Trajectories,
+    Trajectory,
+    UnfoldingMap,
+)
 from grazemap.validation import validated
 
 R = TypeVar("R", bound=Result)
@@ -123,6 +131,7 @@ class Client:
         omega: Values,
         points: int | None = None,
         max_order: int = 8,
+        sequence: bool = False,
         progress: bool = True,
     ) -> GrazingCurve:
         """Compute the curve clearance = A(omega) on which the steady motion touches both stops.
@@ -137,6 +146,8 @@ class Client:
             Number of values from start to stop, both included.
         max_order : int
             Recurrence of the graze is looked for up to this number of half periods.
+        sequence : bool
+            Give xi_m of every point too, for all orders.
         progress : bool
             Show a bar on stderr while it is computed.
 
@@ -148,7 +159,7 @@ class Client:
         ----------
         Equations (16)-(19) for the curve, (33)-(40) for the recurrence.
         """
-        request = questions.grazing_curve(oscillator, omega, points, max_order)
+        request = questions.grazing_curve(oscillator, omega, points, max_order, sequence)
         return self._answer(GrazingCurve, request, progress)
 
     def codimension_two_points(
@@ -182,6 +193,44 @@ class Client:
         """
         request = questions.codimension_two_points(oscillator, omega, max_order, max_multiple)
         return self._answer(CodimensionTwoPoints, request, progress)
+
+    def discontinuity_mapping(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        overshoot: float | Sequence[float] | NDArray[np.float64],
+        stop: str = "A",
+        order: str = "exact",
+        returns: int = 8,
+        progress: bool = True,
+    ) -> DiscontinuityMapping:
+        """Compute what an impact does to motions that overshoot a grazing stop, and what the motion does next.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega : float
+        overshoot : float, or list or array of shape (n,)
+            How far beyond the stop mass 1 would go if there were none, > 0; m in SI.
+        stop : {"A", "C"}
+            The stop that is grazed.
+        order : {"leading", "exact"}
+            Which mapping gives the mapped states and is iterated; errors are given in any case.
+        returns : int
+            Half periods for which the Poincare map, and the motion itself, are followed.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+
+        References
+        ----------
+        Equations (26), (27), (31), (32), (46); xi (33)-(40), (45), (57), (58).
+        """
+        request = questions.discontinuity_mapping(oscillator, omega, overshoot, stop, order, returns)
+        return self._answer(DiscontinuityMapping, request, progress)
 
     @overload
     def trajectory(

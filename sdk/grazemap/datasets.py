@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, State, Trajectories, Trajectory, UnfoldingMap
+from grazemap.results import (
+    CodimensionTwoPoints,
+    DiscontinuityMapping,
+    GrazingCurve,
+    Result,
+    State,
+    Trajectories,
+    Trajectory,
+    UnfoldingMap,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -89,7 +98,12 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
     match result:
         case GrazingCurve():
             names = ("clearance", "phase", "first_recurrence", "recurrence_stop")
-            return {name: (("omega",), getattr(result, name)) for name in names}, {"omega": (("omega",), result.omega)}
+            variables: Variables = {name: (("omega",), getattr(result, name)) for name in names}
+            if result.xi is not None:
+                variables["xi"] = (("omega", "order"), result.xi)
+            return variables, {"omega": (("omega",), result.omega)}
+        case DiscontinuityMapping():
+            return _discontinuity_mapping(result)
         case CodimensionTwoPoints():
             return _points(result)
         case Trajectory():
@@ -100,6 +114,38 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _unfolding_map(result)
         case _:
             raise TypeError(f"no Dataset for a {type(result).__name__}")
+
+
+def _discontinuity_mapping(result: DiscontinuityMapping) -> tuple[Variables, Variables]:
+    """Return states along `state_entry`: x_1, v_1, ..., theta, named by the coordinate."""
+    count = (len(result.grazing.state) - 1) // 2
+    entries = [f"{name}{i}" for i in range(1, count + 1) for name in ("x", "v")]
+    returns, contact = result.returns, result.next_contact
+    each, onward = ("overshoot",), ("overshoot", "return")
+    square = ("state_entry", "state_entry_before")
+    variables: Variables = {
+        **{name: ((*each, "state_entry"), getattr(result, name)) for name in ("state", "mapped", "displacement")},
+        **{name: (each, getattr(result, name)) for name in ("size", "error", "error_of_second_order")},
+        **{f"grazing_{name}": (("state_entry",), getattr(result.grazing, name)) for name in ("state", "beta", "gamma")},
+        "grazing_vector_field": (("state_entry",), result.grazing.vector_field),
+        **{name: (square, getattr(result, name)) for name in ("jacobian", "jacobian_opposite")},
+        "xi": (("order",), result.xi),
+        **{f"next_{name}": (each, getattr(contact, name)) for name in ("order", "stop", "margin")},
+        **{f"returns_{name}": ((*onward, "state_entry"), getattr(returns, name)) for name in ("mapped", "simulated")},
+        **{
+            f"returns_{name}": (onward, getattr(returns, name))
+            for name in ("mapped_overshoot", "simulated_overshoot", "error")
+        },
+        **{name: ((), np.array(getattr(result, name))) for name in ("omega", "clearance", "stop", "largest_overshoot")},
+        **{name: ((), np.array(getattr(result, name))) for name in ("fitted_order", "fitted_order_of_second")},
+        **{name: ((), np.array(getattr(result, name))) for name in ("first_recurrence", "recurrence_stop")},
+    }
+    coordinates: Variables = {
+        "overshoot": (each, result.overshoot),
+        "state_entry": (("state_entry",), np.array([*entries, "theta"])),
+        "order": (("order",), np.arange(1, len(result.xi) + 1)),
+    }
+    return variables, coordinates
 
 
 def _points(result: CodimensionTwoPoints) -> tuple[Variables, Variables]:
@@ -122,6 +168,11 @@ def _points(result: CodimensionTwoPoints) -> tuple[Variables, Variables]:
             ("omega_error", np.nan),
         )
     }
+    unfoldings = [point.unfolding for point in result.points]
+    for name in ("slope", "quadratic", "velocity_slope"):
+        values = [None if one is None else getattr(one, name) for one in unfoldings]
+        numbers = np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+        variables[f"unfolding_{name}"] = (("point",), numbers)
     families = [(place, family) for place, point in enumerate(result.points) for family in point.families]
     variables["family_point"] = (("family",), np.array([place for place, _ in families], dtype=np.int64))
     variables["family_case"] = (("family",), np.array([family.case for _, family in families], dtype=np.int64))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap.models import (
     CodimensionTwoPointsRequest,
+    DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     InitialState,
     Interval,
@@ -33,10 +34,10 @@ _VALUES = "(start, stop) with a number of points, or an increasing list or array
 
 
 def grazing_curve(
-    oscillator: OscillatorLike, omega: Values, points: int | None, max_order: int
+    oscillator: OscillatorLike, omega: Values, points: int | None, max_order: int, sequence: bool = False
 ) -> GrazingCurvesRequest:
     """Return the question for a grazing curve. Raises ParameterError."""
-    body = {"omega": _grid("omega", omega, points, "points"), "max_order": max_order}
+    body = {"omega": _grid("omega", omega, points, "points"), "max_order": max_order, "sequence": sequence}
     return _request(GrazingCurvesRequest, "grazing-curves", oscillator, body)
 
 
@@ -46,6 +47,26 @@ def codimension_two_points(
     """Return the question for the codimension-two points of an interval. Raises ParameterError."""
     body = {"omega": _interval("omega", omega), "max_order": max_order, "max_multiple": max_multiple}
     return _request(CodimensionTwoPointsRequest, "codimension-two-points", oscillator, body)
+
+
+def discontinuity_mapping(
+    oscillator: OscillatorLike,
+    omega: float,
+    overshoot: float | Sequence[float] | NDArray[np.float64],
+    stop: str,
+    order: str,
+    returns: int,
+) -> DiscontinuityMappingsRequest:
+    """Return the question for a discontinuity mapping; one overshoot may be a number. Raises ParameterError."""
+    sizes = _plain(overshoot)
+    body = {
+        "omega": omega,
+        "overshoot": [sizes] if isinstance(sizes, int | float) else sizes,
+        "stop": stop,
+        "order": order,
+        "returns": returns,
+    }
+    return _request(DiscontinuityMappingsRequest, "discontinuity-mappings", oscillator, body)
 
 
 def trajectory(

@@ -14,6 +14,7 @@ from grazemap_service.observe import Observe
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.routers import (
     codimension_two_points,
+    discontinuity_mappings,
     docs,
     events,
     grazing_curves,
@@ -32,6 +33,7 @@ STORE_SECONDS = 1.0
 _ROUTERS = (
     grazing_curves,
     codimension_two_points,
+    discontinuity_mappings,
     trajectories,
     unfolding_maps,
     jobs,

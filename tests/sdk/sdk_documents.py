@@ -12,6 +12,7 @@ from grazemap.models import canonical, parse_request
 REQUESTS: dict[str, dict[str, Any]] = {
     "grazing-curves": {"omega": {"start": 0.2, "stop": 0.3, "points": 3}},
     "codimension-two-points": {"omega": {"start": 0.2, "stop": 0.3}},
+    "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4, 1e-6], "stop": "C", "returns": 2},
     "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 2, "samples_per_period": 2},
     "unfolding-maps": {
         "omega": {"start": 0.2, "stop": 0.3, "points": 3},
@@ -39,6 +40,19 @@ POINTS: list[dict[str, Any]] = [
         "bifurcation": "SN",
         "residual": 2e-16,
         "status": "simple",
+        "unfolding": {
+            "orbits_before": -1,
+            "orbits_after": 1,
+            "curve_omega": 1,
+            "curve_clearance": 1,
+            "contact": "tangent",
+            "slope": 0.0,
+            "quadratic": 120.0,
+            "velocity_slope": 3.0,
+            "transversality": 0.5,
+            "admissible": True,
+            "margin": 0.25,
+        },
     },
 ]
 
@@ -53,6 +67,7 @@ def document(process: str) -> dict[str, Any]:
     return {
         "grazing-curves": _curve,
         "codimension-two-points": lambda: {"points": POINTS},
+        "discontinuity-mappings": _mapping,
         "trajectories": _trajectory,
         "trajectories of many": _trajectories,
         "unfolding-maps": _map,
@@ -65,6 +80,48 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
     request = canonical(parse_request(name, REQUESTS[process]))
     meta = {"process": name, "request": request, "core_version": "1", "numerics": {}, "units": "nondimensional"}
     return encode_npz({**document(process), **(extra or {})}, meta)
+
+
+def _mapping() -> dict[str, Any]:
+    entries, overshoots, returns = 7, 2, 2
+    state = np.arange(1.0, 1.0 + entries)
+    errors = np.array([1e-4, 1e-6])
+    onward = np.tile(np.array([1e-4, 1e-5, np.nan]), (overshoots, 1))
+    return {
+        "omega": 0.29,
+        "clearance": 1.99,
+        "stop": -1,
+        "grazing": {
+            "state": state,
+            "vector_field": -state,
+            "acceleration": 0.17,
+            "beta": 2 * state,
+            "gamma": 3 * state,
+        },
+        "overshoot": np.array([1e-4, 1e-6]),
+        "largest_overshoot": 0.5,
+        "state": np.tile(state, (overshoots, 1)),
+        "mapped": np.tile(state, (overshoots, 1)) + 1e-3,
+        "displacement": np.full((overshoots, entries), 1e-3),
+        "size": np.array([1e-2, 1e-3]),
+        "error": errors,
+        "error_of_second_order": 0.1 * errors,
+        "fitted_order": 1.0,
+        "fitted_order_of_second": 1.5,
+        "jacobian": np.eye(entries),
+        "jacobian_opposite": -np.eye(entries),
+        "xi": np.array([0.25, -0.5]),
+        "first_recurrence": 2,
+        "recurrence_stop": -1,
+        "next_contact": {"order": np.array([2, 0]), "stop": np.array([-1, 0]), "margin": np.array([0.5, 0.25])},
+        "returns": {
+            "mapped": np.tile(state, (overshoots, returns + 1, 1)),
+            "simulated": np.tile(state, (overshoots, returns + 1, 1)),
+            "mapped_overshoot": onward,
+            "simulated_overshoot": 2 * onward,
+            "error": onward,
+        },
+    }
 
 
 def _curve() -> dict[str, Any]:

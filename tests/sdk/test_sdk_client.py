@@ -18,14 +18,17 @@ CURVE = REQUESTS["grazing-curves"]
 def test_each_process_has_its_method(client, service):
     curve = client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
     points = client.codimension_two_points(Oscillator(), omega=(0.2, 0.3), progress=False)
+    mapping = client.discontinuity_mapping(
+        omega=0.29, overshoot=np.array([1e-4, 1e-6]), stop="C", returns=2, progress=False
+    )
     path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
     umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
-    assert [result.process for result in (curve, points, path, umap)] == list(PROCESSES)
+    assert [result.process for result in (curve, points, mapping, path, umap)] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
-    assert service.computed == 4
+    assert service.computed == 5
 
 
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):

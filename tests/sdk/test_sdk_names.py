@@ -17,6 +17,7 @@ def test_public_names_are_these():
         "AsyncJobHandle",
         "Client",
         "CodimensionTwoPoints",
+        "DiscontinuityMapping",
         "Event",
         "GrazingCurve",
         "InitialState",

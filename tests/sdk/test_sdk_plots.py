@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from sdk_documents import MANY, REQUESTS, npz
+from sdk_documents import MANY, POINTS, REQUESTS, npz
 
 from grazemap.plots import palette, save_picture
 from grazemap.plots.axes import new_figure
@@ -178,3 +178,28 @@ def test_no_codimension_two_points_are_a_picture_too():
     axes = decode_result(npz("codimension-two-points", {"points": []})).plot()
     assert axes.get_legend() is None
     assert "Codimension-two" in axes.get_title()
+
+
+def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
+    ax = decode_result(npz("discontinuity-mappings")).plot()
+    entries = legend(ax)
+    assert entries[:2] == ["what the impact does", r"error of $x + \beta u$, exponent 1.000"]
+    assert entries[-1] == "map (exact), return 2"
+    assert ax.get_xscale() == ax.get_yscale() == "log"
+    assert "stop C" in ax.get_title()
+
+
+def test_what_leaves_a_resonant_point_is_drawn_against_the_grazing_curve():
+    ax = decode_result(npz("codimension-two-points")).plot_unfolding()
+    assert legend(ax) == [r"grazing curve $b = A(\omega)$", "SN, one-sided, n = 1"]
+    curve = next(line for line in ax.lines if line.get_label().startswith("SN"))
+    x, y = curve.get_data()
+    assert x[0] == 0.28
+    np.testing.assert_allclose(y, 120.0 * (x - 0.28) ** 2, rtol=1e-9, atol=1e-15)
+    assert ax.get_xlim() == (0.2, 0.3)
+
+
+def test_points_without_an_unfolding_leave_the_grazing_curve_alone():
+    points = [{name: value for name, value in point.items() if name != "unfolding"} for point in POINTS]
+    ax = decode_result(npz("codimension-two-points", {"points": points})).plot_unfolding(omega=(0.24, 0.29))
+    assert legend(ax) == [r"grazing curve $b = A(\omega)$"]

@@ -13,7 +13,7 @@ from sdk_documents import MANY, POINTS, REQUESTS, document, npz
 import grazemap
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
-from grazemap.results import Family, decode_result
+from grazemap.results import Family, decode_result, load
 
 EVERY_PROCESS = pytest.mark.parametrize("process", list(REQUESTS))
 
@@ -69,8 +69,27 @@ def test_points_are_frozen_records_with_none_for_what_their_kind_has_not():
     assert recurrence.families == (Family(1, 1), Family(4, 0))
     assert (recurrence.order, recurrence.active, recurrence.multiple, recurrence.bifurcation) == (2, True, None, None)
     assert (resonant.order, resonant.families, resonant.multiple, resonant.symmetric) == (None, (), 1, False)
+    assert recurrence.unfolding is None
+    assert (resonant.unfolding.contact, resonant.unfolding.quadratic) == ("tangent", 120.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         recurrence.omega = 1.0
+
+
+def test_a_discontinuity_mapping_has_its_graze_its_errors_and_its_returns(tmp_path):
+    path = decode_result(npz("discontinuity-mappings")).save(tmp_path / "mapping.json")
+    for result in (decode_result(npz("discontinuity-mappings")), load(path)):
+        assert (result.stop, result.clearance, result.grazing.acceleration) == (-1, 1.99, 0.17)
+        assert result.mapped.shape == result.displacement.shape == (2, 7)
+        assert result.returns.mapped.shape == (2, 3, 7)
+        assert result.next_contact.order.tolist() == [2, 0]
+        np.testing.assert_array_equal(result.returns.error[0], [1e-4, 1e-5, np.nan])
+
+
+def test_the_sequence_of_a_grazing_curve_is_there_where_it_was_asked_for():
+    assert decode_result(npz("grazing-curves")).xi is None
+    curve = decode_result(npz("grazing-curves", {"xi": np.arange(6.0).reshape(3, 2)}))
+    assert curve.xi.tolist() == [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]
+    assert curve.to_xarray()["xi"].dims == ("omega", "order")
 
 
 def test_a_trajectory_has_its_impacts_and_motion():
@@ -338,6 +357,7 @@ def test_a_dataset_of_codimension_two_points_has_families_and_certainty():
     made = decode_result(npz("codimension-two-points", {"points": points})).to_xarray()
     assert made["status"].values.tolist() == ["near-double", "simple"]
     np.testing.assert_array_equal(made["omega_error"], [1e-15, np.nan])
+    np.testing.assert_array_equal(made["unfolding_quadratic"], [np.nan, 120.0])
     # one entry for each family, with the place of its point
     families = [made[name].values.tolist() for name in ("family_point", "family_case", "family_n")]
     assert families == [[0, 0], [1, 4], [1, 0]]

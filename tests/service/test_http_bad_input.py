@@ -16,6 +16,7 @@ JSON = {"Content-Type": "application/json"}
 RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
 MAP = {"omega": RANGE, "clearance": RANGE}
 TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+MAPPING = {"omega": 0.29, "overshoot": [1e-4]}
 # Planted into what is sent, looked for in what comes back.
 MARKER = "zyxwvMARKER"
 
@@ -61,6 +62,19 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("grazing-curves", [MARKER], "", "omega", "list for an object"),
     ("grazing-curves", oscillator(units=MARKER), "/oscillator/units", '"SI"', "unknown word"),
     ("grazing-curves", {"omega": RANGE, "max_order": 0}, "/max_order", ">= 1 and <= 200", "order out of range"),
+    ("grazing-curves", {"omega": RANGE, "max_order": 10**6}, "/max_order", ">= 1 and <= 200", "order far out of range"),
+    ("grazing-curves", {"omega": RANGE, "sequence": 1}, "/sequence", "boolean", "number for a choice"),
+    ("codimension-two-points", {"omega": {"start": 0.2, "stop": 0.3}, "max_order": 0}, "/max_order", ">= 1 and <= 200",
+     "order 0 of points"),
+    ("discontinuity-mappings", {**MAPPING, "overshoot": [1e-3, 0]}, "/overshoot/1", "> 0", "overshoot 0"),
+    ("discontinuity-mappings", {**MAPPING, "overshoot": [-1e-3]}, "/overshoot/0", "> 0", "negative overshoot"),
+    ("discontinuity-mappings", {**MAPPING, "overshoot": []}, "/overshoot", "1 to 1000", "no overshoot"),
+    ("discontinuity-mappings", {**MAPPING, "overshoot": 1e-3}, "/overshoot", "list", "number for a list"),
+    ("discontinuity-mappings", {**MAPPING, "omega": 0}, "/omega", "> 0", "omega 0 of a mapping"),
+    ("discontinuity-mappings", {**MAPPING, "omega": RANGE}, "/omega", "> 0", "range of a mapping"),
+    ("discontinuity-mappings", {**MAPPING, "stop": 1}, "/stop", '"A", "C"', "number for a stop"),
+    ("discontinuity-mappings", {**MAPPING, "order": 1}, "/order", '"leading", "exact"', "number for a mapping"),
+    ("discontinuity-mappings", {**MAPPING, "returns": 0}, "/returns", ">= 1 and <= 100", "no returns"),
     ("grazing-curves", {"omega": {**RANGE, "stop": 10**400}}, "/omega/stop", "> 0", "integer beyond all floats"),
     ("grazing-curves", oscillator(**{n: [1.0] * 65 for n in ("masses", "stiffnesses", "forcing")}),
      "/oscillator/masses", "64", "too many masses"),

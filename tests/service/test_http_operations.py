@@ -54,6 +54,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
     assert [process["href"] for process in described["processes"]] == [
         "/v1/grazing-curves",
         "/v1/codimension-two-points",
+        "/v1/discontinuity-mappings",
         "/v1/trajectories",
         "/v1/unfolding-maps",
     ]

@@ -20,6 +20,7 @@ MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"star
 EVERY_PROCESS = {
     "grazing-curves": CURVE,
     "codimension-two-points": {"omega": {"start": 0.25, "stop": 0.35}},
+    "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4]},
     "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
     "unfolding-maps": MAP,
 }

@@ -19,6 +19,7 @@ from grazemap.models.ranges import Grid, Interval, Range, grid_points, grid_valu
 from grazemap.models.requests import (
     PROCESSES,
     CodimensionTwoPointsRequest,
+    DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     InitialState,
     ProcessRequest,
@@ -31,6 +32,7 @@ __all__ = [
     "FINISHED",
     "PROCESSES",
     "CodimensionTwoPointsRequest",
+    "DiscontinuityMappingsRequest",
     "Estimate",
     "GrazingCurvesRequest",
     "Grid",

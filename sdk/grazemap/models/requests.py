@@ -36,10 +36,15 @@ class ProcessRequest(Request):
 
 
 class GrazingCurvesRequest(ProcessRequest):
-    """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19))."""
+    """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19)).
+
+    With `sequence` its result has xi_m of every point too, (33)-(40): the sign of the first one that is negative
+    decides whether, and at which stop, an impact recurs.
+    """
 
     omega: Grid
     max_order: Order = 8
+    sequence: bool = False
 
 
 class CodimensionTwoPointsRequest(ProcessRequest):
@@ -48,6 +53,20 @@ class CodimensionTwoPointsRequest(ProcessRequest):
     omega: Interval
     max_order: Order = 8
     max_multiple: Multiple = 4
+
+
+class DiscontinuityMappingsRequest(ProcessRequest):
+    """What an impact does to motions that overshoot a grazing stop, equation (27), and the map made of it, (26).
+
+    Mass 1 is taken straight beyond the stop by each overshoot, all else as in the graze. `order` says which mapping
+    gives the mapped states and is iterated; `returns` is for how many half periods.
+    """
+
+    omega: Positive
+    overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable]
+    stop: Literal["A", "C"] = "A"
+    order: Literal["leading", "exact"] = "exact"
+    returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
 
 
 class InitialState(Request):
@@ -181,6 +200,7 @@ class UnfoldingMapsRequest(ProcessRequest):
 PROCESSES: dict[str, type[ProcessRequest]] = {
     "grazing-curves": GrazingCurvesRequest,
     "codimension-two-points": CodimensionTwoPointsRequest,
+    "discontinuity-mappings": DiscontinuityMappingsRequest,
     "trajectories": TrajectoriesRequest,
     "unfolding-maps": UnfoldingMapsRequest,
 }

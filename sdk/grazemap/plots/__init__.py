@@ -9,7 +9,15 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, Result, Trajectories, Trajectory, UnfoldingMap
+from grazemap.results import (
+    CodimensionTwoPoints,
+    DiscontinuityMapping,
+    GrazingCurve,
+    Result,
+    Trajectories,
+    Trajectory,
+    UnfoldingMap,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +26,7 @@ if TYPE_CHECKING:
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path decides the format."""
     match result:
-        case GrazingCurve() | CodimensionTwoPoints() | UnfoldingMap():
+        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | UnfoldingMap():
             axes = result.plot()
         case Trajectory() | Trajectories():
             axes, _ = result.plot()

@@ -18,7 +18,7 @@ _ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E
 _PASSIVE, _QUIET = "#6E6E6E", "#9BD3F0"
 # So many symbols fit on the curve at their full size.
 _ROOMY = 150
-_BIFURCATIONS = {
+BIFURCATIONS = {
     "SN": ("^", "#C31E2D", "saddle-node (SN)"),
     "PD": ("s", "#1E1E78", "period doubling (PD)"),
     "SB": ("D", "#117733", "symmetry breaking (SB)"),
@@ -109,7 +109,7 @@ def draw_points(
     recurrences = [point for point in inside if point.kind == "recurrence"]
     passive = [point for point in recurrences if not point.active]
     _mark(ax, passive, "recurrence where a smaller order recurs", (6, 2, 0), 5 * size, _PASSIVE, rim=rim, layer=4)
-    for name, (marker, colour, text) in _BIFURCATIONS.items():
+    for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
             label = f"resonant, {text}, {side}"

@@ -5,9 +5,10 @@ service included. npz is the service's own format (`codec.py`); JSON is the same
 """
 
 from grazemap.results.base import Result
+from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.files import RESULTS, decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking
+from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking, Unfolding
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
@@ -15,15 +16,20 @@ __all__ = [
     "RESULTS",
     "CodimensionTwoPoint",
     "CodimensionTwoPoints",
+    "DiscontinuityMapping",
     "Family",
+    "Grazing",
     "GrazingCurve",
     "Impacts",
     "MotionShare",
+    "NextContact",
     "Result",
+    "Returns",
     "State",
     "Sticking",
     "Trajectories",
     "Trajectory",
+    "Unfolding",
     "UnfoldingMap",
     "decode_result",
     "load",

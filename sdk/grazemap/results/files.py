@@ -13,12 +13,13 @@ import numpy as np
 from grazemap.codec import CodecError, Document, decode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results.base import Result
+from grazemap.results.discontinuity import DiscontinuityMapping
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
 RESULTS: dict[str, type[Result]] = {
-    cls.process: cls for cls in (GrazingCurve, CodimensionTwoPoints, Trajectory, UnfoldingMap)
+    cls.process: cls for cls in (GrazingCurve, CodimensionTwoPoints, DiscontinuityMapping, Trajectory, UnfoldingMap)
 }
 
 

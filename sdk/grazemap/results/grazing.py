@@ -33,6 +33,9 @@ class GrazingCurve(Result):
         The stop of that recurrence: +1 A, -1 C; 0: none.
     points : tuple of CodimensionTwoPoint
         The codimension-two points inside the range.
+    xi : ndarray of shape (points, max_order) or None
+        xi_m for m = 1 .. max_order, equations (33)-(40), where the sequence was asked for: the first negative one
+        is the first recurrence.
     """
 
     process: ClassVar[str] = "grazing-curves"
@@ -43,10 +46,12 @@ class GrazingCurve(Result):
     first_recurrence: IntArray
     recurrence_stop: IntArray
     points: tuple[CodimensionTwoPoint, ...]
+    xi: FloatArray | None = None
 
     @classmethod
     def _fields(cls, document: Document) -> dict[str, Any]:
         return {
+            "xi": floats(document["xi"]) if "xi" in document else None,
             **{name: floats(document[name]) for name in ("omega", "clearance", "phase")},
             **{name: integers(document[name]) for name in ("first_recurrence", "recurrence_stop")},
             "points": _points(document),
@@ -85,6 +90,15 @@ class CodimensionTwoPoints(Result):
         from grazemap.plots.curve import plot_codimension_two_points
 
         return plot_codimension_two_points(self, ax, curve)
+
+    def plot_unfolding(self, ax: Axes | None = None, *, omega: tuple[float, float] | None = None) -> Axes:
+        """Draw what leaves the grazing curve at the resonant points, to leading order, against the curve itself.
+
+        `omega` is the interval drawn; left out: that of the request.
+        """
+        from grazemap.plots.resonance import plot_local_unfolding
+
+        return plot_local_unfolding(self, ax, omega)
 
     def _summary(self) -> str:
         recurrences = sum(point.kind == "recurrence" for point in self.points)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 R = TypeVar("R")
 _OF_RECURRENCE = frozenset({"order", "active", "families"})
-_OF_RESONANT = frozenset({"multiple", "symmetric", "bifurcation"})
+_OF_RESONANT = frozenset({"multiple", "symmetric", "bifurcation", "unfolding"})
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -28,6 +28,48 @@ class Family:
 
     case: int
     n: int
+
+
+@dataclass(frozen=True, slots=True)
+class Unfolding:
+    """What leaves the grazing curve at a resonant point, to leading order in the distance x from it in omega.
+
+    The curve of its bifurcation is b = A(omega) + slope x + quadratic x^2, on one side of the point.
+
+    Attributes
+    ----------
+    orbits_before, orbits_after : int
+        Motions of vanishing impact speed have a clearance below (-1) or above (+1) the grazing curve, at omega just
+        below and just above the point.
+    curve_omega, curve_clearance : int
+        The curve is at smaller (-1) or larger (+1) omega, below (-1) or above (+1) the grazing curve.
+    contact : {"transversal", "tangent"}
+        Of the curve with the grazing curve.
+    slope : float
+        0 where they are tangent.
+    quadratic : float or None
+        None where they are transversal.
+    velocity_slope : float
+        Impact velocity on the curve over the distance in omega.
+    transversality : float
+        How simple the point is, relative; 0 would be a degenerate one.
+    admissible : bool or None
+        Whether the motions near the point touch no stop but at their impacts; None: not decided.
+    margin : float or None
+        By how much that holds, relative to the size of its terms.
+    """
+
+    orbits_before: int
+    orbits_after: int
+    curve_omega: int
+    curve_clearance: int
+    contact: str
+    slope: float
+    quadratic: float | None = None
+    velocity_slope: float = float("nan")
+    transversality: float = float("nan")
+    admissible: bool | None = None
+    margin: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +100,8 @@ class CodimensionTwoPoint:
         "simple", or "near-double": two zeros too close to tell apart, or a near touch that may be none.
     omega_error : float or None
         How far round-off of the model may have moved omega.
+    unfolding : Unfolding or None
+        Of a resonance: what leaves the grazing curve; None for a near-double one.
     """
 
     kind: Literal["recurrence", "resonant"]
@@ -72,6 +116,7 @@ class CodimensionTwoPoint:
     residual: float | None = None
     status: str | None = None
     omega_error: float | None = None
+    unfolding: Unfolding | None = None
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> CodimensionTwoPoint:
@@ -79,7 +124,12 @@ class CodimensionTwoPoint:
         foreign = _OF_RESONANT if record["kind"] == "recurrence" else _OF_RECURRENCE
         known = {name: value for name, value in _known(cls, record).items() if name not in foreign}
         families = known.pop("families", None) or ()
-        return cls(**known, families=tuple(Family(**_known(Family, family)) for family in families))
+        unfolding = known.pop("unfolding", None)
+        return cls(
+            **known,
+            families=tuple(Family(**_known(Family, family)) for family in families),
+            unfolding=None if unfolding is None else Unfolding(**_known(Unfolding, unfolding)),
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from grazemap.codec import Document
-from grazemap_worker.processes import codimension_two_points, grazing_curves, trajectories, unfolding_maps
+from grazemap_worker.processes import (
+    codimension_two_points,
+    discontinuity_mappings,
+    grazing_curves,
+    trajectories,
+    unfolding_maps,
+)
 from grazemap_worker.store import Plan, Tile
 
 Report = Callable[[int, int], object]
@@ -40,6 +46,7 @@ class Process:
 PROCESSES: Mapping[str, Process] = {
     "grazing-curves": Process(whole=grazing_curves.compute),
     "codimension-two-points": Process(whole=codimension_two_points.compute),
+    "discontinuity-mappings": Process(whole=discontinuity_mappings.compute),
     "trajectories": Process(whole=trajectories.compute),
     "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
 }

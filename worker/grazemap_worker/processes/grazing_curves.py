@@ -15,8 +15,10 @@ def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object])
     """Return omega, clearance, phase, first_recurrence and recurrence_stop, shape (n,), and points, records.
 
     The points are the codimension-two points between the first and the last omega, both kinds, with the default
-    largest multiple. Raises CoreError.
+    largest multiple. Where the request asks for the sequence: xi, shape (n, max_order). Raises CoreError.
     """
+    from grazemap_core.recurrence import xi_along
+
     from grazemap_core.codim2 import codimension_two_points
     from grazemap_core.grazing import grazing_curve
 
@@ -26,7 +28,9 @@ def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object])
     curve = grazing_curve(oscillator, omega, request.max_order)
     report(1, 2)
     points = codimension_two_points(oscillator, float(omega[0]), float(omega[-1]), request.max_order, _MOST_MULTIPLE)
+    sequence = {"xi": xi_along(oscillator, omega, request.max_order)} if request.sequence else {}
     return {
+        **sequence,
         "omega": curve.omega,
         "clearance": curve.clearance,
         "phase": curve.phase,

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict
 
 from grazemap.models import (
     CodimensionTwoPointsRequest,
+    DiscontinuityMappingsRequest,
     Estimate,
     GrazingCurvesRequest,
     Oscillator,
@@ -47,6 +48,8 @@ WORST_TILE_SECONDS = 900.0
 CURVE_SECONDS = 5.0e-8
 # The codimension-two points per unit of omega and mass; their number grows with the square of the orders looked at.
 POINTS_SECONDS = 1.0e-5
+# One overshoot of a discontinuity mapping, exact and leading order.
+MAPPING_SECONDS = 1.0e-2
 
 Tile = tuple[int, int, int, int]
 
@@ -119,6 +122,10 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             orders = request.max_order + 2 * request.max_multiple
             work = orders**2 * (request.omega.stop - request.omega.start) * request.oscillator.size
             return Plan(estimate=Estimate(seconds=work * POINTS_SECONDS))
+        case DiscontinuityMappingsRequest():
+            cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
+            seconds = len(request.overshoot) * (MAPPING_SECONDS + request.returns * cost / PERIODS_PER_SECOND)
+            return Plan(estimate=Estimate(seconds=seconds))
     raise KeyError(process)
 
 

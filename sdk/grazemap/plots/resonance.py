@@ -1,0 +1,99 @@
+"""What leaves the grazing curve at its resonant points, drawn against the curve itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
+from grazemap.plots.curve import BIFURCATIONS
+from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_FAR = 0.01
+_DASHES = ("-", "--", "-.", ":")
+
+
+def plot_local_unfolding(
+    result: CodimensionTwoPoints, ax: Axes | None = None, omega: tuple[float, float] | None = None
+) -> Axes:
+    """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
+
+    Saddle-nodes bound two motions, of which the branch that grows from the graze is one; period doubling and symmetry
+    breaking end the stability of that branch. Curves of motions that touch a stop elsewhere are pale.
+    """
+    ax = axes_or_new(ax)
+    interval = result.meta["request"]["omega"]
+    start, stop = omega if omega is not None else (interval["start"], interval["stop"])
+    points = [p for p in result.points if start <= p.omega <= stop]
+    ax.axhline(0.0, color=INK, linewidth=1.2, label=r"grazing curve $b = A(\omega)$", zorder=3)
+    resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
+    for point, unfolding in resonant:
+        _draw(ax, point, unfolding, start, stop)
+    for point in points:
+        if point.kind == "recurrence" and point.active:
+            ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
+            ax.annotate(
+                f"order {point.order}", (point.omega, 0.0), (0, 7), textcoords="offset points", fontsize=7, ha="center"
+            )
+    _label_sides(ax, resonant)
+    ax.set_xlim(start, stop)
+    ax.set_xlabel(axis_label("omega", result.units))
+    ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
+    ax.set_title("What leaves the grazing curve, to leading order", fontsize=10)
+    legend_outside(ax)
+    return ax
+
+
+def _draw(ax: Axes, point: CodimensionTwoPoint, unfolding: Unfolding, start: float, stop: float) -> None:
+    marker, colour, _ = BIFURCATIONS[point.bifurcation or "SN"]
+    end = stop if unfolding.curve_omega > 0 else start
+    # a leading order: not as far as it would leave the grazing curve by more than a fraction of the clearance
+    far = _FAR * point.clearance
+    reach = min(
+        abs(end - point.omega),
+        far / abs(unfolding.slope) if unfolding.slope else np.inf,
+        (far / abs(unfolding.quadratic)) ** 0.5 if unfolding.quadratic else np.inf,
+    )
+    x = np.linspace(0.0, unfolding.curve_omega * reach, 60)
+    distance = unfolding.slope * x + (unfolding.quadratic or 0.0) * x * x
+    family = "symmetric" if point.symmetric else "one-sided"
+    pale = unfolding.admissible is False
+    ax.plot(
+        point.omega + x,
+        distance,
+        color=colour,
+        linestyle=_DASHES[((point.multiple or 1) - 1) % len(_DASHES)],
+        linewidth=1.4,
+        alpha=0.35 if pale else 1.0,
+        label=f"{point.bifurcation}, {family}, n = {point.multiple}" + (", touches a stop elsewhere" if pale else ""),
+    )
+    ax.plot(
+        point.omega,
+        0.0,
+        marker=marker,
+        markersize=6,
+        color=colour,
+        markerfacecolor="white" if point.symmetric else colour,
+        linestyle="none",
+        zorder=5,
+    )
+
+
+def _label_sides(ax: Axes, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]) -> None:
+    """Say with arrows on which side of the grazing curve the motions of each family begin, beside its saddle-nodes."""
+    for point, unfolding in resonant:
+        if point.bifurcation != "SN":
+            continue
+        _, colour, _ = BIFURCATIONS["SN"]
+        for side, where in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
+            ax.annotate(
+                "",
+                (point.omega, 0.0),
+                (14 * side, 16 * where),
+                textcoords="offset points",
+                arrowprops={"arrowstyle": "<-", "color": colour, "linewidth": 0.9},
+            )

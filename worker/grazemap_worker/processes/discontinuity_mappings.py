@@ -1,0 +1,92 @@
+"""The process discontinuity-mappings: what an impact does near a graze, and what the motion does next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from grazemap.codec import Document
+from grazemap.models import DiscontinuityMappingsRequest
+from grazemap_worker.processes.core_objects import core_oscillator
+
+STOPS = {"A": 1, "C": -1}
+
+
+def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], object]) -> Document:
+    """Return the grazing point, the mapped states and their errors, Jacobians, xi, and returns below grazing.
+
+    Raises CoreError.
+    """
+    from grazemap_core.discontinuity import exact_mapping, largest_overshoot, leading_mapping, mapping_error
+    from grazemap_core.discontinuity import straight_beyond as beyond
+    from grazemap_core.grazing_point import grazing_point
+    from grazemap_core.half_period_map import half_period_jacobian
+    from grazemap_core.recurrence import next_contact, recurrence_sequence
+    from grazemap_core.return_map import compare_returns
+
+    from grazemap_core.errors import ParameterError
+
+    oscillator = core_oscillator(request.oscillator)
+    point = grazing_point(oscillator, request.omega, STOPS[request.stop])
+    overshoot = np.array(request.overshoot)
+    largest = largest_overshoot(point)
+    if np.any(overshoot > largest):
+        raise ParameterError("overshoot", f"must be at most {largest:.6g}, the end of the mapping's domain")
+    sequence = recurrence_sequence(oscillator, request.omega, request.returns)
+    contact = next_contact(
+        oscillator, np.full(len(overshoot), request.omega), overshoot / point.clearance, request.returns
+    )
+    errors = mapping_error(point, overshoot)
+
+    size = len(point.state)
+    displacement = np.empty((len(overshoot), size))
+    mapped, simulated = np.empty((2, len(overshoot), request.returns + 1, size))
+    seen = np.empty((2, len(overshoot), request.returns + 1))
+    apart = np.empty((len(overshoot), request.returns + 1))
+    for k, depth in enumerate(overshoot.tolist()):
+        report(k, len(overshoot))
+        if request.order == "exact":
+            displacement[k] = exact_mapping(point, beyond(point, depth)).displacement
+        else:
+            displacement[k] = leading_mapping(point, beyond(point, depth)) - beyond(point, depth)
+        compared = compare_returns(point, np.zeros(size), request.returns, depth, request.order)
+        mapped[k], simulated[k] = compared.mapped.deviation, compared.simulated.deviation
+        seen[0, k], seen[1, k] = compared.mapped.overshoot, compared.simulated.overshoot
+        apart[k] = compared.error
+    state = point.state + np.array([beyond(point, depth) for depth in overshoot])
+    return {
+        "omega": request.omega,
+        "clearance": point.clearance,
+        "stop": point.stop,
+        "grazing": {
+            "state": point.state,
+            "vector_field": point.vector_field,
+            "acceleration": point.acceleration,
+            "beta": point.beta,
+            "gamma": point.gamma,
+        },
+        "overshoot": overshoot,
+        "largest_overshoot": largest,
+        "state": state,
+        "mapped": state + displacement,
+        "displacement": displacement,
+        "size": errors.displacement,
+        "error": errors.leading,
+        "error_of_second_order": errors.second,
+        "fitted_order": errors.leading_order,
+        "fitted_order_of_second": errors.second_order,
+        "jacobian": half_period_jacobian(point),
+        "jacobian_opposite": half_period_jacobian(point.opposite()),
+        "xi": sequence.xi[0 if point.stop == 1 else 1],
+        "first_recurrence": sequence.first_recurrence,
+        "recurrence_stop": point.stop * sequence.recurrence_stop,
+        "next_contact": {"order": contact.order, "stop": point.stop * contact.stop, "margin": contact.margin},
+        "returns": {
+            "mapped": mapped,
+            "simulated": simulated,
+            "mapped_overshoot": seen[0],
+            "simulated_overshoot": seen[1],
+            "error": apart,
+        },
+    }
