@@ -95,6 +95,7 @@ def one_impact_curves(
     model = modal_model(oscillator)
     response = impulse_response(model)
     size = len(values)
+    amplitudes = np.empty(size)
 
     def empty() -> OneImpactCurve:
         return OneImpactCurve(
@@ -104,6 +105,7 @@ def one_impact_curves(
     curves = {"SN": empty(), "PD": empty(), "SB": empty(), "GR": empty()}
     for i in range(size):
         branch = branch_of(oscillator, model, response, float(values[i]), pattern, steady[i])
+        amplitudes[i] = branch.amplitude
         for point in branch.special_points[1:]:
             curve = curves[point.type]
             curve.clearance[i] = point.clearance
@@ -112,7 +114,7 @@ def one_impact_curves(
             curve.stop[i] = point.stop or 0
     return OneImpactCurves(
         omega=values,
-        grazing_clearance=np.abs(steady[:, 0]),
+        grazing_clearance=amplitudes,
         saddle_node=curves["SN"],
         doubling=curves["SB" if symmetric else "PD"],
         contact=curves["GR"],
