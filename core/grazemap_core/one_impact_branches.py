@@ -1,8 +1,8 @@
 """Branches of periodic motions with one impact, or one on either stop, at one forcing frequency: all closed form.
 
 An oscillator, a forcing frequency and a pattern of impacts flow in. Out flows the branch over all clearances: where it
-turns (SN), doubles its period (PD) or loses its symmetry (SB), where it meets a stop between its impacts (GR), and every
-orbit on it with its state and Floquet multipliers (`grazemap_core.one_impact_orbits`). See theory, "One impact a period".
+turns (SN), doubles its period (PD) or loses its symmetry (SB), and where it meets a stop between its impacts (GR). Its
+single orbits are in `grazemap_core.one_impact_orbits`. See theory, "One impact a period".
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ class BranchPoint:
 class OneImpactBranch:
     """All motions of one pattern at one forcing frequency: ``v = A cos(angle)/d, b = A sin(angle) - c v``.
 
-    They lie on the ellipse ``(b + c v)^2 + (d v)^2 = A^2``; v is the speed of the impact, b the clearance. Build it with
-    `one_impact_branch`.
+    They lie on the ellipse ``(b + c v)^2 + (d v)^2 = A^2``; v is the speed of the impact, b the clearance. Build it
+    with `one_impact_branch`.
 
     Attributes
     ----------
@@ -110,6 +110,11 @@ class OneImpactBranch:
     def impact_velocity(self, angle: float) -> float:
         """Return v at an angle."""
         return self.amplitude * math.cos(angle) / self.velocity_coefficient
+
+    def admissible_range(self) -> tuple[float, float] | None:
+        """Return the angles, lowest and highest, between which orbits are admissible, or None."""
+        low, high = max(self.admissible_above, self.lowest), 0.5 * math.pi
+        return (low, high) if low < high else None
 
     def angles(self, clearance: float) -> list[float]:
         """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), falling.
@@ -172,7 +177,7 @@ def branch_of(
     steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]],
 ) -> OneImpactBranch:
     """Return a branch from a model and a steady motion that are at hand."""
-    amplitude = float(abs(steady[0]))
+    amplitude = float(np.abs(steady[0]))
     if not (math.isfinite(amplitude) and amplitude > 0.0):
         raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
     sums = kick_sums(response, pattern, omega)
@@ -219,7 +224,8 @@ def _first_contact(
     response: ImpulseResponse, pattern: Pattern, omega: float, sums: KickSums, factor: float
 ) -> tuple[_Contact, Admissibility]:
     """Return the contact that the branch, followed from the graze on, comes to first."""
-    contacts, admissibility = [], "decided"
+    contacts: list[tuple[bool, _Contact]] = []
+    undecided = False
     for stop in (1, -1):
         sine, cosine, time, status = contact_angle(
             response.decay,
@@ -235,11 +241,10 @@ def _first_contact(
         )
         if status == TOO_MANY_CELLS:
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
-        if status not in (FOUND, NEVER):
-            admissibility = "undecided"
+        undecided |= status not in (FOUND, NEVER)
         contacts.append((status == NEVER, _Contact(sine, cosine, stop, time)))
     never, first = max(contacts, key=lambda found: (found[0], found[1].angle))
-    return first, "decided" if never or admissibility == "decided" else "undecided"
+    return first, "undecided" if undecided and not never else "decided"
 
 
 def _special_points(
@@ -296,11 +301,3 @@ def doubling(omega: float, sums: KickSums, d: float, rebound: float) -> tuple[fl
         sine, cosine = -sine, -cosine
     length = math.hypot(sine, cosine)
     return sine / length, cosine / length
-
-
-def admissible_range(branch: OneImpactBranch) -> tuple[float, float] | None:
-    """Return the angles, lowest and highest, between which orbits of a branch are admissible, or None."""
-    lowest = max(branch.admissible_above, branch.lowest)
-    return (lowest, 0.5 * math.pi) if lowest < 0.5 * math.pi else None
-
-

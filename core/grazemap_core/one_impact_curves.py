@@ -1,7 +1,7 @@
 """Curves of special one-impact motions in the plane of forcing frequency and clearance.
 
-An oscillator, forcing frequencies and a pattern of impacts flow in. Out flow, frequency by frequency and in closed form,
-the clearances at which the branch turns (SN), doubles its period or breaks its symmetry (PD, SB) and meets a stop
+An oscillator, forcing frequencies and a pattern of impacts flow in. Out flow, frequency by frequency and in closed
+form, the clearances at which the branch turns (SN), doubles its period or breaks its symmetry (PD, SB) and meets a stop
 between its impacts (GR). None is a continuation of its neighbour, so none is lost on the way.
 """
 

@@ -82,8 +82,7 @@ class KickSums:
 def kick_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> KickSums:
     """Return the sums of a family."""
     tau = pattern.spacing(omega)
-    totals: list[float] = []
-    before = []
+    before, bends = [], []
     for kind in pattern.kinds:
         state = before_kick(
             kind,
@@ -94,11 +93,18 @@ def kick_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> Kick
             response.slope,
             tau,
         )
-        bend = -response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]
-        totals += [float(np.sum(state[:, 0])), float(np.sum(state[:, 1])), float(np.sum(bend))]
         before.append(state)
-    behind = before[0] + np.stack([response.value, response.slope], axis=1)
-    return KickSums(*totals, state=behind)
+        bends.append(float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1])))
+    same, doubled = before
+    return KickSums(
+        displacement=float(np.sum(same[:, 0])),
+        velocity=float(np.sum(same[:, 1])),
+        acceleration=bends[0],
+        doubled_displacement=float(np.sum(doubled[:, 0])),
+        doubled_velocity=float(np.sum(doubled[:, 1])),
+        doubled_acceleration=bends[1],
+        state=same + np.stack([response.value, response.slope], axis=1),
+    )
 
 
 def sum_slopes(response: ImpulseResponse, pattern: Pattern, omega: float) -> tuple[tuple[float, float, float], ...]:

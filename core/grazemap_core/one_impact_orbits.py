@@ -160,8 +160,8 @@ def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> NDArray
     """Return the eigenvalues of flow times saltation matrix, by falling modulus.
 
     Of the saltation matrix one part, ``(1 + R)(a/v) k x_1``, grows as the impact velocity v vanishes. With its factor
-    ``s = omega x_1 V/v`` for an unknown of its own, V = omega A, the eigenvalues are those of a pencil whose entries stay
-    of one size, so the small ones keep their digits next to one that goes to infinity; the pencil's other infinite
+    ``s = omega x_1 V/v`` for an unknown of its own, V = omega A, the eigenvalues are those of a pencil whose entries
+    stay of one size, so the small ones keep their digits next to one that goes to infinity; the pencil's other infinite
     one is the unknown's own.
     """
     model, omega = branch.model, branch.omega
@@ -192,7 +192,7 @@ def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> NDArray
     right[:size, :size] = np.eye(size)
     above, below = eigvals(left, right, homogeneous_eigvals=True)
     finite = np.argsort(np.abs(below) / np.hypot(np.abs(above), np.abs(below)))[1:]
-    multipliers = (above[finite] / below[finite]).astype(np.complex128)
+    multipliers: NDArray[np.complex128] = (above[finite] / below[finite]).astype(np.complex128)
     return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
 
 

@@ -22,8 +22,8 @@ Order = Literal["transversal", "tangent"]
 class ResonantUnfolding:
     """The curve that leaves the grazing curve at a resonant point, and the orbits beside it.
 
-    With ``x`` the distance from the point in omega, the curve is ``b = A(omega) + slope x + quadratic x^2``, on one side
-    of the point only; A(omega) is the grazing curve itself, not its value at the point.
+    With x the signed distance from the point in omega, the curve is ``b = A(omega) + slope x + quadratic x^2``, on one
+    side of the point only; A(omega) is the grazing curve itself, not its value at the point.
 
     Attributes
     ----------
@@ -96,12 +96,14 @@ def resonant_unfolding(
     c = rebound * sums.displacement
     c_slope = rebound * same
 
-    # both at once: to round-off, and for one mass by the form of its response
+    # both sums at once: to round-off, and for one mass by the form of its response
     together = len(response.decay) == 1 or abs(sums.displacement) <= same_roundoff
+    quadratic: float | None
+    curve_clearance: Sign
     if saddle_node:
         velocity_slope = c_slope * amplitude / (d * d)
         slope, quadratic = 0.0, 0.5 * amplitude * (c_slope / d) ** 2
-        curve_omega, curve_clearance = -_sign(c_slope), 1
+        curve_omega, curve_clearance = _sign(-c_slope), 1
     else:
         straight = 1.0 + rebound * sums.doubled_velocity
         velocity_slope = -rebound * other * (omega / straight) ** 2 * amplitude
@@ -114,7 +116,8 @@ def resonant_unfolding(
             slope, quadratic = -c * velocity_slope, None
             curve_clearance = _sign(slope * curve_omega)
     turns = saddle_node or together
-    after = -_sign(c_slope) if turns else -_sign(c)
+    after = _sign(-c_slope) if turns else _sign(-c)
+    before = _sign(c_slope) if turns else after
 
     margin, roundoff = contact_margin(
         response.decay,
@@ -127,7 +130,7 @@ def resonant_unfolding(
     )
     decided = math.inf if math.isinf(margin) else abs(margin)
     return ResonantUnfolding(
-        orbits_before=-after if turns else after,
+        orbits_before=before,
         orbits_after=after,
         curve_omega=curve_omega,
         curve_clearance=curve_clearance,

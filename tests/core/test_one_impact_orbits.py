@@ -15,7 +15,7 @@ from scipy.linalg import expm
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.monodromy import monodromy
-from grazemap_core.one_impact_branches import admissible_range, one_impact_branch
+from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.one_impact_curves import one_impact_curves
 from grazemap_core.one_impact_orbits import orbit_at, orbits_at_clearance
 from grazemap_core.oscillator import Oscillator
@@ -50,7 +50,7 @@ def stable_orbits(number):
     """Orbits that are stable and admissible, at most 4 of each kind (N, damping, symmetric or n)."""
     found, kinds = [], {}
     for oscillator, branch, rng in random_families(5):
-        span = admissible_range(branch)
+        span = branch.admissible_range()
         if span is not None:
             orbit = orbit_at(branch, float(rng.uniform(*span)), stop=int(rng.choice([1, -1])))
             kind = (orbit.multiple, orbit.symmetric)
@@ -67,9 +67,7 @@ def stable_orbits(number):
 def follow(oscillator, orbit, shift=0.0, **options):
     velocity = orbit.velocity.copy()
     velocity[-1] *= 1.0 + shift
-    return trajectory(
-        oscillator, orbit.omega, orbit.clearance, orbit.displacement, velocity, orbit.phase, **options
-    )
+    return trajectory(oscillator, orbit.omega, orbit.clearance, orbit.displacement, velocity, orbit.phase, **options)
 
 
 def test_stable_orbits_are_the_motions_that_the_simulation_settles_to():
@@ -81,9 +79,7 @@ def test_stable_orbits_are_the_motions_that_the_simulation_settles_to():
         slowest = float(abs(orbit.multipliers[0]))
         turns = max(2, math.ceil(36.0 / -math.log(slowest))) if slowest > 0.0 else 2
         assert turns < 3000
-        settled = follow(
-            oscillator, orbit, 1e-7, periods=2 * orbit.multiple, transient_periods=turns * orbit.multiple
-        )
+        settled = follow(oscillator, orbit, 1e-7, periods=2 * orbit.multiple, transient_periods=turns * orbit.multiple)
         impacts, period = settled.impacts, orbit.multiple * 2.0 * math.pi / orbit.omega
         inside = (impacts.time > 0.25 * period / 2) & (impacts.time < 1.75 * period)
         expected = np.arange(1, 4) * period / 2 if orbit.symmetric else np.array([period])
@@ -91,14 +87,10 @@ def test_stable_orbits_are_the_motions_that_the_simulation_settles_to():
         stops = orbit.stop * np.array([-1, 1, -1] if orbit.symmetric else [1])
         np.testing.assert_array_equal(impacts.stop[inside], stops)
         scale = orbit.omega * branch.amplitude
-        np.testing.assert_allclose(
-            np.abs(impacts.velocity[inside]), orbit.impact_velocity, rtol=0, atol=1e-11 * scale
-        )
+        np.testing.assert_allclose(np.abs(impacts.velocity[inside]), orbit.impact_velocity, rtol=0, atol=1e-11 * scale)
         # the ellipse, with the speed that the simulation has
         speed = abs(impacts.velocity[inside][0])
-        radius = math.hypot(
-            orbit.clearance + branch.position_coefficient * speed, branch.velocity_coefficient * speed
-        )
+        radius = math.hypot(orbit.clearance + branch.position_coefficient * speed, branch.velocity_coefficient * speed)
         assert radius == pytest.approx(branch.amplitude, rel=1e-11)
         motion = settled.motion
         assert (motion.kind, motion.symmetric) == ("periodic", orbit.symmetric)
@@ -213,7 +205,7 @@ def test_special_points_have_the_multipliers_that_name_them():
 
 
 def beyond_the_stops(oscillator, branch, angle, samples=6000):
-    """By how much the motion at an angle exceeds a stop between its impacts, in units of A: samples of 60-digit flow."""
+    """By how much the motion at an angle exceeds a stop between its impacts, in units of A, from samples."""
     count, tau = oscillator.size, branch.pattern.spacing(branch.omega)
     orbit = orbit_at(branch, angle)
     mass = oscillator.masses[:, None]

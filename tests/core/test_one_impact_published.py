@@ -3,8 +3,9 @@
 What is compared, precisely:
 
 - the closed form of motions with one impact in n periods of an undamped oscillator, as in S. W. Shaw and P. J. Holmes,
-  Journal of Sound and Vibration 90 (1983) 129-155, and C. J. Budd and F. J. Dux, Phil. Trans. R. Soc. A 347 (1994) 365-389:
-  an ellipse in clearance and impact velocity. Damping is 1e-13 here, since without any the steady motion is not unique;
+  Journal of Sound and Vibration 90 (1983) 129-155, and C. J. Budd and F. J. Dux, Phil. Trans. R. Soc. A 347 (1994)
+  365-389: an ellipse in clearance and impact velocity. Damping is 1e-13 here, since without any the steady motion is
+  not unique. The formula was checked with F. Dux's own published program, not with the print;
 - the trace and determinant of the impact map's Jacobian, from which both articles read off saddle-nodes and period
   doubling, with damping as in A. B. Nordmark, Journal of Sound and Vibration 145 (1991) 279-297. The formulas are
   written down from their derivation, not copied from print;
@@ -12,8 +13,8 @@ What is compared, precisely:
   distributed with COCO, begins: three digits of velocity and phase behind the impact, two of a state on the way.
 
 D. J. W. Simpson and I. Ghosh, arXiv:2602.22797 (2026) prove that for one mass both curves at a resonant point are
-quadratically tangent to the grazing curve; test_resonant_unfolding.py finds that, and its coefficients from exact orbits.
-Their printed coefficients were not at hand to compare.
+quadratically tangent to the grazing curve. test_resonant_unfolding.py finds that, and takes the coefficients from exact
+orbits; those that they print were not at hand to compare.
 """
 
 from __future__ import annotations

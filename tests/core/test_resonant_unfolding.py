@@ -1,4 +1,4 @@
-"""What leaves the resonant points, against polynomials through 50-digit orbits that know nothing of the closed forms."""
+"""What leaves the resonant points, against polynomials through 50-digit orbits that use none of the closed forms."""
 
 from __future__ import annotations
 

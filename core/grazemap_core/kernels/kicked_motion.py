@@ -270,8 +270,8 @@ def contact_margin(
 ) -> tuple[float, float]:
     """Return by how much orbits of vanishing impact speed miss the stops, and its round-off, both relative.
 
-    The least of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, each over its terms; infinity when there
-    is no such return.
+    The least of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, each over its terms; infinity when
+    there is no such return.
     """
     here = np.empty(8)
     margin, roundoff = math.inf, 0.0
