@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from grazemap_core.impulse_response import ImpulseResponse
-from grazemap_core.kernels.kicked_motion import contact_margin
+from grazemap_core.kernels.kicked_motion import FOUND, NEVER, contact_margin
 from grazemap_core.one_impact_family import Pattern, kick_sums, sum_slopes
 
 Sign = Literal[-1, 1]
@@ -119,7 +119,7 @@ def resonant_unfolding(
     after = _sign(-c_slope) if turns else _sign(-c)
     before = _sign(c_slope) if turns else after
 
-    margin, roundoff = contact_margin(
+    margin, verdict = contact_margin(
         response.decay,
         response.discriminant,
         response.frequency_squared,
@@ -128,7 +128,6 @@ def resonant_unfolding(
         omega,
         pattern.half_periods,
     )
-    decided = math.inf if math.isinf(margin) else abs(margin)
     return ResonantUnfolding(
         orbits_before=before,
         orbits_after=after,
@@ -139,7 +138,7 @@ def resonant_unfolding(
         quadratic=quadratic,
         velocity_slope=abs(velocity_slope),
         transversality=transversality,
-        admissible=margin > 0.0 if decided > roundoff else None,
+        admissible=verdict == FOUND if verdict in (FOUND, NEVER) else None,
         margin=None if math.isinf(margin) else margin,
     )
 

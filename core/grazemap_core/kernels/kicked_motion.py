@@ -35,10 +35,10 @@ Floats = NDArray[np.float64]
 
 FOUND = 0
 """The angle is the largest one."""
-NEVER = 1
-"""No orbit of the family is admissible: one as slow as one likes meets a stop between its impacts."""
-UNDECIDED = 2
+UNDECIDED = 1
 """Round-off hides whether slow orbits of the family meet a stop between their impacts."""
+NEVER = 2
+"""No orbit of the family is admissible: one as slow as one likes meets a stop between its impacts."""
 TOO_MANY_CELLS = 3
 """MAX_CELLS were not enough."""
 
@@ -83,7 +83,7 @@ def _distance(
     t: float,
     result: Floats,
 ) -> None:
-    """Write into result (8,): numerator N, N', N'', D, D', D'', a bound on |N'''| from t on, and N's terms.
+    """Write into result (10,): N, N', N'', D, D', D'', a bound on |N'''| from t on, N's terms; N and terms less sines.
 
     ``N = stop sin(omega t) + factor (level - stop G(t))``, ``D = 1 - stop cos(omega t)``.
     """
@@ -110,6 +110,16 @@ def _distance(
     result[5] = stop * omega * omega * cosine
     result[6] = (omega * omega * omega + factor * bound) * BOUND_SAFETY
     result[7] = 1.0 + omega * t + factor * terms
+    result[8] = factor * (level - stop * value)
+    result[9] = factor * terms
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _verdict(excess: float, terms: float) -> int:
+    """Say what an excess over a stop, of terms of this size, means for orbits of vanishing impact speed."""
+    if abs(excess) <= CONTACT_ROUNDOFF * terms:
+        return UNDECIDED
+    return NEVER if excess > 0.0 else FOUND
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -151,23 +161,24 @@ def contact_angle(
     time : float
         When the contact is.
     status : int
-        FOUND, NEVER, UNDECIDED or TOO_MANY_CELLS.
+        FOUND, UNDECIDED, NEVER or TOO_MANY_CELLS.
     """
     half = math.pi / omega
     end = half_periods * half
-    here, other = np.empty(8), np.empty(8)
+    here, other = np.empty(10), np.empty(10)
     sine, cosine, time = -1.0, 0.0, math.nan
-    # the times at which the forcing is as at the graze itself: a contact there does not depend on the angle
+    # at the times at which the forcing is as at the graze itself a contact does not depend on the angle
+    verdict = FOUND
     for m in range(1, half_periods):
         if (m % 2 == 0) == (stop > 0):
             _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, m * half, here)
-            # the sine of omega t is exactly 0 here
-            excess = here[0] - stop * math.sin(omega * (m * half))
-            if abs(excess) <= CONTACT_ROUNDOFF * here[7]:
-                return 1.0, 0.0, m * half, UNDECIDED
-            if excess > 0.0:
-                return 1.0, 0.0, m * half, NEVER
-
+            verdict = max(verdict, _verdict(here[8], here[9]))
+            if verdict != FOUND:
+                sine, cosine, time = 1.0, 0.0, m * half
+            if verdict == NEVER:
+                return sine, cosine, time, NEVER
+    if verdict == UNDECIDED:
+        return sine, cosine, time, UNDECIDED
     if stop > 0:
         _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, 0.0, here)
         if abs(here[1]) <= CONTACT_ROUNDOFF * omega * here[7]:
@@ -267,25 +278,21 @@ def contact_margin(
     level: float,
     omega: float,
     half_periods: int,
-) -> tuple[float, float]:
-    """Return by how much orbits of vanishing impact speed miss the stops, and its round-off, both relative.
+) -> tuple[float, int]:
+    """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and what that means.
 
-    The least of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, each over its terms; infinity when
-    there is no such return.
+    The least of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, over the terms of G(0); infinity when
+    there is no such return. The second value is FOUND where all are positive, UNDECIDED or NEVER.
     """
-    here = np.empty(8)
-    margin, roundoff = math.inf, 0.0
+    here = np.empty(10)
+    margin, verdict = math.inf, FOUND
+    terms = abs(level)
+    for j in range(decay.size):
+        terms += abs(state[j, 0]) + abs(state[j, 1]) / math.sqrt(frequency_squared[j])
     for m in range(1, half_periods):
         stop = 1 if m % 2 == 0 else -1
         t = m * (math.pi / omega)
         _distance(decay, discriminant, frequency_squared, state, level, 1.0, omega, stop, t, here)
-        terms = abs(level)
-        for j in range(decay.size):
-            frequency = math.sqrt(frequency_squared[j])
-            terms += abs(state[j, 0]) + abs(state[j, 1]) / frequency
-        # the numerator less its sine, which is exactly 0 here
-        distance = (stop * math.sin(omega * t) - here[0]) / terms
-        if distance < margin:
-            margin = distance
-        roundoff = max(roundoff, CONTACT_ROUNDOFF * here[7] / terms)
-    return margin, roundoff
+        margin = min(margin, -here[8] / terms)
+        verdict = max(verdict, _verdict(here[8], here[9]))
+    return margin, verdict
