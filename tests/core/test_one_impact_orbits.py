@@ -252,6 +252,45 @@ def test_branches_are_admissible_exactly_down_to_their_graze():
     assert never > 5
 
 
+def wide_families(seed):
+    """Chains of 1..5 masses, rates over two decades, from light to heavy damping, R from 0 to 1: without end."""
+    rng = np.random.default_rng(seed)
+    while True:
+        count = int(rng.integers(1, 6))
+        stiffnesses = 10.0 ** rng.uniform(-1, 1.5, count)
+        damping = 10.0 ** rng.uniform(-3, 0.5, count)
+        oscillator = Oscillator.create(
+            10.0 ** rng.uniform(-1, 1, count),
+            stiffnesses,
+            damping if rng.integers(2) else float(damping[0] / np.max(stiffnesses)),
+            np.concatenate(([1.0], rng.uniform(-0.5, 0.5, count - 1))),
+            float(rng.choice([0.0, 0.5, 0.9, 1.0])),
+        )
+        multiple = int(rng.integers(1, 5))
+        symmetric = bool(rng.integers(2)) and multiple % 2 == 1
+        yield oscillator, one_impact_branch(oscillator, float(10.0 ** rng.uniform(-1, 0.6)), multiple, symmetric)
+
+
+def test_heavy_damping_and_impacts_without_or_with_full_rebound_are_covered_too():
+    seen = {"admissible": 0, "never": 0}
+    for oscillator, branch in itertools.islice(wide_families(13), 120):
+        assert branch.admissibility == "decided"
+        span = branch.admissible_range()
+        if span is None:
+            seen["never"] += 1
+            near = 0.5 * math.pi - 1e-3 * (0.5 * math.pi - branch.lowest)
+            assert beyond_the_stops(oscillator, branch, near, 4000) > 0.0
+            continue
+        seen["admissible"] += 1
+        low, high = span
+        for share in (0.001, 0.5, 0.999):
+            assert beyond_the_stops(oscillator, branch, low + share * (high - low), 2000) < 1e-11
+        if branch.admissible_above > branch.lowest:
+            below = branch.admissible_above - 0.02 * (branch.admissible_above - branch.lowest)
+            assert beyond_the_stops(oscillator, branch, below, 4000) > 0.0
+    assert min(seen.values()) > 20
+
+
 def test_a_graze_is_placed_to_round_off():
     # at the time that is given the motion touches the stop that is given, with no velocity
     for oscillator, branch, _ in itertools.islice(random_families(10), 40):
