@@ -23,7 +23,9 @@ from grazemap_core.kernels.recurrence import first_recurrence
 from grazemap_core.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
 from grazemap_core.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.modal import modal_model
+from grazemap_core.one_impact_family import Pattern
 from grazemap_core.oscillator import Floats, Oscillator
+from grazemap_core.resonant_unfolding import ResonantUnfolding, resonant_unfolding
 from grazemap_core.steady import require_damped, steady_response
 from grazemap_core.tolerances import END_WIDTH, MOST_SPREAD
 
@@ -65,6 +67,8 @@ class CodimensionTwoPoint:
         Of orbits with one impact on either stop (True) or on one stop only.
     bifurcation : {"SN", "PD", "SB"}
         Which curve leaves the grazing curve here.
+    unfolding : ResonantUnfolding or None
+        How it does. None for a near-double point, where the leading order says nothing.
     """
 
     kind: Literal["recurrence", "resonant"]
@@ -79,6 +83,7 @@ class CodimensionTwoPoint:
     multiple: int | None = None
     symmetric: bool | None = None
     bifurcation: Bifurcation | None = None
+    unfolding: ResonantUnfolding | None = None
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,22 @@ def codimension_two_points(
         return []
     points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple))
     clearances = np.abs(steady_response(oscillator, [point.omega for point in points])[:, 0])
-    return [replace(point, clearance=float(clearance)) for point, clearance in zip(points, clearances, strict=True)]
+    return [
+        replace(point, clearance=float(clearance), unfolding=_unfolding(response, oscillator, point, float(clearance)))
+        for point, clearance in zip(points, clearances, strict=True)
+    ]
+
+
+def _unfolding(
+    response: ImpulseResponse, oscillator: Oscillator, point: CodimensionTwoPoint, clearance: float
+) -> ResonantUnfolding | None:
+    """Return how the curve of a resonant point leaves, None for the other points and for near-double ones."""
+    if point.multiple is None or point.symmetric is None or point.status != "simple":
+        return None
+    pattern = Pattern(point.multiple, point.symmetric)
+    return resonant_unfolding(
+        response, oscillator.restitution, point.omega, clearance, pattern, point.bifurcation == "SN"
+    )
 
 
 def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order: int) -> list[CodimensionTwoPoint]:

@@ -192,6 +192,19 @@ its ends apart; searches over wider ones would need more than MAX_CELLS anyway."
 END_WIDTH: Final = 1.0e-13
 """Relative amount by which the searched interval is widened, so that a zero at an end is not lost to rounding."""
 
+# --- one-impact orbits --------------------------------------------------------------------------------------------
+
+CONTACT_CELLS: Final = 8
+"""Cells in half a forcing period with which the search for a further contact begins; it halves them as bounds ask."""
+
+CONTACT_ROUNDOFF: Final = 64.0 * EPSILON
+"""Round-off of the distance to a stop, relative to its terms times the angles in their sines: a few units for the flow
+of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the coefficient that multiplies them."""
+
+LEAST_CONTACT_CELL: Final = 1e-9
+"""Length, relative to the time between impacts, below which a cell is not halved any more: a graze whose curvature is
+zero too. Its distance is then known to the cube of this times the bound of its third derivative."""
+
 # --- tangent flow -------------------------------------------------------------------------------------------------
 
 QR_STEPS: Final = 60
