@@ -192,6 +192,25 @@ its ends apart; searches over wider ones would need more than MAX_CELLS anyway."
 END_WIDTH: Final = 1.0e-13
 """Relative amount by which the searched interval is widened, so that a zero at an end is not lost to rounding."""
 
+# --- discontinuity mapping ----------------------------------------------------------------------------------------
+
+BACKWARD_STEPS: Final = 2_000
+"""Steps of a search back to a stop, or to where mass 1 stood still: up to ten near a graze, some hundreds where a fast
+overdamped mode shortens them; with these spent the mapping counts as not defined."""
+
+BACKWARD_GROWTH: Final = 600.0
+"""Largest exponent in a bound of what a decaying mode was before: exp of it is a number still."""
+
+SURE_OF_NEWTON: Final = 0.1
+"""Product of value and bound of the second derivative, over the slope squared, at which Newton's method takes over. Below
+1/2 it converges to the one zero nearby (Kantorovich); 0.1 is near enough for four steps."""
+
+HALF_MAP_STEPS: Final = 50
+"""Newton steps for the phase at which mass 1 stands still half a period later; near a graze three to five are used."""
+
+FARTHEST_OVERSHOOT: Final = 1024.0
+"""Overshoot, in units of the clearance, to which the domain of a discontinuity mapping is followed."""
+
 # --- tangent flow -------------------------------------------------------------------------------------------------
 
 QR_STEPS: Final = 60
