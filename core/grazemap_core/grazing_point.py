@@ -93,7 +93,7 @@ class GrazingPoint:
     def free_part(self, deviation: Floats) -> Floats:
         """Return a deviation less that of the steady motion at its phase, in block coordinates, shape (N, 2)."""
         rest = deviation - self.steady_change(float(deviation[-1]))
-        return np.asarray(self.model.to_modal @ rest[self._masses_first()]).reshape(-1, 2)
+        return np.asarray(self.model.to_modal @ rest[self.masses_first]).reshape(-1, 2)
 
     def deviation(self, free: Floats, phase: float) -> Floats:
         """Return the deviation, shape (2N + 1,), of what `free_part` returns, with theta `phase` ahead."""
@@ -101,7 +101,9 @@ class GrazingPoint:
         physical = np.asarray(self.model.from_modal @ free.ravel())
         return interleaved(physical[:count], physical[count:], 0.0) + self.steady_change(phase)
 
-    def _masses_first(self) -> NDArray[np.int64]:
+    @property
+    def masses_first(self) -> NDArray[np.int64]:
+        """Places in a state of x_1 .. x_N, then of v_1 .. v_N."""
         count = self.oscillator.size
         return np.concatenate([np.arange(count) * 2, np.arange(count) * 2 + 1])
 

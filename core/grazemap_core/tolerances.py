@@ -208,6 +208,10 @@ SURE_OF_NEWTON: Final = 0.1
 HALF_MAP_STEPS: Final = 50
 """Newton steps for the phase at which mass 1 stands still half a period later; near a graze three to five are used."""
 
+HALF_MAP_SETTLED: Final = 1e-10
+"""Newton step of that phase, relative to the size of what it is made from, behind which the next one would only move
+roundings about: convergence is quadratic."""
+
 FARTHEST_OVERSHOOT: Final = 1024.0
 """Overshoot, in units of the clearance, to which the domain of a discontinuity mapping is followed."""
 
