@@ -1,8 +1,8 @@
 """The discontinuity mapping at a grazing point: leading order, equation (27), and exact.
 
-A state on the Poincare surface ``v_1 = 0`` flows in. Where mass 1 stands beyond the stop there, the motion that led to it
-has hit the stop before; what flows out is the state on the same surface from which a motion without impacts goes on as
-the one with the impact does. The paper's (27) leaves out the state that is mapped, x; see docs/theory.md.
+A state on the Poincare surface ``v_1 = 0`` flows in. Where mass 1 stands beyond the stop there, the motion that led to
+it has hit the stop before; what flows out is the state on the same surface from which a motion without impacts goes on
+as the one with the impact does. The paper's (27) leaves out the state that is mapped, x; see docs/theory.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing_point import GrazingPoint, checked_deviation
 from grazemap_core.oscillator import Floats
 from grazemap_core.short_flow import ShortFlow
-from grazemap_core.tolerances import FARTHEST_OVERSHOOT
+from grazemap_core.tolerances import DOMAIN_WIDTH, FARTHEST_OVERSHOOT
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +131,8 @@ def exact_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0)
     ------
     ParameterError
         "overshoot": it is not positive, or beyond the domain of the mapping: mass 1 did not come past the stop in the
-        half period before, is not sent back by the impact but pressed against the stop, or would not have stood still in
-        the half period before it. "deviation": as in `leading_mapping`.
+        half period before, is not sent back by the impact but pressed against the stop, or would not have stood still
+        in the half period before it. "deviation": as in `leading_mapping`.
     """
     values = checked_deviation(point, deviation)
     overshoot = overshoot_of(point, values, depth)
@@ -161,27 +161,28 @@ def mapping_error(point: GrazingPoint, overshoots: ArrayLike) -> MappingError:
     values = np.array(overshoots, dtype=np.float64)
     if values.ndim != 1 or not np.all(np.isfinite(values)):
         raise ParameterError("overshoot", "must be a list of finite numbers")
-    sizes = np.empty((3, len(values)))
+    displacement, leading, second = np.empty((3, len(values)))
     for k, overshoot in enumerate(values):
         exact = exact_mapping(point, straight_beyond(point, float(overshoot))).displacement
         u = math.sqrt(2.0 * overshoot / abs(point.acceleration))
         first = exact - u * point.beta
-        sizes[:, k] = point.size(exact), point.size(first), point.size(first - u * u * point.gamma)
-    return MappingError(values, *sizes, _order(values, sizes[1]), _order(values, sizes[2]))
+        displacement[k], leading[k] = point.size(exact), point.size(first)
+        second[k] = point.size(first - u * u * point.gamma)
+    return MappingError(values, displacement, leading, second, _order(values, leading), _order(values, second))
 
 
 def largest_overshoot(point: GrazingPoint) -> float:
     """Return the overshoot up to which the exact mapping is defined for mass 1 moved straight beyond the stop.
 
-    All else is as in the graze. Every doubling of 1e-3 of the clearance below it is in the domain; infinite when 1024
-    times the clearance is.
+    All else is as in the graze. To a millionth of itself; every doubling of 1e-3 of the clearance below it is in the
+    domain, and it is infinite when all of them up to 1024 times the clearance are.
     """
     inside, outside = 0.0, 1e-3 * point.clearance
     while _defined(point, outside):
         inside, outside = outside, 2.0 * outside
         if outside > FARTHEST_OVERSHOOT * point.clearance:
             return math.inf
-    while outside - inside > 1e-12 * outside:
+    while outside - inside > DOMAIN_WIDTH * outside:
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if _defined(point, middle) else (inside, middle)
     return inside

@@ -1,7 +1,7 @@
 """The smooth maps from one Poincare surface to the other, half a period on, and their Jacobians (28), (46).
 
-A state with mass 1 standing still near a stop flows in; out flows the state in which, were there no stops, it stands still
-near the other one. The motion in between is closed form; only the phase at which it arrives is searched.
+A state with mass 1 standing still near a stop flows in; out flows the state in which, were there no stops, it stands
+still near the other one. The motion in between is closed form; only the phase at which it arrives is searched.
 """
 
 from __future__ import annotations

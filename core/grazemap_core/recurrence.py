@@ -30,8 +30,8 @@ Jacobian = Callable[[GrazingPoint], Floats]
 class RecurrenceSequence:
     """xi_m for m = 1 .. M, three ways, and what it says about the stability of the grazing motion.
 
-    Rows of the arrays of shape (2, M) are a graze at stop A and one at stop C; the return m is at the same stop for even m
-    and at the other one for odd m.
+    Rows of the arrays of shape (2, M) are a graze at stop A and one at C; the return m is at the same stop for even
+    m and at the other one for odd m.
 
     Attributes
     ----------

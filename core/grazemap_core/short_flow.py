@@ -4,8 +4,8 @@ The free motion and the steady one are blocks alike here, the steady one without
 
     u(t) - u(0) = t T phi_1(T t) u(0),     u(t) - u(0) - t T u(0) = t^2 T^2 phi_2(T t) u(0)
 
-so both times are found from terms that do not cancel, however short they are. Every step of the searches is one that the
-acceleration's bound allows, so neither can go past what it looks for.
+so both times are found from terms that do not cancel, however short they are. Every step of the searches is one that
+the acceleration's bound allows, so neither can go past what it looks for.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from scipy.linalg import expm
 from grazemap_core.grazing_point import GrazingPoint
 from grazemap_core.oscillator import Floats
 from grazemap_core.tolerances import BACKWARD_GROWTH, BACKWARD_STEPS, EPSILON, SURE_OF_NEWTON
+
+ACCELERATION, JERK = 0, 1
+"""Places in the result of `ShortFlow.bounds`."""
 
 
 class Moment(NamedTuple):
@@ -124,10 +127,10 @@ class ShortFlow:
         for _ in range(BACKWARD_STEPS):
             now = self.after(state, time)
             depth, speed = overshoot + stop * time * time * now.curve, stop * time * now.slope
-            step = self._step(state + now.gained, depth, speed)
-            if depth <= 0.0 or self._sure(state + now.gained, depth, speed):
+            here = state + now.gained
+            if depth <= 0.0 or self._sure(ACCELERATION, here, depth, speed):
                 break
-            time -= step
+            time -= self._step(ACCELERATION, here, depth, speed)
             if time < -longest:
                 return None
         else:
@@ -146,39 +149,35 @@ class ShortFlow:
         Parameters and the result are as in `time_at_stop`; the velocity is the exact one of mass 1.
         """
         stop, time = self.point.stop, 0.0
-        speed, acceleration = stop * velocity, stop * float(np.sum(self.rows[2] * state))
-        here = state
         for _ in range(BACKWARD_STEPS):
-            if acceleration < 0.0:
-                span = 2.0 * abs(speed / acceleration)
-                if self.bounds(here, span)[1] * abs(speed) <= SURE_OF_NEWTON * acceleration**2:
-                    break
-            step = abs(speed) / self.bounds(here, 0.0)[0]
-            time -= abs(speed) / self.bounds(here, step)[0]
+            now = self.after(state, time)
+            leaving, slowing = -stop * (velocity + time * now.slope), -stop * now.acceleration
+            here = state + now.gained
+            if leaving <= 0.0 or self._sure(JERK, here, leaving, slowing):
+                break
+            time -= self._step(JERK, here, leaving, slowing)
             if time < -longest:
                 return None
-            now = self.after(state, time)
-            here, speed, acceleration = state + now.gained, stop * (velocity + time * now.slope), stop * now.acceleration
         else:
             return None
         for _ in range(BACKWARD_STEPS):
-            before, time = time, time - speed / acceleration
+            before, time = time, time - leaving / slowing
             if abs(time - before) <= 2.0 * EPSILON * abs(time):
                 break
             now = self.after(state, time)
-            speed, acceleration = stop * (velocity + time * now.slope), stop * now.acceleration
+            leaving, slowing = -stop * (velocity + time * now.slope), -stop * now.acceleration
         return time if time >= -longest else None
 
-    def _step(self, state: Floats, depth: float, speed: float) -> float:
-        """Return a step back over which no depth is lost entirely: B2 bounds the acceleration over it."""
+    def _step(self, which: int, state: Floats, value: float, rate: float) -> float:
+        """Return a step back over which a value > 0 that falls at a rate has no zero, its rate's change bounded."""
 
         def reach(bound: float) -> float:
-            return 2.0 * depth / (speed + math.sqrt(speed * speed + 2.0 * bound * depth))
+            return 2.0 * value / (rate + math.sqrt(rate * rate + 2.0 * bound * value))
 
-        return reach(self.bounds(state, reach(self.bounds(state, 0.0)[0]))[0]) if depth > 0.0 else 0.0
+        return reach(self.bounds(state, reach(self.bounds(state, 0.0)[which]))[which])
 
-    def _sure(self, state: Floats, depth: float, speed: float) -> bool:
-        """Say whether Newton's method leads to the next zero of the depth, by Kantorovich's condition."""
-        if speed <= 0.0:
+    def _sure(self, which: int, state: Floats, value: float, rate: float) -> bool:
+        """Say whether Newton's method leads to the next zero of the value, by Kantorovich's condition."""
+        if rate <= 0.0:
             return False
-        return self.bounds(state, 2.0 * depth / speed)[0] * depth <= SURE_OF_NEWTON * speed * speed
+        return self.bounds(state, 2.0 * value / rate)[which] * value <= SURE_OF_NEWTON * rate * rate

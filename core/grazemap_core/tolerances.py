@@ -202,8 +202,8 @@ BACKWARD_GROWTH: Final = 600.0
 """Largest exponent in a bound of what a decaying mode was before: exp of it is a number still."""
 
 SURE_OF_NEWTON: Final = 0.1
-"""Product of value and bound of the second derivative, over the slope squared, at which Newton's method takes over. Below
-1/2 it converges to the one zero nearby (Kantorovich); 0.1 is near enough for four steps."""
+"""Product of value and bound of the second derivative, over the slope squared, at which Newton's method takes over.
+Below 1/2 it converges to the one zero nearby (Kantorovich); 0.1 is near enough for four steps."""
 
 HALF_MAP_STEPS: Final = 50
 """Newton steps for the phase at which mass 1 stands still half a period later; near a graze three to five are used."""
@@ -214,6 +214,9 @@ roundings about: convergence is quadratic."""
 
 FARTHEST_OVERSHOOT: Final = 1024.0
 """Overshoot, in units of the clearance, to which the domain of a discontinuity mapping is followed."""
+
+DOMAIN_WIDTH: Final = 1e-6
+"""Relative accuracy of the domain's end: nothing depends on it, and every halving costs hundreds of steps there."""
 
 # --- tangent flow -------------------------------------------------------------------------------------------------
 
