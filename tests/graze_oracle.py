@@ -47,7 +47,6 @@ class GrazeOracle:
             # x_1 = Im(X e^{i theta}) is stop * |X| where X e^{i theta} is i stop |X|
             turn = acb(0, self.stop) * abs(response[0, 0]) / response[0, 0]
             at = [response[i, 0] * turn for i in range(count)]
-            self.theta = turn
             self.state = (
                 [z.imag.mid() for z in at] + [(w * z.real).mid() for z in at] + [turn.imag.mid(), turn.real.mid()]
             )

@@ -136,7 +136,7 @@ def test_both_stops_are_mirror_images():
 
 def test_the_domain_ends_where_it_says():
     bounded = 0
-    for point in [grazing_point(DEFAULT, 0.29), *random_points(6)]:
+    for point in [grazing_point(DEFAULT, 0.29), *random_points(6, 8)]:
         limit = largest_overshoot(point)
         if not np.isfinite(limit):
             exact_mapping(point, straight_beyond(point, 500.0 * point.clearance))
