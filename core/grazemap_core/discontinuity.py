@@ -206,7 +206,7 @@ def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: floa
     start = flow.start(point.free_part(deviation), phase)
     back = flow.time_at_stop(start, overshoot, point.half_period)
     if back is None:
-        return "is beyond the mapping's domain: mass 1 did not pass the stop in the half period before"
+        return "is beyond the mapping's domain: mass 1 is not seen to have passed the stop in the half period before"
     moment = flow.after(start, back)
     velocity = back * moment.slope
     before = start + moment.gained
@@ -223,7 +223,7 @@ def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: floa
     if restitution > 0.0:
         found = flow.time_at_rest(behind, -restitution * velocity, point.half_period)
         if found is None:
-            return "is beyond the mapping's domain: mass 1 would not have stood still in the half period before"
+            return "is beyond the mapping's domain: mass 1 is not seen to have stood still in the half period before"
         again = found
     end = flow.after(behind, again)
 
