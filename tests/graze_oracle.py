@@ -58,10 +58,7 @@ class GrazeOracle:
         """
         with digits(PRECISION):
             count, s = self.chain.size, self.stop
-            theta = acb(0, arb(deviation[-1])).exp() * acb(self.state[-1], self.state[-2])
-            start = [self.state[i] + arb(deviation[2 * i]) for i in range(count)]
-            start += [self.state[count + i] + arb(deviation[2 * i + 1]) for i in range(count)]
-            start += [theta.imag, theta.real]
+            start = self._start(deviation)
             overshoot = s * start[0] - self.clearance
             acceleration = abs(self._rate(start)[count])
             guess = self._first(start, 0, s * self.clearance) if scan else -((2 * overshoot / acceleration) ** 0.5)
@@ -77,6 +74,25 @@ class GrazeOracle:
             moved = [end[j] - start[j] for j in range(2 * count)]
             pairs = [value for i in range(count) for value in (moved[i], moved[count + i])]
             return [*pairs, arb(self.omega) * (back + again)]
+
+    def half_period(self, deviation: list[float]) -> list[arb]:
+        """Return the deviation from the other stop's point where mass 1 stands still half a period on."""
+        with digits(PRECISION):
+            count = self.chain.size
+            start = self._start(deviation)
+            time = self._root(start, arb.pi() / arb(self.omega), count, arb(0))
+            end = self._flow(start, time)
+            moved = [end[j] + self.state[j] for j in range(2 * count)]
+            pairs = [value for i in range(count) for value in (moved[i], moved[count + i])]
+            return [*pairs, arb(deviation[-1]) + arb(self.omega) * time - arb.pi()]
+
+    def _start(self, deviation: list[float]) -> list[arb]:
+        """Return the state at a deviation."""
+        count = self.chain.size
+        theta = acb(0, arb(deviation[-1])).exp() * acb(self.state[-1], self.state[-2])
+        start = [self.state[i] + arb(deviation[2 * i]) for i in range(count)]
+        start += [self.state[count + i] + arb(deviation[2 * i + 1]) for i in range(count)]
+        return [*start, theta.imag, theta.real]
 
     def _first(self, state: list[arb], entry: int, value: arb) -> arb:
         """Return a guess of the last time before at which an entry of the state had a value, by small steps."""
