@@ -195,8 +195,8 @@ END_WIDTH: Final = 1.0e-13
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500
-"""Steps of a search back to a stop, or to where mass 1 stood still: up to ten near a graze, hundreds where mass 1 nearly
-turned before or a fast overdamped mode shortens them; with these spent the mapping counts as not defined."""
+"""Steps of a search back to a stop, or to where mass 1 stood still: up to ten near a graze, hundreds where mass 1
+nearly turned before or a fast overdamped mode shortens them; with these spent the mapping counts as not defined."""
 
 BACKWARD_GROWTH: Final = 600.0
 """Largest exponent in a bound of what a decaying mode was before: exp of it is a number still."""

@@ -125,8 +125,8 @@ def errors_of_second_return(point, overshoots):
 
 
 def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_return_hits_again():
-    # the mapping errs by gamma u^2, so the first return by O(u^2); a return that hits does so with an overshoot of O(u),
-    # at which the mapping errs by O(u) itself
+    # the mapping errs by gamma u^2, so the first return by O(u^2); a return that hits does so with an overshoot of
+    # O(u), at which the mapping errs by O(u) itself
     kinds = {True: 0, False: 0}
     for point in random_points(5, 40):
         # one that is neither close to a change of the sign
