@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from next_contacts import simulated_contact
 from random_chains import random_oscillator
 
 from grazemap_core.codim2 import codimension_two_points
@@ -15,8 +16,6 @@ from grazemap_core.impulse_response import evaluate, impulse_response
 from grazemap_core.modal import modal_model
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.recurrence import next_contact, recurrence_sequence
-from grazemap_core.steady import steady_response
-from grazemap_core.trajectory import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DISTANCE = 1e-11
@@ -29,24 +28,6 @@ derivatives of the impulse response; both together stay well below this."""
 def systems(seed, count=5):
     random = np.random.default_rng(seed)
     return [random_oscillator(random, 1 + number % 5, per_link=bool(number % 2)) for number in range(count)]
-
-
-def simulated_contact(oscillator, omega, distance, max_order):
-    """Half periods from the first impact of the steady motion, at A, to the next, and that one's stop; or zeros."""
-    response = steady_response(oscillator, [omega])[0]
-    phase = -math.atan2(response[0].imag, response[0].real)  # mass 1 in the middle, on its way to stop A
-    turned = response * np.exp(1j * phase)
-    clearance = abs(response[0]) * (1.0 - distance)
-    half = math.pi / omega
-    run = trajectory(
-        oscillator, omega, clearance, turned.imag, omega * turned.real, phase, max_order // 2 + 2, times=[]
-    )
-    impacts = run.impacts
-    assert set(impacts.kind.tolist()) <= {"impact"}
-    assert impacts.stop[0] == 1
-    passed = np.rint((impacts.time - impacts.time[0]) / half).astype(int)
-    later = np.flatnonzero((passed > 0) & (passed <= max_order))
-    return (int(passed[later[0]]), int(impacts.stop[later[0]])) if later.size else (0, 0)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
