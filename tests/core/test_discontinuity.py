@@ -69,6 +69,19 @@ def test_the_second_order_coefficient_is_what_the_leading_order_leaves_out():
         assert error.second_order == pytest.approx(1.5, abs=0.02)
 
 
+@pytest.mark.parametrize("restitution", [0.0, 1.0])
+def test_without_any_rebound_and_without_any_loss_the_expansion_holds_too(restitution):
+    for point in random_points(7, 8):
+        oscillator = replace(point.oscillator, restitution=restitution)
+        other = grazing_point(oscillator, point.omega, point.stop)
+        assert slope(OVERSHOOTS, remainder(other)) == pytest.approx(0.5, abs=0.02)
+        mapping = exact_mapping(other, straight_beyond(other, 1e-6 * other.clearance))
+        # nothing of the overshoot is left, or all of it but for higher orders
+        left = overshoot_of(other, mapping.deviation) / (1e-6 * other.clearance)
+        assert left == pytest.approx(restitution, abs=0.05)
+        assert (mapping.time_to_rest == 0.0) == (restitution == 0.0)
+
+
 @pytest.mark.parametrize("entry", range(7))
 def test_a_coefficient_off_by_a_percent_would_be_noticed(entry):
     point = grazing_point(DEFAULT, 0.29)
