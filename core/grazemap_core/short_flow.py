@@ -135,6 +135,8 @@ class ShortFlow:
                 return None
         else:
             return None
+        if speed <= 0.0:  # a touch within round-off
+            return None
         for _ in range(BACKWARD_STEPS):
             before, time = time, time - depth / speed
             if abs(time - before) <= 2.0 * EPSILON * abs(time):
@@ -159,6 +161,8 @@ class ShortFlow:
             if time < -longest:
                 return None
         else:
+            return None
+        if slowing <= 0.0:
             return None
         for _ in range(BACKWARD_STEPS):
             before, time = time, time - leaving / slowing
