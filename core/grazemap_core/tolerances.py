@@ -204,6 +204,31 @@ of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the co
 LEAST_CONTACT_CELL: Final = 1e-9
 """Length, relative to the time between impacts, below which a cell is not halved any more: a graze whose curvature is
 zero too. Its distance is then known to the cube of this times the bound of its third derivative."""
+# --- discontinuity mapping ----------------------------------------------------------------------------------------
+
+BACKWARD_STEPS: Final = 500
+"""Steps of a search back to a stop, or to where mass 1 stood still: up to ten near a graze, hundreds where mass 1
+nearly turned before or a fast overdamped mode shortens them; with these spent the mapping counts as not defined."""
+
+BACKWARD_GROWTH: Final = 600.0
+"""Largest exponent in a bound of what a decaying mode was before: exp of it is a number still."""
+
+SURE_OF_NEWTON: Final = 0.1
+"""Product of value and bound of the second derivative, over the slope squared, at which Newton's method takes over.
+Below 1/2 it converges to the one zero nearby (Kantorovich); 0.1 is near enough for four steps."""
+
+HALF_MAP_STEPS: Final = 50
+"""Newton steps for the phase at which mass 1 stands still half a period later; near a graze three to five are used."""
+
+HALF_MAP_SETTLED: Final = 1e-10
+"""Newton step of that phase, relative to the size of what it is made from, behind which the next one would only move
+roundings about: convergence is quadratic."""
+
+FARTHEST_OVERSHOOT: Final = 1024.0
+"""Overshoot, in units of the clearance, to which the domain of a discontinuity mapping is followed."""
+
+DOMAIN_WIDTH: Final = 1e-6
+"""Relative accuracy of the domain's end: nothing depends on it, and every halving costs hundreds of steps there."""
 
 # --- tangent flow -------------------------------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.grazing import grazing_curve
+from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.trajectory import trajectory
 from grazemap_core.unfolding import unfolding_map_tile
@@ -26,6 +27,7 @@ OMEGA = np.array([0.28, 0.29])
 def _grazing(oscillator: Oscillator) -> None:
     grazing_curve(oscillator, OMEGA, max_order=2)
     codimension_two_points(oscillator, 0.25, 0.35, max_order=2, max_multiple=1)
+    one_impact_branch(oscillator, 0.28)
 
 
 def _trajectories(oscillator: Oscillator) -> None:

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
 import pytest
+from next_contacts import simulated_contact
 
 from grazemap_core.codim2 import codimension_two_points
+from grazemap_core.discontinuity import largest_overshoot, mapping_error, straight_beyond
 from grazemap_core.grazing import grazing_curve
+from grazemap_core.grazing_point import grazing_point
+from grazemap_core.impulse_response import evaluate, impulse_response
+from grazemap_core.modal import modal_model
 from grazemap_core.monodromy import monodromy
 from grazemap_core.oscillator import Oscillator
+from grazemap_core.recurrence import next_contact
+from grazemap_core.return_map import compare_returns
 
 PAGE = Path(__file__).parents[2] / "docs" / "theory.md"
 PAPER_OMEGA = 0.28109
@@ -63,3 +71,42 @@ def test_multiplier_and_exponent():
     point = monodromy(PROPORTIONAL, 0.29, 1.6)
     assert cells("abs(mu_1)")[0] == f"{abs(point.multipliers[0]):.10f}"
     assert cells("largest exponent")[0] == f"{point.exponent:.10f}"
+
+
+@pytest.mark.parametrize("overshoot", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_errors_of_the_discontinuity_mapping(overshoot):
+    point = grazing_point(PROPORTIONAL, 0.29)
+    error = mapping_error(point, [overshoot * point.clearance])
+    expected = [f"{x[0]:.4e}" for x in (error.displacement, error.leading, error.second)]
+    assert cells(f"{overshoot:.0e}") == expected
+
+
+def test_the_end_of_the_mapping_s_domain():
+    point = grazing_point(PROPORTIONAL, 0.29)
+    assert cells("end of the domain, delta/b")[0] == f"{largest_overshoot(point) / point.clearance:.4f}"
+
+
+@pytest.mark.parametrize("omega", [0.29, 1.1])
+@pytest.mark.parametrize("overshoot", [1e-4, 1e-6, 1e-8])
+def test_errors_of_the_composed_map(omega, overshoot):
+    point = grazing_point(PROPORTIONAL, omega)
+    error = compare_returns(point, straight_beyond(point, overshoot * point.clearance), 2).error
+    assert cells(f"{omega}, {overshoot:.0e}") == [f"{error[1]:.4e}", f"{error[2]:.4e}"]
+
+
+@pytest.mark.parametrize(("order", "near"), [(2, 0.2825), (3, 0.3037), (1, 0.3501)])
+def test_thresholds_of_the_next_contact(order, near):
+    point = min(
+        codimension_two_points(PROPORTIONAL, 0.25, 0.5, 4, 0), key=lambda p: (p.order != order, abs(p.omega - near))
+    )
+    distance, lost = 1e-9, 1.0 + PROPORTIONAL.restitution
+    sign, time = (-1.0) ** order, order * math.pi / point.omega
+    (value,), (slope,), _, _ = evaluate(impulse_response(modal_model(PROPORTIONAL)), [time])
+    plain = math.sqrt(distance / 2.0) / (lost * point.omega)
+    square = (1.0 - lost * sign * slope) ** 2
+    omega = order * math.pi / (time + (0.5 * sign * plain * (1.0 + square) - value) / slope)
+    without = square < 1.0
+    predicted = next_contact(PROPORTIONAL, [omega], distance, order).order[0] == order
+    assert simulated_contact(PROPORTIONAL, omega, distance, order)[0] == (order if predicted else 0)
+    said = ["yes" if answer else "no" for answer in (without, predicted, predicted)]
+    assert cells(f"{order}, {point.omega:.4f}") == [f"{square:.4f}", *said]

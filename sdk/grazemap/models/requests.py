@@ -38,8 +38,7 @@ class ProcessRequest(Request):
 class GrazingCurvesRequest(ProcessRequest):
     """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19)).
 
-    With `sequence` its result has xi_m of every point too, (33)-(40): the sign of the first one that is negative
-    decides whether, and at which stop, an impact recurs.
+    With `sequence` its result has xi_m of every point too, (33)-(40), whose signs say where an impact recurs.
     """
 
     omega: Grid

@@ -104,7 +104,7 @@ class DiscontinuityMapping(Result):
     jacobian, jacobian_opposite : ndarray of shape (2N + 1, 2N + 1)
         Of the half-period map from this stop to the other one, and back: equation (46).
     xi : ndarray of shape (returns,)
-        xi_m for m = 1 .. returns, equations (33)-(40): an impact recurs at the first that is negative.
+        xi_m for m = 1 .. returns, equations (33)-(40): an impact recurs at the first m with (-1)^m stop xi_m < 0.
     first_recurrence, recurrence_stop : int
         That m, and its stop (+1 A, -1 C); 0 if there is none.
     next_contact : NextContact

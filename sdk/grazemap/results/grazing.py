@@ -34,8 +34,8 @@ class GrazingCurve(Result):
     points : tuple of CodimensionTwoPoint
         The codimension-two points inside the range.
     xi : ndarray of shape (points, max_order) or None
-        xi_m for m = 1 .. max_order, equations (33)-(40), where the sequence was asked for: the first negative one
-        is the first recurrence.
+        xi_m for m = 1 .. max_order of a graze at A, equations (33)-(40), where the sequence was asked for: an impact
+        recurs at the first m with (-1)^m xi_m < 0.
     """
 
     process: ClassVar[str] = "grazing-curves"

@@ -1,0 +1,195 @@
+"""The discontinuity mapping: the exact one against 60 digits, the expansion against the exact one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flint import arb
+from graze_oracle import PRECISION, GrazeOracle
+from oracles import digits
+from random_chains import chain_of, random_oscillator
+
+from grazemap_core.discontinuity import (
+    exact_mapping,
+    largest_overshoot,
+    leading_mapping,
+    mapping_error,
+    overshoot_of,
+    straight_beyond,
+)
+from grazemap_core.errors import ParameterError, SteadyMotionError
+from grazemap_core.grazing_point import grazing_point
+from grazemap_core.oscillator import Oscillator
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+OVERSHOOTS = 10.0 ** np.arange(-10.0, -3.5)
+
+
+def random_points(seed, count=20):
+    """Grazing points of chains with 1 to 4 masses, at both stops in turn, with both kinds of damping."""
+    random = np.random.default_rng(seed)
+    points = []
+    for number in range(count):
+        oscillator = random_oscillator(random, 1 + number // 4 % 4, per_link=bool(number // 2 % 2))
+        points.append(grazing_point(oscillator, float(random.uniform(0.2, 2.0)), 1 if number % 2 == 0 else -1))
+    return points
+
+
+def remainder(point, overshoots=OVERSHOOTS):
+    """(error - gamma u^2)/(|gamma| u^2) of the leading-order mapping, sizes as the point measures them."""
+    error = mapping_error(point, overshoots * point.clearance)
+    u = np.sqrt(2.0 * error.overshoot / abs(point.acceleration))
+    return error.second / (point.size(point.gamma) * u * u)
+
+
+def slope(overshoots, values):
+    return np.polyfit(np.log(overshoots), np.log(values), 1)[0]
+
+
+def error_beside_oracle(point, deviation, scan=False):
+    """Error of the exact mapping in 60 digits, and the displacement, both as sizes."""
+    oracle = GrazeOracle(chain_of(point.oscillator), point.oscillator.restitution, point.omega, point.stop)
+    ours = exact_mapping(point, deviation).displacement
+    exact = oracle.mapped(deviation.tolist(), scan)
+    with digits(PRECISION):
+        error = np.array([float(arb(float(mine)) - theirs) for mine, theirs in zip(ours, exact, strict=True)])
+    return point.size(error), point.size(ours)
+
+
+def test_the_second_order_coefficient_is_what_the_leading_order_leaves_out():
+    for point in random_points(1):
+        left = remainder(point)
+        # a wrong coefficient would leave a constant; the third order falls as the square root of the overshoot
+        assert slope(OVERSHOOTS, left) == pytest.approx(0.5, abs=0.02)
+        assert left[0] < 1e-3
+        error = mapping_error(point, OVERSHOOTS * point.clearance)
+        assert error.leading_order == pytest.approx(1.0, abs=0.02)
+        assert error.second_order == pytest.approx(1.5, abs=0.02)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 1.0])
+def test_without_any_rebound_and_without_any_loss_the_expansion_holds_too(restitution):
+    for point in random_points(7, 8):
+        oscillator = replace(point.oscillator, restitution=restitution)
+        other = grazing_point(oscillator, point.omega, point.stop)
+        assert slope(OVERSHOOTS, remainder(other)) == pytest.approx(0.5, abs=0.02)
+        mapping = exact_mapping(other, straight_beyond(other, 1e-6 * other.clearance))
+        # nothing of the overshoot is left, or all of it but for higher orders
+        left = overshoot_of(other, mapping.deviation) / (1e-6 * other.clearance)
+        assert left == pytest.approx(restitution, abs=0.05)
+        assert (mapping.time_to_rest == 0.0) == (restitution == 0.0)
+
+
+@pytest.mark.parametrize("entry", range(7))
+def test_a_coefficient_off_by_a_percent_would_be_noticed(entry):
+    point = grazing_point(DEFAULT, 0.29)
+    wrong = point.gamma.copy()
+    wrong[entry] *= 1.01
+    off = remainder(replace(point, gamma=wrong))
+    # the velocity of mass 1 has no second order: the surface is v_1 = 0
+    assert (abs(slope(OVERSHOOTS, off) - 0.5) > 0.02) == (entry != 1)
+
+
+def test_the_exact_mapping_is_right_to_round_off_of_what_it_does():
+    worst = 0.0
+    random = np.random.default_rng(3)
+    for point in random_points(2):
+        for overshoot in (1e-3, 1e-6, 1e-9, 1e-12, 1e-15):
+            for elsewhere in (0.0, 1e-3):
+                deviation = straight_beyond(point, overshoot * point.clearance)
+                # masses and phase that are not those of the graze: the overshoot is small against them
+                deviation[2:] += elsewhere * point.clearance * random.normal(size=len(deviation) - 2)
+                error, size = error_beside_oracle(point, deviation)
+                worst = max(worst, error / size)
+    print(f"worst error of the exact mapping relative to the displacement: {worst:.1e}")
+    assert worst < 3e-15
+
+
+def test_the_impact_of_the_exact_mapping_is_on_the_stop_and_the_result_on_the_surface():
+    for point in random_points(4):
+        depth = 1e-5 * point.clearance
+        mapping = exact_mapping(point, straight_beyond(point, 1e-4 * point.clearance, depth), depth)
+        assert mapping.impact[0] == -point.stop * depth
+        assert mapping.impact[1] == mapping.velocity
+        assert mapping.velocity * point.stop > 0.0
+        assert mapping.time_to_stop < 0.0
+        assert mapping.time_to_rest <= 0.0
+        assert mapping.deviation[1] == 0.0
+        # behind the impact it would have gone as far beyond the stop as R^2 of the overshoot, to leading order
+        beyond = overshoot_of(point, mapping.deviation, depth) / (1e-4 * point.clearance)
+        assert beyond == pytest.approx(point.oscillator.restitution**2, abs=0.05)
+
+
+def test_what_stays_inside_the_stop_is_mapped_to_itself():
+    point = grazing_point(DEFAULT, 0.29, -1)
+    inside = straight_beyond(point, -1e-6)
+    inside[3] = 0.25
+    np.testing.assert_array_equal(leading_mapping(point, inside), inside)
+    # stops a little inside the steady amplitude: there the graze itself overshoots by the depth
+    graze = np.zeros_like(inside)
+    depth = 1e-6
+    assert overshoot_of(point, graze, depth) == depth
+    step = leading_mapping(point, graze, depth)
+    np.testing.assert_array_equal(step, point.beta * np.sqrt(2.0 * depth / abs(point.acceleration)))
+
+
+def test_both_stops_are_mirror_images():
+    for point in random_points(5, 8):
+        other = point.opposite()
+        np.testing.assert_array_equal(other.opposite().state[:-1], point.state[:-1])
+        direct = grazing_point(point.oscillator, point.omega, other.stop)
+        np.testing.assert_allclose(direct.state, other.state, rtol=1e-14, atol=1e-14 * point.clearance)
+        here = exact_mapping(point, straight_beyond(point, 1e-4 * point.clearance)).displacement
+        there = exact_mapping(other, straight_beyond(other, 1e-4 * point.clearance)).displacement
+        np.testing.assert_allclose(there[:-1], -here[:-1], rtol=1e-12, atol=1e-14 * point.clearance)
+        assert there[-1] == pytest.approx(here[-1], rel=1e-13)
+
+
+def test_the_domain_ends_where_it_says():
+    bounded = 0
+    for point in [grazing_point(DEFAULT, 0.29), *random_points(6, 8)]:
+        limit = largest_overshoot(point)
+        if not np.isfinite(limit):
+            exact_mapping(point, straight_beyond(point, 500.0 * point.clearance))
+            continue
+        bounded += 1
+        exact_mapping(point, straight_beyond(point, limit))
+        error, size = error_beside_oracle(point, straight_beyond(point, 0.9 * limit), scan=True)
+        assert error < 1e-13 * size
+        with pytest.raises(ParameterError, match="overshoot: is beyond the mapping's domain"):
+            exact_mapping(point, straight_beyond(point, limit * (1.0 + 1e-5)))
+    assert bounded >= 3
+
+
+def test_behind_an_impact_pressed_against_the_stop_there_is_no_mapping():
+    # one mass, R = 0: the impact takes all speed and with it the damper's pull
+    oscillator = Oscillator.create([1.0], [1.0], 0.5, [1.0], 0.0)
+    point = grazing_point(oscillator, 2.0)
+    limit = largest_overshoot(point)
+    mapping = exact_mapping(point, straight_beyond(point, limit))
+    # at rest on the stop the forcing and the spring just balance there
+    assert np.sin(point.state[-1] + mapping.impact[-1]) == pytest.approx(point.clearance, abs=1e-5)
+    with pytest.raises(ParameterError, match="pressed against the stop"):
+        exact_mapping(point, straight_beyond(point, limit * 1.00001))
+
+
+def test_what_has_no_mapping_is_refused():
+    point = grazing_point(DEFAULT, 0.29)
+    with pytest.raises(ParameterError, match="overshoot"):
+        exact_mapping(point, straight_beyond(point, 0.0))
+    with pytest.raises(ParameterError, match="overshoot"):
+        exact_mapping(point, straight_beyond(point, -1e-3))
+    for overshoots in ([[1e-3]], [np.nan], [-1e-3]):
+        with pytest.raises(ParameterError, match="overshoot"):
+            mapping_error(point, overshoots)
+    moving = straight_beyond(point, 1e-3)
+    moving[1] = 1e-9
+    for deviation in (moving, moving[:-1], np.full(7, np.nan)):
+        with pytest.raises(ParameterError, match="deviation"):
+            exact_mapping(point, deviation)
+    with pytest.raises(ParameterError, match="stop"):
+        grazing_point(DEFAULT, 0.29, 0)
+    with pytest.raises(SteadyMotionError):
+        grazing_point(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), 0.5)

@@ -1,0 +1,204 @@
+"""The composed Poincare map: its parts against 60 digits, the whole against the motion followed event by event."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flint import arb
+from graze_oracle import PRECISION, GrazeOracle
+from oracles import digits
+from random_chains import chain_of, random_oscillator
+
+from grazemap_core.discontinuity import exact_mapping, leading_mapping, straight_beyond
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing import grazing_curve
+from grazemap_core.grazing_point import grazing_point
+from grazemap_core.half_period_map import flow_jacobian, half_period_jacobian, half_period_map, surface_projection
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.return_map import (
+    compare_returns,
+    half_return,
+    mapped_returns,
+    mirrored,
+    poincare_map,
+    simulated_returns,
+    symmetric_root,
+)
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+def random_points(seed, count):
+    random = np.random.default_rng(seed)
+    points = []
+    for number in range(count):
+        oscillator = random_oscillator(random, 1 + number // 4 % 4, per_link=bool(number // 2 % 2))
+        points.append(grazing_point(oscillator, float(random.uniform(0.2, 1.5)), 1 if number % 2 == 0 else -1))
+    return points
+
+
+def random_deviation(random, point, size):
+    deviation = size * point.clearance * random.normal(size=len(point.state))
+    deviation[1] = 0.0
+    return deviation
+
+
+def slope(overshoots, errors):
+    return np.polyfit(np.log(overshoots), np.log(errors), 1)[0]
+
+
+def test_the_half_period_map_is_right_to_round_off_of_the_deviation():
+    random = np.random.default_rng(1)
+    for point in random_points(1, 16):
+        oracle = GrazeOracle(chain_of(point.oscillator), point.oscillator.restitution, point.omega, point.stop)
+        for size in (1e-3, 1e-9):
+            deviation = random_deviation(random, point, size)
+            ours = half_period_map(point, deviation)
+            exact = oracle.half_period(deviation.tolist())
+            with digits(PRECISION):
+                error = np.array([float(arb(float(mine)) - theirs) for mine, theirs in zip(ours, exact, strict=True)])
+            assert point.size(error) < 1e-14 * point.size(deviation)
+
+
+def test_the_jacobian_is_the_derivative_of_the_half_period_map():
+    for point in random_points(2, 8):
+        jacobian = half_period_jacobian(point)
+        assert point.size(jacobian @ point.vector_field) < 1e-14 * point.size(point.vector_field)  # (49), (50)
+        onward = flow_jacobian(point) @ point.vector_field  # (48)
+        assert point.size(onward - point.opposite().vector_field) < 1e-14 * point.size(point.vector_field)
+        assert not np.any(jacobian[1])
+        across = surface_projection(point.opposite())
+        np.testing.assert_allclose(across @ across, across, atol=1e-13)
+        for entry in range(len(point.state)):
+            if entry == 1:
+                continue  # off the surface
+            step = np.zeros(len(point.state))
+            step[entry] = 1e-5
+            central = (half_period_map(point, step) - half_period_map(point, -step)) / 2e-5
+            np.testing.assert_allclose(jacobian[:, entry], central, rtol=0, atol=1e-7 * np.abs(jacobian).max())
+
+
+def test_the_poincare_map_is_the_square_of_its_symmetric_root():
+    random = np.random.default_rng(3)
+    for point in random_points(3, 8):
+        deviation = random_deviation(random, point, 1e-4)
+        for mapping in ("leading", "exact"):
+            for smooth in ("linear", "exact"):
+                if deviation[0] * point.stop < 0.0:
+                    deviation = mirrored(deviation)
+                whole = poincare_map(point, deviation, mapping=mapping, smooth=smooth)
+                half = symmetric_root(point, deviation, mapping=mapping, smooth=smooth)
+                twice = symmetric_root(point, half, mapping=mapping, smooth=smooth)
+                np.testing.assert_allclose(twice, whole, rtol=1e-11, atol=1e-15 * point.clearance)
+
+
+def test_the_linear_form_is_that_of_the_paper():
+    point = grazing_point(DEFAULT, 0.29)
+    deviation = straight_beyond(point, 1e-6)
+    u = np.sqrt(2e-6 / abs(point.acceleration))
+    expected = half_period_jacobian(point) @ (deviation + u * point.beta)
+    np.testing.assert_allclose(half_return(point, deviation, smooth="linear"), expected, rtol=1e-13)
+    # without an impact both forms are the smooth map
+    np.testing.assert_array_equal(half_return(point, -deviation), half_period_map(point, -deviation))
+
+
+def test_with_the_exact_mapping_the_composed_map_is_the_motion_itself():
+    worst = 0.0
+    for point in random_points(4, 16):
+        for overshoot in (1e-3, 1e-5, 1e-7):
+            deviation = straight_beyond(point, overshoot * point.clearance)
+            comparison = compare_returns(point, deviation, 3, mapping="exact")
+            worst = max(worst, np.nanmax(comparison.error))
+            assert np.all(np.isfinite(comparison.error[:2]))
+            # and from the steady motion itself, stops being inside its amplitude
+            depth = overshoot * point.clearance
+            comparison = compare_returns(point, np.zeros_like(deviation), 3, depth, mapping="exact")
+            worst = max(worst, np.nanmax(comparison.error))
+            assert comparison.simulated.overshoot[0] == depth
+    print(f"worst distance of the exact composed map from the motion: {worst:.1e}")
+    assert worst < 1e-11
+
+
+def errors_of_second_return(point, overshoots):
+    comparisons = [compare_returns(point, straight_beyond(point, x * point.clearance), 2) for x in overshoots]
+    return np.array([comparison.error for comparison in comparisons])
+
+
+def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_return_hits_again():
+    # the mapping errs by gamma u^2, so the first return by O(u^2); a return that hits does so with an overshoot of
+    # O(u), at which the mapping errs by O(u) itself
+    kinds = {True: 0, False: 0}
+    for point in random_points(5, 40):
+        # one that is neither close to a change of the sign
+        sequence = mapped_returns(point, straight_beyond(point, 1e-8 * point.clearance), 1, mapping="exact")
+        share = sequence.overshoot[1] / (np.sqrt(1e-8) * point.clearance)
+        if abs(share) < 0.1:
+            continue
+        recurs = bool(grazing_curve(point.oscillator, [point.omega], 1).first_recurrence[0] == 1)
+        assert recurs == bool(share > 0.0)
+        overshoots = 10.0 ** np.arange(-12.0, -8.0) if recurs else 10.0 ** np.arange(-9.0, -4.0)
+        errors = errors_of_second_return(point, overshoots)
+        assert slope(overshoots, errors[:, 2]) == pytest.approx(0.5 if recurs else 1.0, abs=0.05)
+        smooth = 10.0 ** np.arange(-9.0, -4.0)
+        assert slope(smooth, errors_of_second_return(point, smooth)[:, 1]) == pytest.approx(1.0, abs=0.05)
+        kinds[recurs] += 1
+    print(kinds)
+    assert min(kinds.values()) >= 5
+
+
+def test_a_map_without_its_leading_x_would_be_noticed(monkeypatch):
+    # the paper's (27) has x* + beta u for x + beta u: where x is not small against the overshoot it is another map
+    point = grazing_point(DEFAULT, 0.6)
+    start = half_period_jacobian(point.opposite()) @ straight_beyond(point.opposite(), 1e-3)
+    start += straight_beyond(point, 1e-7) - straight_beyond(point, point.stop * start[0])
+    good = compare_returns(point, start, 1).error[1]
+    monkeypatch.setattr(
+        "grazemap_core.return_map.leading_mapping",
+        lambda point, values, depth: leading_mapping(point, values, depth) - values,
+    )
+    assert compare_returns(point, start, 1).error[1] > 20.0 * good
+
+
+def test_a_motion_that_leaves_the_neighbourhood_ends_in_nan():
+    point = grazing_point(DEFAULT, 1.1)
+    comparison = compare_returns(point, straight_beyond(point, 1e-2 * point.clearance), 4)
+    assert np.all(np.isfinite(comparison.error[:3]))
+    assert np.any(np.isnan(comparison.error))
+
+
+def test_a_motion_inside_the_stops_returns_by_the_smooth_map():
+    # stops a little outside the steady amplitude, and a motion that is near it
+    point = grazing_point(DEFAULT, 0.29)
+    near = random_deviation(np.random.default_rng(6), point, 1e-4)
+    comparison = compare_returns(point, near, 6, depth=-1e-2)
+    assert np.all(comparison.error < 1e-14)
+    assert not np.any(comparison.simulated.overshoot > 0.0)
+
+
+def test_the_first_impact_of_the_motion_is_the_mapping_s():
+    point = grazing_point(DEFAULT, 0.29)
+    deviation = straight_beyond(point, 1e-4)
+    mapping = exact_mapping(point, deviation)
+    assert mapping.velocity == pytest.approx(np.sqrt(2e-4 * abs(point.acceleration)), rel=1e-2)
+    assert simulated_returns(point, deviation, 1).overshoot[0] == 1e-4
+
+
+def test_what_cannot_be_iterated_is_refused():
+    point = grazing_point(DEFAULT, 0.29)
+    start = straight_beyond(point, 1e-4)
+    with pytest.raises(ParameterError, match="returns"):
+        mapped_returns(point, start, 0)
+    with pytest.raises(ParameterError, match="returns"):
+        simulated_returns(point, start, 0)
+    with pytest.raises(ParameterError, match="mapping"):
+        half_return(point, start, mapping="second")
+    with pytest.raises(ParameterError, match="smooth"):
+        half_return(point, start, smooth="none")
+    with pytest.raises(ParameterError, match="deviation"):
+        half_period_map(point, np.ones(7))
+    far = np.zeros(7)
+    far[2] = 10.0
+    with pytest.raises(ParameterError, match="neighbourhood"):
+        half_period_map(grazing_point(DEFAULT, 1.1), far)
+    with pytest.raises(ParameterError, match="overshoot"):
+        compare_returns(point, straight_beyond(point, 10.0), 1, mapping="exact")

@@ -1,0 +1,24 @@
+"""Random chains for tests: an oscillator of the core, and the same numbers as the oracles take them."""
+
+from __future__ import annotations
+
+import numpy as np
+from oracles import Chain
+
+from grazemap_core.oscillator import Oscillator
+
+
+def chain_of(oscillator: Oscillator) -> Chain:
+    """Take over the numbers, and nothing else, of the core's oscillator."""
+    if oscillator.gamma is not None:
+        return Chain.proportional(oscillator.masses, oscillator.stiffnesses, oscillator.gamma, oscillator.forcing)
+    return Chain(oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing)
+
+
+def random_oscillator(random: np.random.Generator, count: int, per_link: bool) -> Oscillator:
+    """Return a chain of `count` masses, its dampings from light to near critical, any restitution, any forcing."""
+    masses, stiffnesses = 10 ** random.uniform(-0.5, 0.5, (2, count))
+    forcing = random.normal(size=count)
+    damping = 10 ** random.uniform(-2.0, -0.5, count)
+    given = damping if per_link else float(damping[0])
+    return Oscillator.create(masses, stiffnesses, given, forcing, float(random.uniform()))
