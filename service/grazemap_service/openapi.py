@@ -24,7 +24,8 @@ SUBMISSION_KINDS = (
     "queue-full",
 )
 DESCRIPTION = """\
-Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, trajectories and unfolding maps.
+Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, discontinuity
+mappings, trajectories and unfolding maps.
 
 Post a request to a process and get a job; follow the job's events; fetch its result as npz or JSON. The same
 question has the same job, whoever asks. Every error is a problem after RFC 9457.

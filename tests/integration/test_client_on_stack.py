@@ -16,7 +16,7 @@ import pytest
 
 import grazemap
 from grazemap.embedded import LocalClient
-from grazemap.errors import JobDismissed, ParameterError
+from grazemap.errors import JobDismissed, JobFailed, ParameterError
 from grazemap.models import PROCESSES
 from grazemap_worker.numerics import numerics
 
@@ -26,7 +26,7 @@ MAP = {
 }
 
 
-def test_all_four_processes_answer(stack: LocalClient, tmp_path) -> None:
+def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
     curve = stack.grazing_curve(omega=[0.1, 0.28109], progress=False)
     assert curve.clearance == pytest.approx([1.4415071166664197, 1.9203051890379243], abs=1e-13)
     points = stack.codimension_two_points(omega=(0.28, 0.283), max_order=2, max_multiple=1, progress=False)
@@ -34,6 +34,9 @@ def test_all_four_processes_answer(stack: LocalClient, tmp_path) -> None:
     assert found["recurrence", None] == pytest.approx(0.282469586635, abs=1e-12)
     assert found["resonant", "SN"] == pytest.approx(0.281762924, abs=1e-9)
     assert found["resonant", "PD"] == pytest.approx(0.280008248, abs=1e-9)
+    assert next(point for point in points.points if point.bifurcation == "PD").unfolding.curve_clearance == 1
+    mapping = stack.discontinuity_mapping(omega=0.29, overshoot=[1e-3, 1e-6], stop="C", progress=False)
+    assert mapping.returns.error[:, 1].max() < 1e-12
     path = stack.trajectory(omega=0.29, clearance=1.6, periods=200, samples_per_period=10, progress=False)
     assert len(path.impacts) == 798
     assert path.motion.label == "1-2r-2l"
@@ -43,10 +46,18 @@ def test_all_four_processes_answer(stack: LocalClient, tmp_path) -> None:
     assert many.trajectories[2].displacement[:, 0] == pytest.approx(path.displacement[:, -1], abs=1e-13)
     umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
     assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
-    for result in (curve, points, path, many, umap):
+    for result in (curve, points, mapping, path, many, umap):
         assert result.meta["numerics"] == numerics().as_meta()
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)
+
+
+def test_an_overshoot_beyond_the_domain_is_a_problem_of_that_field(stack: LocalClient) -> None:
+    with pytest.raises(JobFailed) as caught:
+        stack.discontinuity_mapping(omega=0.29, overshoot=5.0, progress=False)
+    (error,) = caught.value.problem.errors
+    assert error.pointer == "/overshoot"
+    assert "at most 1.777" in error.detail
 
 
 def test_the_asynchronous_client_gets_the_same_bytes(stack: LocalClient, tmp_path) -> None:

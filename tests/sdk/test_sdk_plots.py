@@ -194,6 +194,7 @@ def test_what_leaves_a_resonant_point_is_drawn_against_the_grazing_curve():
     assert legend(ax) == [r"grazing curve $b = A(\omega)$", "SN, one-sided, n = 1"]
     curve = next(line for line in ax.lines if line.get_label().startswith("SN"))
     x, y = curve.get_data()
+    assert len(x) == 60
     assert x[0] == 0.28
     np.testing.assert_allclose(y, 120.0 * (x - 0.28) ** 2, rtol=1e-9, atol=1e-15)
     assert ax.get_xlim() == (0.2, 0.3)

@@ -9,6 +9,7 @@ import pytest
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.models import ProcessRequest, job_id, parse_request
+from grazemap_core.errors import CoreError
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.core_objects import request_pointer
 from grazemap_worker.store import Plan, plan
@@ -53,6 +54,65 @@ def test_codimension_two_points_are_records_of_plain_values() -> None:
     assert set(recurrence["families"][0]) == {"case", "n"}
     resonant = [point for point in points if point["kind"] == "resonant" and point["multiple"] == 1]
     assert {point["bifurcation"] for point in resonant} >= {"SN", "PD"}
+
+
+def test_a_resonant_point_says_what_leaves_the_grazing_curve_there() -> None:
+    points = whole("codimension-two-points", {"omega": {"start": 0.275, "stop": 0.285}, "max_multiple": 1})["points"]
+    unfoldings = {point["bifurcation"]: point["unfolding"] for point in points if point["kind"] == "resonant"}
+    assert unfoldings["SN"]["quadratic"] == pytest.approx(122.4553, abs=1e-4)
+    assert unfoldings["PD"]["slope"] == pytest.approx(0.49347, abs=1e-5)
+    assert {point.get("unfolding") for point in points if point["kind"] == "recurrence"} == {None}
+
+
+def test_a_grazing_curve_has_the_sequence_where_it_is_asked_for() -> None:
+    body = {"omega": {"start": 0.275, "stop": 0.285, "points": 5}, "max_order": 3}
+    document = whole("grazing-curves", {**body, "sequence": True})
+    recurs = (-1.0) ** np.arange(1, 4) * document["xi"] < 0.0
+    np.testing.assert_array_equal(
+        np.where(recurs.any(axis=1), 1 + recurs.argmax(axis=1), 0), document["first_recurrence"]
+    )
+    plain = whole("grazing-curves", body)
+    assert "xi" not in plain
+    np.testing.assert_array_equal(plain["clearance"], document["clearance"])
+
+
+@pytest.mark.parametrize("stop", ["A", "C"])
+def test_a_discontinuity_mapping_has_its_errors_and_the_returns_of_the_motion(stop: str) -> None:
+    body = {"omega": 0.29, "overshoot": [1e-4, 1e-6, 1e-8], "stop": stop, "returns": 4}
+    exact = whole("discontinuity-mappings", body)
+    leading = whole("discontinuity-mappings", {**body, "order": "leading"})
+    side = 1 if stop == "A" else -1
+    assert exact["stop"] == side
+    assert exact["clearance"] == abs(exact["grazing"]["state"][0])
+    assert exact["fitted_order"] == pytest.approx(1.0, abs=0.01)
+    assert exact["fitted_order_of_second"] == pytest.approx(1.5, abs=0.01)
+    np.testing.assert_allclose(side * (exact["state"][:, 0] - exact["grazing"]["state"][0]), body["overshoot"])
+    np.testing.assert_array_equal(exact["mapped"], exact["state"] + exact["displacement"])
+    # the same error, once as it is reported and once from the two answers
+    apart = np.abs(exact["displacement"] - leading["displacement"])
+    units = np.array([1.0, 1.0 / 0.29] * 3 + [exact["clearance"]]) / exact["clearance"]
+    np.testing.assert_allclose((apart * units).max(axis=1), exact["error"], rtol=1e-6)
+    # the field is taken to zero by the half-period maps, equations (49) and (50)
+    field = exact["grazing"]["vector_field"]
+    np.testing.assert_allclose(exact["jacobian"] @ field, 0.0, atol=1e-15)
+    # the exact map is the motion; the leading one is as far off as the overshoot
+    assert np.nanmax(exact["returns"]["error"]) < 1e-12
+    assert 1e-5 < leading["returns"]["error"][0, 1] < 1e-3
+    assert exact["returns"]["mapped"].shape == (3, 5, 7)
+    # what was predicted of the next contact is what the motion does, at the stop that was said
+    order = exact["next_contact"]["order"][2]
+    seen = exact["returns"]["simulated_overshoot"][2]
+    assert np.all(seen[1:order] < 0.0)
+    assert seen[order] > 0.0
+    assert exact["next_contact"]["stop"][2] == side * (-1) ** order
+    assert exact["first_recurrence"] == order
+    assert exact["recurrence_stop"] == exact["next_contact"]["stop"][2]
+
+
+def test_an_overshoot_beyond_the_domain_is_an_error_that_names_its_end() -> None:
+    with pytest.raises(CoreError, match=r"must be at most 1\.777") as caught:
+        whole("discontinuity-mappings", {"omega": 0.29, "overshoot": [1e-4, 5.0]})
+    assert getattr(caught.value, "name", None) == "overshoot"
 
 
 def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:

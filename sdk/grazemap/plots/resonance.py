@@ -13,7 +13,7 @@ from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfoldin
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_FAR = 0.01
+_FAR = 0.003
 _DASHES = ("-", "--", "-.", ":")
 
 
@@ -43,7 +43,9 @@ def plot_local_unfolding(
     ax.set_xlim(start, stop)
     ax.set_xlabel(axis_label("omega", result.units))
     ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
-    ax.set_title("What leaves the grazing curve, to leading order", fontsize=10)
+    ax.set_title(
+        "What leaves the grazing curve, to leading order (arrows: where impacts begin)", fontsize=10
+    )
     legend_outside(ax)
     return ax
 
