@@ -17,9 +17,9 @@ from grazemap_core.kernels import judging
 from grazemap_core.kernels.closing import NAMED
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.oscillator import Oscillator
+from grazemap_core.settling import Settling, settle_grid
 from grazemap_core.steady import forced_response
 from grazemap_core.tolerances import LANE_DEGREE
-from grazemap_core.unfolding import Settling, settle_grid
 
 Booleans = NDArray[np.bool_]
 

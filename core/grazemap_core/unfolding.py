@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.errors import ParameterError
-from grazemap_core.kernels import closing
-from grazemap_core.kernels.column import queue, settle_column
-from grazemap_core.kernels.judging import CODES, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
-from grazemap_core.kernels.lane_tables import lane_tables
-from grazemap_core.kernels.lane_tangents import ROOM, lane_tangents
-from grazemap_core.kernels.lanes import LANES
-from grazemap_core.kernels.lockstep import lanes
-from grazemap_core.kernels.workspace import workspace
 from grazemap_core.motion import kinds_of
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response, hidden_by_rounding
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER, MOST_GROWTH_PERIODS
+from grazemap_core.settling import Settling, settle_grid
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 Floats = NDArray[np.float64]
 
@@ -103,88 +94,13 @@ def unfolding_map_tile(
     if down:
         codes, figures = codes[:, ::-1], figures[:, ::-1]
     if policy != "ensemble":
-        return _arrays(codes[..., 0], figures[..., 0])
+        return arrays_of(codes[..., 0], figures[..., 0])
     chosen, share, motions = _most_frequent(codes)
-    arrays = _arrays(
+    arrays = arrays_of(
         np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
         np.take_along_axis(figures, chosen[None, :, :, None], axis=3)[..., 0],
     )
     return arrays | {"share": share, "motions_found": motions}
-
-
-class Settling(NamedTuple):
-    """How the trajectories of a grid are to be run.
-
-    Attributes
-    ----------
-    max_periods, max_period : int
-        As in `unfolding_map_tile`.
-    early : bool
-        Whether a trajectory stops once its motion can be named.
-    linearised : bool
-        Whether multipliers and exponents are wanted.
-    follow : bool
-        Whether a trajectory begins where that of the clearance before has ended.
-    starts : (s, 2, N) or None
-        Initial displacements in clearances and velocities in clearances times omega; at rest when None.
-    """
-
-    max_periods: int
-    max_period: int
-    early: bool = True
-    linearised: bool = True
-    follow: bool = False
-    starts: Floats | None = None
-
-
-def settle_grid(
-    oscillator: Oscillator, omega: Floats, clearance: Floats, task: Settling
-) -> tuple[NDArray[np.int64], Floats]:
-    """Return codes and figures of `kernels.column` of every trajectory, shapes (CODES, n, m, s) and (FIGURES, n, m, s).
-
-    m frequencies, n clearances in the order in which they are to be followed, s initial states.
-    """
-    models = trajectory_models(oscillator)
-    steady = forced_response(oscillator, omega)
-    size = oscillator.size
-    at_rest = np.zeros(size)
-    nothing = np.zeros(size, dtype=np.complex128)
-    growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
-    room = ROOM if task.linearised else 0
-    ring = closing.orbit(size, task.max_period, LANES)
-    group = lanes(size, room)
-    changes = lane_tangents(size, growth_halves)
-    masses = (0,) * size
-    work, scratch = workspace(size, room), queue(size)
-    column = np.ascontiguousarray(clearance, dtype=np.float64)
-    starts = np.zeros((1, 2, size)) if task.starts is None else task.starts
-    shape = (len(clearance), len(omega), len(starts))
-    codes = np.empty((CODES, *shape), dtype=np.int64)
-    figures = np.empty((FIGURES, *shape))
-    found = Found(
-        codes=np.empty((len(clearance) * len(starts), CODES), dtype=np.int64),
-        figures=np.empty((len(clearance) * len(starts), FIGURES)),
-    )
-    for i, w in enumerate(omega):
-        problem, held = cell_problem(models, steady[i], float(w))
-        tables = lane_tables(problem, held.drag)
-        job = Job(
-            clearances=column,
-            base=free_state(models.free, steady[i], float(w), at_rest, at_rest, 0.0),
-            directions=np.stack([free_state(models.free, nothing, float(w), x, v * w, 0.0) for x, v in starts]),
-            max_periods=task.max_periods,
-            max_period=task.max_period,
-            early=task.early,
-            follow=task.follow,
-            growth_halves=growth_halves,
-        )
-        settle_column(masses, problem, held, tables, job, group, ring, changes, work, scratch, found)
-        codes[:, :, i] = found.codes.T.reshape(CODES, len(clearance), len(starts))
-        figures[:, :, i] = found.figures.T.reshape(FIGURES, len(clearance), len(starts))
-    hidden = hidden_by_rounding(steady[:, 0], column)
-    codes[:RUN, hidden], figures[:, hidden] = 0, np.nan
-    codes[REASON, hidden], codes[SETTLED_AFTER, hidden] = closing.HIDDEN, -1
-    return codes, figures
 
 
 def _random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
@@ -192,10 +108,10 @@ def _random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
 
 
-def _arrays(codes: NDArray[np.int64], figures: Floats) -> dict[str, NDArray[Any]]:
+def arrays_of(codes: NDArray[np.int64], figures: Floats) -> dict[str, NDArray[Any]]:
     """Return the arrays of `unfolding_map_tile` from codes (CODES, ...) and figures (FIGURES, ...)."""
     reason, period, right, left, symmetric, after, sticking, growth = codes[:8]
-    least_velocity, multiplier, lyapunov = figures
+    least_velocity, multiplier, lyapunov = figures[:3]
     kind, reason = kinds_of(reason, growth)
     return {
         "kind": kind,

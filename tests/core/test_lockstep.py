@@ -13,8 +13,8 @@ from grazemap_core.kernels import judging, simulate
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
 from grazemap_core.oscillator import Oscillator
+from grazemap_core.settling import Settling, settle_grid
 from grazemap_core.steady import forced_response
-from grazemap_core.unfolding import Settling, settle_grid
 
 Floats = NDArray[np.float64]
 

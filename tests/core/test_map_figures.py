@@ -11,8 +11,9 @@ from grazemap_core.lyapunov import lyapunov_exponents
 from grazemap_core.monodromy import monodromy
 from grazemap_core.motion import KINDS
 from grazemap_core.oscillator import Oscillator
+from grazemap_core.settling import Settling, settle_grid
 from grazemap_core.trajectory import trajectory
-from grazemap_core.unfolding import Settling, settle_grid, unfolding_map_tile
+from grazemap_core.unfolding import unfolding_map_tile
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PER_LINK = Oscillator.create([1.0, 4.0, 2.0], [1.0, 2.0, 3.0], [0.08, 0.03, 0.05], [1.0, 0.2, 0.0], 0.6)

@@ -265,6 +265,23 @@ def orbit_nearby(
 
 
 @kernel
+def mean_section(problem: CellProblem, ring: Orbit, lane: int, k: int, period: int) -> tuple[float, float]:
+    """Return the mean position and velocity of mass 1, less its steady motion, where the forcing's phase is 0.
+
+    Over the last `period` forcing periods; motions with the same name are told apart by it.
+    """
+    size = ring.least.shape[0]
+    x, v = 0.0, 0.0
+    for i in range(k % 2, 2 * period, 2):
+        row = (k - i) % size
+        for j in range(problem.readout.shape[0]):
+            a, b = ring.states[row, 2 * j, lane], ring.states[row, 2 * j + 1, lane]
+            x += problem.readout[j, 0] * a + problem.readout[j, 1] * b
+            v += problem.readout[j, 2] * a + problem.readout[j, 3] * b
+    return x / period, v / period
+
+
+@kernel
 def _count(impacts: float, held: float) -> int:
     """Return what stands for a stop in a motion's name."""
     if not np.isfinite(impacts):

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.cells import CellProblem, first_mass
-from grazemap_core.kernels.closing import BUDGET, NAMED, NOT_CLOSED, Orbit, name_motion, orbit_nearby
+from grazemap_core.kernels.closing import BUDGET, NAMED, NOT_CLOSED, Orbit, mean_section, name_motion, orbit_nearby
 from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.lane_tangents import (
     ALL,
@@ -57,7 +57,9 @@ CODES = 10
 
 # columns of the figures of a motion
 LEAST_VELOCITY, MULTIPLIER, LYAPUNOV = 0, 1, 2
-FIGURES = 3
+MEAN_POSITION, MEAN_VELOCITY = 3, 4
+"""As `closing.mean_section`, in units of the clearance, and of omega times it."""
+FIGURES = 5
 
 SETTLES, GROWS, APPROACHES, CONFIRMS, REPEATS, RETURNS, LEAVES = 0, 1, 2, 3, 4, 5, 6
 """What a lane is at. Its motion is to be named, at first without, at last with changes carried along; it is on its way
@@ -66,14 +68,14 @@ is to go back to where it was before Newton's method, as soon as the forcing is 
 state at the end of the forcing period is waited for."""
 
 # columns of `Notes.counts`
-POINT, STARTED, BEGAN, AT, SINCE, DUE, FRESH = 0, 1, 2, 3, 4, 5, 6
+POINT, STARTED, BEGAN, AT, DUE, FRESH = 0, 1, 2, 3, 4, 5
 """The trajectory in the lane, -1 for none; when it started, without and with what Newton's method has spent in vain;
-what it is at, since when, and when something is to be done about that in any case; since when the
-ring shows one trajectory."""
-LENGTH, STEPS, WAS, LEFT_AT = 7, 8, 9, 10
+what it is at, and when something is to be done about that in any case; since when the ring shows one
+trajectory."""
+LENGTH, STEPS, WAS, LEFT_AT = 6, 7, 8, 9
 """Half periods of the orbit that Newton's method looks for, and its steps; what the lane was at before, and until
 when."""
-COUNTS = 11
+COUNTS = 10
 
 # columns of `Notes.sizes`
 FOLLOWED, COUNTED, GOAL, DISTANCE, RESIDUAL, OF_ORBIT = 0, 1, 2, 3, 4, 5
@@ -132,11 +134,13 @@ class Found(NamedTuple):
     Attributes
     ----------
     codes : (n s, CODES)
-        Reason (a code of `closing`), period, impacts_right, impacts_left, symmetric, settled_after and sticking, as
-        `simulate.settle`; what the growth says; half periods run and impacts followed.
+        Reason (a code of `closing`), period, impacts_right, impacts_left, symmetric, settled_after (forcing periods
+        after which the orbit had closed, or after which no contact was possible any more; -1 unless named) and
+        sticking; what the growth says; half periods run and impacts followed.
     figures : (n s, FIGURES)
         Least impact velocity, NaN without impacts; largest modulus of the multipliers over one motion period and
-        largest Lyapunov exponent per forcing period, NaN where they are not known.
+        largest Lyapunov exponent per forcing period, NaN where they are not known; where a periodic motion is in the
+        mean, NaN unless it was named.
     """
 
     codes: IntArray
@@ -196,7 +200,7 @@ def _approach(group: Lanes, changes: LaneTangents, notes: Notes, lane: int, k: i
         changes.back[lane, c] = _z(group, lane, k, c)
         changes.begin[lane, c] = changes.back[lane, c]
     counts[WAS], counts[LEFT_AT] = counts[AT], k
-    counts[AT], counts[SINCE], counts[DUE] = APPROACHES, k, k + m
+    counts[AT], counts[DUE] = APPROACHES, k + m
     counts[LENGTH], counts[STEPS] = m, 0
     notes.sizes[lane, DISTANCE] = distance
     begin_matrix_of(changes, lane)
@@ -222,7 +226,7 @@ def _step(
     if counts[STEPS] > 0 and residual <= CLOSING_FLOOR:
         sizes[OF_ORBIT] = multiplier_of_lane(problem, changes, lane)
         changes.carried[lane] = NOTHING
-        counts[AT], counts[DUE] = CONFIRMS, counts[SINCE] + 4 * m
+        counts[AT], counts[DUE] = CONFIRMS, k + 3 * m
         return bool(sizes[OF_ORBIT] < SLOWEST_RATE)
     if counts[STEPS] == NEWTON_STEPS or (counts[STEPS] > 0 and not residual < 0.1 * sizes[RESIDUAL]):
         return False
@@ -237,7 +241,7 @@ def _step(
         changes.begin[lane, c] = z[c]
     sizes[RESIDUAL] = residual
     counts[STEPS] += 1
-    counts[SINCE], counts[FRESH], counts[DUE] = k, k, k + m
+    counts[FRESH], counts[DUE] = k, k + m
     begin_matrix_of(changes, lane)
     return True
 
@@ -302,6 +306,18 @@ def _enter_motion(
     figures[LEAST_VELOCITY] = least if np.isfinite(least) else np.nan
     figures[MULTIPLIER] = np.nan
     figures[LYAPUNOV] = np.nan
+    figures[MEAN_POSITION] = np.nan
+    figures[MEAN_VELOCITY] = np.nan
+
+
+@kernel
+def _enter_place(
+    problem: CellProblem, ring: Orbit, codes: IntArray, figures: FloatArray, lane: int, k: int, clearance: float
+) -> None:
+    """Write where the motion that was named is in the mean."""
+    x, v = mean_section(problem, ring, lane, k, codes[PERIOD])
+    figures[MEAN_POSITION] = x / clearance
+    figures[MEAN_VELOCITY] = v / (problem.omega * clearance)
 
 
 @kernel
@@ -343,6 +359,7 @@ def _judge_settling(
         return True
     if is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearance):
         _enter_motion(codes, figures, NAMED, 1, -1, -1, True, np.inf, False, (entered + 1) // 2)
+        figures[MEAN_POSITION], figures[MEAN_VELOCITY] = 0.0, 0.0
         if job.growth_halves > 0:
             figures[LYAPUNOV] = _free_exponent(problem)
             figures[MULTIPLIER] = math.exp(figures[LYAPUNOV])
@@ -363,6 +380,8 @@ def _judge_settling(
         window = period if symmetric else 2 * period  # half periods after which z returns
         after = max(0, (entered - 3 * window + 1) // 2)
     _enter_motion(codes, figures, reason, period, right, left, symmetric, least, sticking, after)
+    if reason == NAMED:
+        _enter_place(problem, ring, codes, figures, lane, k, clearance)
     if job.growth_halves == 0:
         return True
     if reason == NAMED:
@@ -379,7 +398,7 @@ def _judge_settling(
 def _repeat(changes: LaneTangents, counts: IntArray, codes: IntArray, lane: int, k: int) -> None:
     """Let a lane run on for one return of its motion, for its multiplier."""
     begin_matrix_of(changes, lane)
-    counts[AT], counts[SINCE] = REPEATS, k
+    counts[AT] = REPEATS
     counts[DUE] = k + (codes[PERIOD] if codes[SYMMETRIC] != 0 else 2 * codes[PERIOD])
 
 
@@ -446,6 +465,7 @@ def judge(
                 codes, figures = found.codes[point], found.figures[point]
                 after = (counts[LEFT_AT] - counts[BEGAN] + 1) // 2
                 _enter_motion(codes, figures, NAMED, period, right, left, symmetric, least, sticking, after)
+                _enter_place(problem, ring, codes, figures, lane, k, clearance)
                 if counts[LENGTH] == (period if symmetric else 2 * period):
                     _enter_multiplier(codes, figures, notes.sizes[lane, OF_ORBIT])
                     done = True

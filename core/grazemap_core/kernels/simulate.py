@@ -13,13 +13,10 @@ from numpy.typing import NDArray
 from grazemap_core.kernels.cells import CellProblem, advance_cell, bounds, carry, first_mass, flow_state
 from grazemap_core.kernels.closing import (
     BUDGET,
-    NAMED,
-    NOT_CLOSED,
     NOT_HELD,
     OVERFLOWS,
     Orbit,
     enter,
-    name_motion,
 )
 from grazemap_core.kernels.compiled import copy_matrix, kernel
 from grazemap_core.kernels.contact import is_clear
@@ -31,7 +28,6 @@ from grazemap_core.kernels.workspace import (
     ANCHOR,
     AT_STOP,
     EVENT_COLUMNS,
-    FOLLOWED,
     GRAZE,
     GRAZE_BACK,
     GRAZE_STOP,
@@ -48,7 +44,7 @@ from grazemap_core.kernels.workspace import (
     Workspace,
     clear_tally,
 )
-from grazemap_core.tolerances import CLEARED, COMPLETE_CHATTERS, CONTACT_ROUNDING, LONGEST_CHATTER, SETTLING_IMPACTS
+from grazemap_core.tolerances import CLEARED, COMPLETE_CHATTERS, CONTACT_ROUNDING, LONGEST_CHATTER
 
 FloatArray = NDArray[np.float64]
 
@@ -154,59 +150,6 @@ def counted(chatter_impacts: float, impacts: float) -> float:
 def is_free_for_ever(problem: CellProblem, reach: float, anchor: int, clearance: float) -> bool:
     """Say whether the envelope of everything to come stays between the stops: no contact any more, and all decays."""
     return problem.damped and anchor == 0 and reach < CLEARED * clearance
-
-
-@kernel
-def settle(
-    problem: CellProblem,
-    held: HeldProblem,
-    u: FloatArray,
-    clearance: float,
-    max_periods: int,
-    max_period: int,
-    ring: Orbit,
-    work: Workspace,
-) -> tuple[int, int, int, int, bool, float, bool, int]:
-    """Run a trajectory until its motion can be named, or for `max_periods` forcing periods.
-
-    Parameters
-    ----------
-    u : (N, 2)
-        Initial state between the stops; carried along in place.
-    ring, work
-        Scratch; overwritten.
-
-    Returns
-    -------
-    reason : a code of `closing`; NAMED when the motion is known.
-    period, impacts_right, impacts_left, symmetric, least_speed, sticking : as `name_motion`.
-    settled_after : int
-        Forcing periods after which the orbit had closed, or after which no contact was possible any more; -1 unless
-        NAMED.
-    """
-    work.cursor[:] = 0
-    clear_tally(work.tally)
-    enter(ring, 0, u, work)
-    reason = NOT_CLOSED
-    impacts = 0.0
-    for k in range(1, 2 * max_periods + 1):
-        status = run_half(problem, held, u, clearance, k - 1, work)
-        if status != OK:
-            return reason_of_end(status), 0, 0, 0, False, np.inf, False, -1
-        impacts += counted(problem.chatter_impacts, work.tally[FOLLOWED])
-        if impacts > SETTLING_IMPACTS:
-            return BUDGET, 0, 0, 0, False, np.inf, False, -1
-        enter(ring, k, u, work)
-        reach, _ = bounds(problem, u)
-        if is_free_for_ever(problem, reach, work.cursor[ANCHOR], clearance):
-            return NAMED, 1, -1, -1, True, np.inf, False, (k + 1) // 2
-        reason, period, right, left, symmetric, least, sticking = name_motion(
-            problem, ring, 0, k, k, max_period, clearance, reach
-        )
-        if reason == NAMED:
-            window = period if symmetric else 2 * period  # half periods after which z returns
-            return NAMED, period, right, left, symmetric, least, sticking, max(0, (k - 3 * window + 1) // 2)
-    return reason, 0, 0, 0, False, np.inf, False, -1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

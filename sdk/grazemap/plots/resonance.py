@@ -43,9 +43,7 @@ def plot_local_unfolding(
     ax.set_xlim(start, stop)
     ax.set_xlabel(axis_label("omega", result.units))
     ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
-    ax.set_title(
-        "What leaves the grazing curve, to leading order (arrows: where impacts begin)", fontsize=10
-    )
+    ax.set_title("What leaves the grazing curve, to leading order (arrows: where impacts begin)", fontsize=10)
     legend_outside(ax)
     return ax
 

@@ -1,0 +1,139 @@
+"""Basins: every state leads where its own trajectory leads, and attractors with one name are told apart."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grazemap_core.basins import Coordinate, attractors, basin_tile
+from grazemap_core.errors import ParameterError
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.trajectory import trajectory
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+OMEGA, CLEARANCE = 0.29, 1.9927
+ACROSS = Coordinate("displacement", 1, np.linspace(-1.99, 1.99, 24))
+UP = Coordinate("velocity", 1, np.linspace(-1.0, 1.0, 17))
+
+
+@pytest.fixture(scope="module")
+def tile():
+    return basin_tile(DEFAULT, OMEGA, CLEARANCE, ACROSS, UP)
+
+
+def test_the_two_motions_that_coexist_are_found_with_their_shares(tile):
+    label, found = attractors(tile)
+    named = [(one.kind, one.period, one.impacts_right, one.impacts_left, one.symmetric) for one in found]
+    assert named == [("periodic", 1, -1, -1, True), ("periodic", 3, 1, 1, True)]
+    assert sum(one.share for one in found) == pytest.approx(1.0)
+    assert [one.states for one in found] == np.bincount(label.ravel()).tolist()
+    # about a third of this rectangle leads to impacts
+    assert 0.3 < found[1].share < 0.42
+    assert all(one.multiplier < 1.0 and one.lyapunov < 0.0 for one in found)
+
+
+def test_a_state_leads_where_its_trajectory_does(tile):
+    label, found = attractors(tile)
+    random = np.random.default_rng(3)
+    for row, column in zip(random.integers(0, 17, 12), random.integers(0, 24, 12), strict=True):
+        x, v = ACROSS.values[column], UP.values[row]
+        run = trajectory(
+            DEFAULT,
+            OMEGA,
+            CLEARANCE,
+            np.array([x, 0.0, 0.0]),
+            np.array([v, 0.0, 0.0]),
+            transient_periods=300,
+            periods=60,
+        )
+        attractor = found[label[row, column]]
+        assert (run.motion.period, run.motion.impacts_right) == (attractor.period, attractor.impacts_right)
+
+
+def test_tiles_have_the_bytes_of_the_whole(tile):
+    part = basin_tile(DEFAULT, OMEGA, CLEARANCE, ACROSS._replace(values=ACROSS.values[5:9]), UP)
+    for name, values in part.items():
+        assert values.tobytes() == np.ascontiguousarray(tile[name][:, 5:9]).tobytes(), name
+
+
+def test_other_coordinates_and_the_phase_are_where_they_are_said_to_be():
+    across = Coordinate("velocity", 2, np.array([-0.3, 0.1]))
+    up = Coordinate("displacement", 3, np.array([0.2, 0.4, 0.6]))
+    rest = {"displacement": np.array([0.5, -0.1, 9.0]), "velocity": np.array([0.2, 9.0, 0.3])}  # 9: replaced
+    tile = basin_tile(DEFAULT, 0.27, 1.84, across, up, **rest, phase=1.0, max_periods=400)
+    for row, column in ((0, 0), (2, 1)):
+        x, v = np.array([0.5, -0.1, up.values[row]]), np.array([0.2, across.values[column], 0.3])
+        run = trajectory(DEFAULT, 0.27, 1.84, x, v, 1.0, transient_periods=300, periods=60)
+        assert tile["period"][row, column] == run.motion.period
+        assert tile["impacts_right"][row, column] == run.motion.impacts_right
+        assert tile["impacts_left"][row, column] == run.motion.impacts_left
+
+
+def test_mirror_images_are_two_attractors():
+    # 1-1r-(-1)l and its mirror image; a state and its mirror image half a period later lead to mirror images
+    across = Coordinate("displacement", 1, np.linspace(-1.8, 1.8, 16))
+    up = Coordinate("velocity", 1, np.linspace(-1.0, 1.0, 16))
+    here = basin_tile(DEFAULT, 0.27, 1.85, across, up)
+    later = basin_tile(DEFAULT, 0.27, 1.85, across, up, phase=np.pi)
+    named = {(one.impacts_right, one.impacts_left) for one in attractors(here)[1]}
+    assert {(1, -1), (-1, 1)} <= named
+    np.testing.assert_array_equal(here["impacts_right"], later["impacts_left"][::-1, ::-1])
+
+
+def arrays_of(kind, period, right, left, mean):
+    count = len(kind)
+    return {
+        "kind": np.array(kind, dtype=np.int8),
+        "reason": np.zeros(count, dtype=np.int8),
+        "period": np.array(period),
+        "impacts_right": np.array(right),
+        "impacts_left": np.array(left),
+        "symmetric": np.zeros(count, dtype=bool),
+        "sticking": np.zeros(count, dtype=bool),
+        "multiplier": np.full(count, 0.5),
+        "lyapunov": np.linspace(-0.3, -0.1, count),
+        "mean_position": np.array(mean),
+        "mean_velocity": np.zeros(count),
+    }
+
+
+def test_motions_with_one_name_are_told_apart_by_where_they_are():
+    mean = [0.1, -0.1, 0.1 + 1e-8, np.nan, np.nan, 0.1 - 1e-8, np.nan]
+    label, found = attractors(
+        arrays_of([1, 1, 1, 3, 0, 1, 3], [2, 2, 2, 0, 0, 2, 0], [1, 1, 1, 0, 0, 1, 0], [1, 1, 1, 0, 0, 1, 0], mean)
+    )
+    assert label.tolist() == [0, 2, 0, 1, -1, 0, 1]
+    assert [(one.kind, one.states) for one in found] == [("periodic", 3), ("chaotic", 2), ("periodic", 1)]
+    assert found[0].mean_position == 0.1
+    assert found[1].period is None
+    assert found[1].mean_position is None
+    assert found[1].lyapunov == pytest.approx(np.linspace(-0.3, -0.1, 7)[[3, 6]].mean())
+
+
+def test_nothing_that_is_known_is_no_attractor():
+    label, found = attractors(arrays_of([0, 0], [0, 0], [0, 0], [0, 0], [np.nan, np.nan]))
+    assert label.tolist() == [-1, -1]
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({"vertical": ACROSS}, "vertical"),
+        ({"horizontal": Coordinate("displacement", 1, np.array([0.0, CLEARANCE]))}, "displacement"),
+        ({"horizontal": Coordinate("displacement", 4, np.array([0.0, 1.0]))}, "horizontal"),
+        ({"vertical": Coordinate("phase", 1, np.array([0.0, 1.0]))}, "vertical"),
+        ({"vertical": Coordinate("velocity", 1, np.array([0.0, np.nan]))}, "vertical"),
+        ({"displacement": [0.0, 0.0]}, "displacement"),
+        ({"velocity": [0.0, np.inf, 0.0]}, "velocity"),
+        ({"phase": np.nan}, "phase"),
+        ({"clearance": 0.0}, "clearance"),
+        ({"omega": -1.0}, "omega"),
+        ({"max_periods": 0}, "max_periods"),
+    ],
+)
+def test_what_is_no_rectangle_between_the_stops_is_refused(change, name):
+    arguments = {"omega": OMEGA, "clearance": CLEARANCE, "horizontal": ACROSS, "vertical": UP, **change}
+    with pytest.raises(ParameterError) as caught:
+        basin_tile(DEFAULT, **arguments)
+    assert caught.value.name == name
