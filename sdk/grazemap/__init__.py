@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from grazemap.jobs import AsyncJobHandle, JobHandle
     from grazemap.models import InitialState, Oscillator
     from grazemap.results import (
+        Basins,
         CodimensionTwoPoints,
         DiscontinuityMapping,
         GrazingCurve,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 _HOME = {
     "AsyncClient": "grazemap.async_client",
     "AsyncJobHandle": "grazemap.jobs",
+    "Basins": "grazemap.results",
     "Client": "grazemap.client",
     "CodimensionTwoPoints": "grazemap.results",
     "DiscontinuityMapping": "grazemap.results",
@@ -55,6 +57,7 @@ _HOME = {
 __all__ = [
     "AsyncClient",
     "AsyncJobHandle",
+    "Basins",
     "Client",
     "CodimensionTwoPoints",
     "DiscontinuityMapping",

@@ -17,8 +17,9 @@ from grazemap.errors import ProtocolError
 from grazemap.jobs import AsyncJobHandle
 from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
-from grazemap.questions import OscillatorLike, StateLike, Values
+from grazemap.questions import CoordinateLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
+    Basins,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -204,6 +205,26 @@ class AsyncClient:
             oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed
         )
         return await self._answer(UnfoldingMap, request, progress)
+
+    async def basins(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        horizontal: CoordinateLike,
+        vertical: CoordinateLike,
+        shape: tuple[int, int] | None = None,
+        initial: StateLike | None = None,
+        max_periods: int = 1000,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> Basins:
+        """As `Client.basins`."""
+        request = questions.basins(
+            oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
+        )
+        return await self._answer(Basins, request, progress)
 
     async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process

@@ -17,8 +17,9 @@ from grazemap.errors import ProtocolError
 from grazemap.jobs import JobHandle
 from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
-from grazemap.questions import OscillatorLike, StateLike, Values
+from grazemap.questions import CoordinateLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
+    Basins,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -348,6 +349,46 @@ class Client:
             oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed
         )
         return self._answer(UnfoldingMap, request, progress)
+
+    def basins(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        horizontal: CoordinateLike,
+        vertical: CoordinateLike,
+        shape: tuple[int, int] | None = None,
+        initial: StateLike | None = None,
+        max_periods: int = 1000,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> Basins:
+        """Compute the motion that every initial state of a rectangle leads to.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float
+        horizontal, vertical : (str, int, values) or mapping
+            Two initial coordinates: "displacement" or "velocity", the mass (1 to N), and (start, stop) or an increasing
+            list or array. Mass 1 must start between the stops.
+        shape : (int, int), optional
+            Numbers of vertical and of horizontal values, where they are given as (start, stop).
+        initial : State, InitialState or mapping, optional
+            All other coordinates, and the phase of the forcing; left out: 0.
+        max_periods, max_period : int
+            As for an unfolding map.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.basins(
+            oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
+        )
+        return self._answer(Basins, request, progress)
 
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
 from grazemap.results import (
+    Basins,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -110,6 +111,8 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _trajectory(result)
         case Trajectories():
             return _trajectories(result)
+        case Basins():
+            return _basins(result)
         case UnfoldingMap():
             return _unfolding_map(result)
         case _:
@@ -247,6 +250,20 @@ def _final(result: Trajectory) -> State:
     """Return where a trajectory ends, NaN where it has no such state."""
     nothing = np.full(len(result.displacement), np.nan)
     return result.final or State(nothing, nothing, np.nan)
+
+
+def _basins(result: Basins) -> tuple[Variables, Variables]:
+    plane = ("vertical", "horizontal")
+    named = np.array([attractor.label or attractor.kind for attractor in result.attractors] + ["unresolved"])
+    variables: Variables = {
+        **{name: (plane, getattr(result, name)) for name in ("label", "settled_after", "lyapunov")},
+        "motion": (plane, named[result.label]),
+        "reason": (plane, np.array(result.reasons)[result.reason]),
+        "attractor_motion": (("attractor",), named[:-1]),
+        "attractor_share": (("attractor",), np.array([attractor.share for attractor in result.attractors])),
+    }
+    coordinates: Variables = {name: ((name,), getattr(result, name)) for name in ("horizontal", "vertical")}
+    return variables, coordinates
 
 
 def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:

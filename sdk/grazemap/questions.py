@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.models import (
+    BasinCoordinate,
+    BasinsRequest,
     CodimensionTwoPointsRequest,
+    CoordinateRange,
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     InitialState,
@@ -29,6 +32,9 @@ StateLike = InitialState | State | Mapping[str, Any]
 """Where a trajectory starts: the end of another one among them."""
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
+
+CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
+"""An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
 _VALUES = "(start, stop) with a number of points, or an increasing list or array"
 
@@ -107,10 +113,7 @@ def unfolding_map(
     seed: int = 0,
 ) -> UnfoldingMapsRequest:
     """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
-    try:
-        rows, columns = shape if shape is not None else (None, None)
-    except (TypeError, ValueError):
-        raise parameter_error("/shape", "shape is not two numbers", "(clearance points, omega points)") from None
+    rows, columns = _shape(shape, "(clearance points, omega points)")
     body = {
         "omega": _grid("omega", omega, columns, "shape"),
         "clearance": _grid("clearance", clearance, rows, "shape"),
@@ -121,6 +124,49 @@ def unfolding_map(
         "seed": seed,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
+
+
+def basins(
+    oscillator: OscillatorLike,
+    omega: float,
+    clearance: float,
+    horizontal: CoordinateLike,
+    vertical: CoordinateLike,
+    shape: tuple[int, int] | None,
+    initial: StateLike | None,
+    max_periods: int,
+    max_period: int,
+) -> BasinsRequest:
+    """Return the question for a basin picture; shape is (vertical points, horizontal points). Raises ParameterError."""
+    rows, columns = _shape(shape, "(vertical points, horizontal points)")
+    body: dict[str, Any] = {
+        "omega": omega,
+        "clearance": clearance,
+        "horizontal": _coordinate("horizontal", horizontal, columns),
+        "vertical": _coordinate("vertical", vertical, rows),
+        "max_periods": max_periods,
+        "max_period": max_period,
+    }
+    if initial is not None:
+        body["initial"] = _state(initial)
+    return _request(BasinsRequest, "basins", oscillator, body)
+
+
+def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:
+    try:
+        rows, columns = shape if shape is not None else (None, None)
+    except (TypeError, ValueError):
+        raise parameter_error("/shape", "shape is not two numbers", meaning) from None
+    return rows, columns
+
+
+def _coordinate(name: str, coordinate: Any, points: int | None) -> Any:
+    if isinstance(coordinate, tuple) and len(coordinate) == 3:
+        quantity, mass, values = coordinate
+        return {"quantity": quantity, "mass": mass, "values": _grid(f"{name}/values", values, points, "shape")}
+    if isinstance(coordinate, Mapping) and "values" in coordinate:
+        return {**coordinate, "values": _grid(f"{name}/values", coordinate["values"], points, "shape")}
+    return coordinate
 
 
 def _state(state: Any) -> Any:
@@ -172,7 +218,7 @@ def _plain(value: Any) -> Any:
 
 def _count(values: Any) -> int | None:
     """Return how many values a range or a list has, None for what is neither."""
-    if isinstance(values, Range):
+    if isinstance(values, Range | CoordinateRange):
         return values.points
     if isinstance(values, dict):
         points = values.get("points")

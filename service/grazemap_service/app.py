@@ -13,6 +13,7 @@ from grazemap_service.metrics import Metrics
 from grazemap_service.observe import Observe
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.routers import (
+    basins,
     codimension_two_points,
     discontinuity_mappings,
     docs,
@@ -36,6 +37,7 @@ _ROUTERS = (
     discontinuity_mappings,
     trajectories,
     unfolding_maps,
+    basins,
     jobs,
     events,
     results,

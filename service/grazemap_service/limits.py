@@ -9,11 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap.models import (
+    BasinsRequest,
+    CoordinateRange,
+    DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     Grid,
     ProblemError,
     ProcessRequest,
-    Range,
     TrajectoriesRequest,
     UnfoldingMapsRequest,
     grid_points,
@@ -70,7 +72,23 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
 def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str, int, int]]:
     """Return what can be counted without a plan: pointer, quantity, count, limit."""
     if isinstance(request, GrazingCurvesRequest):
-        return [(_of_points("omega", request.omega), "points", grid_points(request.omega), settings.max_points)]
+        points = grid_points(request.omega)
+        counts = [(_of_points("omega", request.omega), "points", points, settings.max_points)]
+        if request.sequence:
+            counts.append(("/max_order", "bytes", points * request.max_order * _BYTES_PER_NUMBER, MOST_RESULT_BYTES))
+        return counts
+    if isinstance(request, DiscontinuityMappingsRequest):
+        # two states, by the map and by the motion, at every return
+        numbers = 2 * (2 * request.oscillator.size + 1) * (request.returns + 1) * len(request.overshoot)
+        return [
+            ("/returns", "bytes", numbers * _BYTES_PER_NUMBER, MOST_RESULT_BYTES),
+            ("/returns", "periods", len(request.overshoot) * request.returns, settings.max_tile_periods),
+        ]
+    if isinstance(request, BasinsRequest):
+        across, down = grid_points(request.horizontal.values), grid_points(request.vertical.values)
+        name = "horizontal" if across > down else "vertical"
+        values = getattr(request, name).values
+        return [(_of_points(f"{name}/values", values), "points", across * down, settings.max_pixels)]
     if isinstance(request, UnfoldingMapsRequest):
         across, down = grid_points(request.omega), grid_points(request.clearance)
         longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
@@ -89,9 +107,9 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
     return []
 
 
-def _of_points(name: str, grid: Grid) -> str:
+def _of_points(name: str, grid: Grid | CoordinateRange) -> str:
     """Return the pointer to what says how many points a grid has."""
-    return f"/{name}/points" if isinstance(grid, Range) else f"/{name}"
+    return f"/{name}" if isinstance(grid, list) else f"/{name}/points"
 
 
 def _sample_bytes(request: TrajectoriesRequest) -> int:
@@ -101,7 +119,8 @@ def _sample_bytes(request: TrajectoriesRequest) -> int:
 
 def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
     """Refuse a system one period of which is over the limit, before its plan is made: estimates would overflow."""
-    if not isinstance(request, TrajectoriesRequest | UnfoldingMapsRequest):
+    simulated = TrajectoriesRequest | UnfoldingMapsRequest | BasinsRequest | DiscontinuityMappingsRequest
+    if not isinstance(request, simulated):
         return
     least = grid_values(request.omega)[0] if isinstance(request, UnfoldingMapsRequest) else request.omega
     with np.errstate(all="ignore"):

@@ -18,6 +18,12 @@ REQUESTS: dict[str, dict[str, Any]] = {
         "omega": {"start": 0.2, "stop": 0.3, "points": 3},
         "clearance": {"start": 1.5, "stop": 1.6, "points": 2},
     },
+    "basins": {
+        "omega": 0.29,
+        "clearance": 1.6,
+        "horizontal": {"quantity": "displacement", "mass": 1, "values": {"start": -1.0, "stop": 1.0, "points": 3}},
+        "vertical": {"quantity": "velocity", "mass": 2, "values": [-0.5, 0.5]},
+    },
 }
 
 POINTS: list[dict[str, Any]] = [
@@ -71,6 +77,7 @@ def document(process: str) -> dict[str, Any]:
         "trajectories": _trajectory,
         "trajectories of many": _trajectories,
         "unfolding-maps": _map,
+        "basins": _basins,
     }[process]()
 
 
@@ -121,6 +128,25 @@ def _mapping() -> dict[str, Any]:
             "simulated_overshoot": 2 * onward,
             "error": onward,
         },
+    }
+
+
+def _basins() -> dict[str, Any]:
+    periodic = {"kind": "periodic", "symmetric": False, "sticking": False, "multiplier": 0.5, "lyapunov": -0.7}
+    one = {**periodic, "label": "1-2r-1l", "period": 1, "impacts_right": 2, "impacts_left": 1}
+    return {
+        "horizontal": np.array([-1.0, 0.0, 1.0]),
+        "vertical": np.array([-0.5, 0.5]),
+        "label": np.array([[0, 0, 1], [2, -1, 0]], dtype=np.int16),
+        "attractors": [
+            {**one, "mean_position": 0.25, "mean_velocity": 0.0, "states": 3, "share": 0.5},
+            {**one, "mean_position": -0.25, "mean_velocity": 0.0, "states": 1, "share": 1 / 6},
+            {"kind": "chaotic", "label": None, "multiplier": None, "lyapunov": 0.1, "states": 1, "share": 1 / 6},
+        ],
+        "settled_after": np.array([[9, 8, 7], [-1, -1, 6]], dtype=np.int32),
+        "lyapunov": np.array([[-0.7, -0.7, -0.7], [0.1, np.nan, -0.7]]),
+        "reason": np.array([[0, 0, 0], [0, 1, 0]], dtype=np.int8),
+        "reasons": np.array(["", "not closed"]),
     }
 
 

@@ -23,12 +23,20 @@ def test_each_process_has_its_method(client, service):
     )
     path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
     umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
-    assert [result.process for result in (curve, points, mapping, path, umap)] == list(PROCESSES)
+    basins = client.basins(
+        omega=0.29,
+        clearance=1.6,
+        horizontal=("displacement", 1, (-1.0, 1.0)),
+        vertical={"quantity": "velocity", "mass": 2, "values": np.array([-0.5, 0.5])},
+        shape=(2, 3),
+        progress=False,
+    )
+    assert [result.process for result in (curve, points, mapping, path, umap, basins)] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
-    assert service.computed == 5
+    assert service.computed == 6
 
 
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):

@@ -15,6 +15,7 @@ def test_public_names_are_these():
     assert set(grazemap.__all__) == {
         "AsyncClient",
         "AsyncJobHandle",
+        "Basins",
         "Client",
         "CodimensionTwoPoints",
         "DiscontinuityMapping",

@@ -204,3 +204,17 @@ def test_points_without_an_unfolding_leave_the_grazing_curve_alone():
     points = [{name: value for name, value in point.items() if name != "unfolding"} for point in POINTS]
     ax = decode_result(npz("codimension-two-points", {"points": points})).plot_unfolding(omega=(0.24, 0.29))
     assert legend(ax) == [r"grazing curve $b = A(\omega)$"]
+
+
+def test_basins_show_twins_in_two_shades_and_what_is_unresolved():
+    ax = decode_result(npz("basins")).plot()
+    assert legend(ax) == [
+        "1-$2_r$-$1_l$ (50.0%)",
+        "1-$2_r$-$1_l$, 2 (16.7%)",
+        "chaotic (16.7%)",
+        "unresolved (16.7%)",
+    ]
+    colours = [line.get_color() for line in ax.lines]
+    assert len(set(colours)) == 4
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("initial displacement $x_{1}$", "initial velocity $v_{2}$")
+    assert ax.get_xlim() == (-1.5, 1.5)

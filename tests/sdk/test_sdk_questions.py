@@ -161,6 +161,17 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
     assert allowed in refused(validated, "trajectories", body)[pointer][1]
 
 
+def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None):
+    return questions.basins(None, 0.3, 1.6, horizontal, ("velocity", 2, [0.0, 0.5]), shape, initial, 100, 8)
+
+
+def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
+    given = basins(initial={"displacement": [0.1, 9.0, 0.2], "velocity": [0.3, 9.0, 0.4]})
+    assert given == basins(initial={"displacement": [0.1, 0.0, 0.2], "velocity": [0.3, -7.0, 0.4]})
+    assert given.initial.displacement == [0.1, 0.0, 0.2]
+    assert basins() == basins(initial={"phase": 0})
+
+
 @pytest.mark.parametrize(
     ("call", "pointer"),
     [
@@ -178,6 +189,16 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
         (lambda: questions.discontinuity_mapping(None, 0.3, None, "A", "exact", 8), "/overshoot"),
         (lambda: questions.discontinuity_mapping(None, 0.3, 0.0, "A", "exact", 8), "/overshoot/0"),
         (lambda: questions.discontinuity_mapping(None, 0.3, 1e-3, "B", "exact", 8), "/stop"),
+        (lambda: basins(horizontal=("displacement", 1, (-1.0, 1.0))), "/horizontal/values"),
+        (lambda: basins(horizontal=("displacement", 1, 0.5)), "/horizontal/values"),
+        (lambda: basins(horizontal="x1"), "/horizontal"),
+        (lambda: basins(horizontal=("displacement", 4, [-1.0, 1.0])), "/horizontal/mass"),
+        (lambda: basins(horizontal=("phase", 1, [-1.0, 1.0])), "/horizontal/quantity"),
+        (lambda: basins(horizontal=("displacement", 1, [-1.6, 1.0])), "/horizontal/values"),
+        (lambda: basins(horizontal=("velocity", 2, [-1.0, 1.0])), "/vertical"),
+        (lambda: basins(initial={"displacement": [1.6, 0, 0]}), "/initial/displacement"),
+        (lambda: basins(initial={"velocity": [1.6, 0]}), "/initial/velocity"),
+        (lambda: basins(shape=3), "/shape"),
         (lambda: umap((0.1, 0.2), (1, 2), 5), "/shape"),
         (lambda: umap((0.1, 0.2), (1, 2), (5, 6, 7)), "/shape"),
         (lambda: umap((0.1, 0.2), (1, 2), "ab"), "/omega/points"),

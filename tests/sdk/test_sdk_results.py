@@ -85,6 +85,20 @@ def test_a_discontinuity_mapping_has_its_graze_its_errors_and_its_returns(tmp_pa
         np.testing.assert_array_equal(result.returns.error[0], [1e-4, 1e-5, np.nan])
 
 
+def test_basins_have_attractors_with_what_is_known_of_them(tmp_path):
+    path = decode_result(npz("basins")).save(tmp_path / "basins.json")
+    for result in (decode_result(npz("basins")), load(path)):
+        assert result.label.tolist() == [[0, 0, 1], [2, -1, 0]]
+        first, second, chaos = result.attractors
+        assert (first.label, first.impacts_right, first.mean_position) == ("1-2r-1l", 2, 0.25)
+        assert second.mean_position == -0.25
+        assert (chaos.kind, chaos.label, chaos.period, chaos.lyapunov) == ("chaotic", None, None, 0.1)
+        assert chaos.multiplier is None
+        assert result.unresolved == pytest.approx(1 / 6)
+    made = result.to_xarray()
+    assert made["motion"].sel(vertical=0.5).values.tolist() == ["chaotic", "unresolved", "1-2r-1l"]
+
+
 def test_the_sequence_of_a_grazing_curve_is_there_where_it_was_asked_for():
     assert decode_result(npz("grazing-curves")).xi is None
     curve = decode_result(npz("grazing-curves", {"xi": np.arange(6.0).reshape(3, 2)}))

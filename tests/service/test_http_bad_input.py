@@ -17,6 +17,8 @@ RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
 MAP = {"omega": RANGE, "clearance": RANGE}
 TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
 MAPPING = {"omega": 0.29, "overshoot": [1e-4]}
+ACROSS = {"quantity": "displacement", "mass": 1, "values": RANGE}
+BASINS = {"omega": 0.29, "clearance": 1.6, "horizontal": ACROSS, "vertical": {**ACROSS, "quantity": "velocity"}}
 # Planted into what is sent, looked for in what comes back.
 MARKER = "zyxwvMARKER"
 
@@ -75,6 +77,16 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("discontinuity-mappings", {**MAPPING, "stop": 1}, "/stop", '"A", "C"', "number for a stop"),
     ("discontinuity-mappings", {**MAPPING, "order": 1}, "/order", '"leading", "exact"', "number for a mapping"),
     ("discontinuity-mappings", {**MAPPING, "returns": 0}, "/returns", ">= 1 and <= 100", "no returns"),
+    ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"stop": -1}}}, "/horizontal/values",
+     "stop > start", "coordinate that falls"),
+    ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"stop": 1.6}}}, "/horizontal/values",
+     "< clearance", "coordinate that reaches a stop"),
+    ("basins", {**BASINS, "horizontal": {**ACROSS, "quantity": "phase"}}, "/horizontal/quantity", '"velocity"',
+     "no coordinate"),
+    ("basins", {**BASINS, "horizontal": {**ACROSS, "mass": 4}}, "/horizontal/mass", "1 to 3", "coordinate of no mass"),
+    ("basins", {**BASINS, "vertical": ACROSS}, "/vertical", "another", "one coordinate twice"),
+    ("basins", {"omega": 0.29, "clearance": 1.6, "vertical": ACROSS}, "/horizontal", "quantity", "one coordinate only"),
+    ("basins", {**BASINS, "initial": {"velocity": [0, 0]}}, "/initial/velocity", "per mass", "state of two masses"),
     ("grazing-curves", {"omega": {**RANGE, "stop": 10**400}}, "/omega/stop", "> 0", "integer beyond all floats"),
     ("grazing-curves", oscillator(**{n: [1.0] * 65 for n in ("masses", "stiffnesses", "forcing")}),
      "/oscillator/masses", "64", "too many masses"),
@@ -152,6 +164,10 @@ WORK: list[tuple[str, Any, str]] = [
     ("unfolding-maps", {**MAP, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
     ("trajectories", {**TRAJECTORY, "oscillator": {"damping": 1e60}}, "seconds"),
     ("trajectories", {**TRAJECTORY, "omega": 1e-59}, "seconds"),
+    ("grazing-curves", {"omega": {**RANGE, "points": 10**6}, "max_order": 200, "sequence": True}, "bytes"),
+    ("discontinuity-mappings", {**MAPPING, "oscillator": {"damping": 1e60}}, "seconds"),
+    ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"points": 10**12}}}, "points"),
+    ("basins", {**BASINS, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
 ]
 
 

@@ -57,6 +57,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
         "/v1/discontinuity-mappings",
         "/v1/trajectories",
         "/v1/unfolding-maps",
+        "/v1/basins",
     ]
     assert described["limits"]["masses"] == 64
     for link in described["links"]:

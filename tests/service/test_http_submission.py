@@ -23,6 +23,12 @@ EVERY_PROCESS = {
     "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4]},
     "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
     "unfolding-maps": MAP,
+    "basins": {
+        "omega": 0.29,
+        "clearance": 1.6,
+        "horizontal": {"quantity": "displacement", "values": {"start": -1, "stop": 1, "points": 9}},
+        "vertical": {"quantity": "velocity", "values": {"start": -1, "stop": 1, "points": 9}},
+    },
 }
 
 

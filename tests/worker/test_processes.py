@@ -28,8 +28,8 @@ def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
     return decode_npz(encode_npz(document, {}))[0]
 
 
-def tiled(request: ProcessRequest, cut: Plan) -> dict[str, Any]:
-    process = PROCESSES["unfolding-maps"]
+def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> dict[str, Any]:
+    process = PROCESSES[name]
     assert process.tile is not None
     assert process.assembled is not None
     return process.assembled(request, cut, [process.tile(request, tile) for tile in cut.tiles])
@@ -113,6 +113,29 @@ def test_an_overshoot_beyond_the_domain_is_an_error_that_names_its_end() -> None
     with pytest.raises(CoreError, match=r"must be at most 1\.777") as caught:
         whole("discontinuity-mappings", {"omega": 0.29, "overshoot": [1e-4, 5.0]})
     assert getattr(caught.value, "name", None) == "overshoot"
+
+
+def test_basins_are_the_same_however_they_are_cut() -> None:
+    body = {
+        "omega": 0.29,
+        "clearance": 1.9927,
+        "horizontal": {"quantity": "displacement", "values": {"start": -1.9, "stop": 1.9, "points": 9}},
+        "vertical": {"quantity": "velocity", "values": {"start": -1.0, "stop": 1.0, "points": 6}},
+        "initial": {"displacement": [0.0, 0.1, 0.0], "phase": 0.5},
+    }
+    request = parse_request("basins", body)
+    whole_cut = Plan(rows=6, columns=9, tile_rows=6, tile_columns=9)
+    cut = Plan(rows=6, columns=9, tile_rows=4, tile_columns=5)
+    one, many = (tiled(request, shape, "basins") for shape in (whole_cut, cut))
+    assert encode_npz(one, {}) == encode_npz(many, {})
+    named = [(attractor["label"], attractor["states"]) for attractor in one["attractors"]]
+    assert {label for label, _ in named} == {"1-(-1)r-(-1)l", "3-1r-1l"}
+    assert sum(count for _, count in named) == 54
+    np.testing.assert_array_equal(np.bincount(one["label"].ravel()), [count for _, count in named])
+    assert (one["horizontal"][0], one["vertical"][-1]) == (-1.9, 1.0)
+    planned = plan("basins", request)
+    assert (planned.rows, planned.columns) == (6, 9)
+    assert planned.estimate.seconds > 0.0
 
 
 def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:

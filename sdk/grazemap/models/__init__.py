@@ -1,5 +1,6 @@
 """The wire models: the one place that says what travels between client, service and worker."""
 
+from grazemap.models.basins import BasinCoordinate, BasinsRequest
 from grazemap.models.canonical import canonical, job_id
 from grazemap.models.job import (
     FINISHED,
@@ -15,23 +16,26 @@ from grazemap.models.job import (
     motion_label,
 )
 from grazemap.models.oscillator import Oscillator
-from grazemap.models.ranges import Grid, Interval, Range, grid_points, grid_values
+from grazemap.models.process import ProcessRequest
+from grazemap.models.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.models.requests import (
     PROCESSES,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
-    InitialState,
-    ProcessRequest,
     TrajectoriesRequest,
     UnfoldingMapsRequest,
     parse_request,
 )
+from grazemap.models.states import InitialState
 
 __all__ = [
     "FINISHED",
     "PROCESSES",
+    "BasinCoordinate",
+    "BasinsRequest",
     "CodimensionTwoPointsRequest",
+    "CoordinateRange",
     "DiscontinuityMappingsRequest",
     "Estimate",
     "GrazingCurvesRequest",

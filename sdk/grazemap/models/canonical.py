@@ -9,7 +9,7 @@ import hashlib
 import json
 from typing import Any
 
-from grazemap.models.requests import ProcessRequest
+from grazemap.models.process import ProcessRequest
 
 
 def _folded(value: Any) -> Any:

@@ -9,30 +9,18 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    Discriminator,
-    Field,
-    SerializerFunctionWrapHandler,
-    Tag,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from grazemap.models.base import Float, Listable, NonNegative, Positive, Request, invalid
-from grazemap.models.oscillator import Oscillator
+from grazemap.models.base import Listable, NonNegative, Positive, invalid
+from grazemap.models.basins import BasinsRequest
+from grazemap.models.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
 from grazemap.models.ranges import Grid, Interval
+from grazemap.models.states import InitialState, InitialStates
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
-Count = Annotated[int, Field(ge=1), Listable]
 # The end of a record has three roundings, and a given time its own; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
-
-
-class ProcessRequest(Request):
-    """What the requests of all processes share."""
-
-    oscillator: Oscillator = Oscillator()
 
 
 class GrazingCurvesRequest(ProcessRequest):
@@ -66,51 +54,6 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     stop: Literal["A", "C"] = "A"
     order: Literal["leading", "exact"] = "exact"
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
-
-
-class InitialState(Request):
-    """Where a trajectory starts; left out: at rest in the middle, forcing phase 0."""
-
-    displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
-    velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
-    phase: Float = 0.0
-
-    def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
-        """Return the state with zeros where it was left out, so that the same question is the same text.
-
-        `at` says where it is in the request; what does not fit the oscillator's masses and the stops is refused.
-        """
-        where = ".".join(at)
-        for name in ("displacement", "velocity"):
-            values = getattr(self, name)
-            if values is not None and len(values) != count:
-                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} masses"
-                raise invalid(detail, "one number per mass", *at, name)
-        if self.displacement is not None and abs(self.displacement[0]) > clearance:
-            detail = f"{where}.displacement of mass 1 lies outside the stops"
-            raise invalid(detail, "|displacement[0]| <= clearance", *at, "displacement")
-        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self, name) is None}
-        return self.model_copy(update=rest)
-
-
-def _states_tag(value: Any) -> str | None:
-    if isinstance(value, dict | InitialState):
-        return "[one]"
-    return "[many]" if isinstance(value, list | tuple) else None
-
-
-InitialStates = Annotated[
-    Annotated[InitialState, Tag("[one]")]
-    | Annotated[list[InitialState], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Tag("[many]")],
-    Discriminator(
-        _states_tag,
-        custom_error_type="not_allowed",
-        custom_error_message="Input should be a state or a list of states",
-        custom_error_context={
-            "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
-        },
-    ),
-]
 
 
 class TrajectoriesRequest(ProcessRequest):
@@ -181,8 +124,8 @@ class UnfoldingMapsRequest(ProcessRequest):
     omega: Grid
     clearance: Grid
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
-    max_periods: Annotated[int, Field(ge=1, le=1_000_000), Listable] = 1000
-    max_period: Annotated[int, Field(ge=1, le=256), Listable] = 32
+    max_periods: MaxPeriods = 1000
+    max_period: MaxPeriod = 32
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
     initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
@@ -202,6 +145,7 @@ PROCESSES: dict[str, type[ProcessRequest]] = {
     "discontinuity-mappings": DiscontinuityMappingsRequest,
     "trajectories": TrajectoriesRequest,
     "unfolding-maps": UnfoldingMapsRequest,
+    "basins": BasinsRequest,
 }
 
 

@@ -10,6 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from grazemap.results import (
+    Basins,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path decides the format."""
     match result:
-        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | UnfoldingMap():
+        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | UnfoldingMap() | Basins():
             axes = result.plot()
         case Trajectory() | Trajectories():
             axes, _ = result.plot()

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grazemap.errors import MissingExtra
 
 if TYPE_CHECKING:
@@ -53,3 +56,9 @@ def legend_outside(ax: Axes, **options: object) -> None:
     if not ax.get_legend_handles_labels()[0]:
         return
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8, **options)
+
+
+def cell_borders(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the borders of the cells round increasing values, shape (values + 1,)."""
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import OTHER, motion_colour, motion_text
 from grazemap.results import CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
@@ -51,7 +51,7 @@ def plot_unfolding_map(
     _draw_regions(ax, umap, shown, irregular, periodic[motions:])
     for motion in shown:
         _name_region(ax, umap, motion)
-    edges = (_edges(umap.omega), _edges(umap.clearance))
+    edges = (cell_borders(umap.omega), cell_borders(umap.clearance))
     if curve is not None:
         draw_curve(ax, curve, halo=True)
     if curve is not None or points is not None:
@@ -86,8 +86,8 @@ def _draw_regions(
         share = sum(motion.share for motion in rest)
         entries.append((OTHER, f"{len(rest)} other motions ({share:.1%})"))
     ax.pcolormesh(
-        _edges(umap.omega),
-        _edges(umap.clearance),
+        cell_borders(umap.omega),
+        cell_borders(umap.clearance),
         codes,
         cmap=ListedColormap([colour for colour, _ in entries]),
         vmin=-0.5,
@@ -105,12 +105,6 @@ def _entry(motion: MotionShare) -> str:
 def _by_period_and_impacts(motion: MotionShare) -> tuple[int, int, int]:
     right, left = motion.impacts_right or 0, motion.impacts_left or 0
     return motion.period or 0, right + left, -right
-
-
-def _edges(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the borders of the cells round increasing values, shape (values + 1,)."""
-    middle = (values[1:] + values[:-1]) / 2
-    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
 def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare) -> None:

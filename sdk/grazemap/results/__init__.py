@@ -5,6 +5,7 @@ service included. npz is the service's own format (`codec.py`); JSON is the same
 """
 
 from grazemap.results.base import Result
+from grazemap.results.basins import Attractor, Basins
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.files import RESULTS, decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
@@ -14,6 +15,8 @@ from grazemap.results.unfolding import UnfoldingMap
 
 __all__ = [
     "RESULTS",
+    "Attractor",
+    "Basins",
     "CodimensionTwoPoint",
     "CodimensionTwoPoints",
     "DiscontinuityMapping",

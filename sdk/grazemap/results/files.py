@@ -13,13 +13,15 @@ import numpy as np
 from grazemap.codec import CodecError, Document, decode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results.base import Result
+from grazemap.results.basins import Basins
 from grazemap.results.discontinuity import DiscontinuityMapping
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
 RESULTS: dict[str, type[Result]] = {
-    cls.process: cls for cls in (GrazingCurve, CodimensionTwoPoints, DiscontinuityMapping, Trajectory, UnfoldingMap)
+    cls.process: cls
+    for cls in (GrazingCurve, CodimensionTwoPoints, DiscontinuityMapping, Trajectory, UnfoldingMap, Basins)
 }
 
 
@@ -73,7 +75,7 @@ def _arrays(name: str, value: Any) -> Any:
     """Return a JSON value with its lists of numbers as arrays, as a document of the codec has them."""
     if isinstance(value, dict):
         return {key: _arrays(key, item) for key, item in value.items()}
-    if not isinstance(value, list) or name == "points":
+    if not isinstance(value, list) or name in ("points", "attractors"):
         return value
     if value and isinstance(value[0], dict):
         return [_arrays(name, item) for item in value]

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def _known(record_class: type[R], record: Mapping[str, Any]) -> dict[str, Any]:
+def known_fields(record_class: type[R], record: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entries of a record that its class knows; a newer service may send more."""
     names = {field.name for field in fields(record_class)}  # type: ignore[arg-type]
     return {name: value for name, value in record.items() if name in names}
@@ -122,13 +122,13 @@ class CodimensionTwoPoint:
     def from_record(cls, record: Mapping[str, Any]) -> CodimensionTwoPoint:
         """Return the point that a record of the result's document describes; what its kind has not is None."""
         foreign = _OF_RESONANT if record["kind"] == "recurrence" else _OF_RECURRENCE
-        known = {name: value for name, value in _known(cls, record).items() if name not in foreign}
+        known = {name: value for name, value in known_fields(cls, record).items() if name not in foreign}
         families = known.pop("families", None) or ()
         unfolding = known.pop("unfolding", None)
         return cls(
             **known,
-            families=tuple(Family(**_known(Family, family)) for family in families),
-            unfolding=None if unfolding is None else Unfolding(**_known(Unfolding, unfolding)),
+            families=tuple(Family(**known_fields(Family, family)) for family in families),
+            unfolding=None if unfolding is None else Unfolding(**known_fields(Unfolding, unfolding)),
         )
 
 

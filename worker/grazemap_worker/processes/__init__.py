@@ -12,6 +12,7 @@ from typing import Any
 
 from grazemap.codec import Document
 from grazemap_worker.processes import (
+    basins,
     codimension_two_points,
     discontinuity_mappings,
     grazing_curves,
@@ -49,4 +50,5 @@ PROCESSES: Mapping[str, Process] = {
     "discontinuity-mappings": Process(whole=discontinuity_mappings.compute),
     "trajectories": Process(whole=trajectories.compute),
     "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
+    "basins": Process(tile=basins.compute_tile, assembled=basins.assemble),
 }

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from grazemap.models import (
+    BasinsRequest,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
     Estimate,
@@ -111,6 +112,8 @@ def plan(process: str, request: ProcessRequest) -> Plan:
     match request:
         case UnfoldingMapsRequest():
             return _map_plan(request)
+        case BasinsRequest():
+            return _basins_plan(request)
         case TrajectoriesRequest():
             periods = float(len(request.states) * (request.transient_periods + request.periods))
             cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
@@ -179,13 +182,34 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
         cost *= starts * max(1.0, FULL_COLUMN / (starts * rows))
     pixel_seconds = periods_per_pixel * cost / rate
     at_worst = request.max_periods * cost / rate
-    pixels_per_tile = max(1, round(min(TILE_SECONDS / pixel_seconds, WORST_TILE_SECONDS / at_worst)))
+    pixels_per_tile = _pixels_per_tile(pixel_seconds, at_worst)
     tile_rows = rows if sweeps else _even(rows, min(pixels_per_tile, TALLEST_TILE))
     tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
-    pixels = rows * columns
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    periods = float(pixels) * starts * periods_per_pixel
-    estimate = Estimate(periods=periods, tiles=shape.count, seconds=pixels * pixel_seconds)
+    return _estimated(shape, starts * periods_per_pixel, pixel_seconds)
+
+
+def _basins_plan(request: BasinsRequest) -> Plan:
+    """Return tiles of whole rows, if they are short enough: all states of a tile run side by side."""
+    rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
+    cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
+    periods = expected_periods(request.max_periods)
+    seconds = periods * cost / MAP_PERIODS_PER_SECOND
+    pixels_per_tile = _pixels_per_tile(seconds, request.max_periods * cost / MAP_PERIODS_PER_SECOND)
+    tile_columns = _even(columns, pixels_per_tile)
+    tile_rows = _even(rows, max(1, pixels_per_tile // tile_columns))
+    shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
+    return _estimated(shape, periods, seconds)
+
+
+def _pixels_per_tile(seconds: float, at_worst: float) -> int:
+    return max(1, round(min(TILE_SECONDS / seconds, WORST_TILE_SECONDS / at_worst)))
+
+
+def _estimated(shape: Plan, periods: float, seconds: float) -> Plan:
+    """Return a plan with its estimate, from the forcing periods and seconds of a pixel."""
+    pixels = float(shape.rows * shape.columns)
+    estimate = Estimate(periods=pixels * periods, tiles=shape.count, seconds=pixels * seconds)
     return shape.model_copy(update={"estimate": estimate})
 
 

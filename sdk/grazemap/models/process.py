@@ -1,0 +1,20 @@
+"""What the requests of all processes share, and the numbers that several of them take."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from grazemap.models.base import Listable, Request
+from grazemap.models.oscillator import Oscillator
+
+Count = Annotated[int, Field(ge=1), Listable]
+MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
+MaxPeriod = Annotated[int, Field(ge=1, le=256), Listable]
+
+
+class ProcessRequest(Request):
+    """What the requests of all processes share."""
+
+    oscillator: Oscillator = Oscillator()
