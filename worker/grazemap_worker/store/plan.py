@@ -40,6 +40,9 @@ TALLEST_TILE = 1024
 # What a pixel takes on average to settle, and the share of pixels that go on to max_periods.
 PERIODS_TO_SETTLE = 45
 UNSETTLED = 0.1
+# The same of the states of a basin, which run side by side and mostly to few attractors.
+BASIN_PERIODS_PER_SECOND = 8.0e5
+BASIN_UNSETTLED = 0.02
 # |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
 REFERENCE_STIFFNESS = 10.0
 TILE_SECONDS = 2.0
@@ -193,8 +196,8 @@ def _basins_plan(request: BasinsRequest) -> Plan:
     """Return tiles of whole rows, if they are short enough: all states of a tile run side by side."""
     rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
     cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
-    periods = expected_periods(request.max_periods)
-    seconds = periods * cost / MAP_PERIODS_PER_SECOND
+    periods = min(float(request.max_periods), PERIODS_TO_SETTLE + BASIN_UNSETTLED * request.max_periods)
+    seconds = periods * cost / BASIN_PERIODS_PER_SECOND
     pixels_per_tile = _pixels_per_tile(seconds, request.max_periods * cost / MAP_PERIODS_PER_SECOND)
     tile_columns = _even(columns, pixels_per_tile)
     tile_rows = _even(rows, max(1, pixels_per_tile // tile_columns))
