@@ -1,0 +1,94 @@
+"""Bifurcation diagrams: periodic motions show as many points as periods, and sweeps follow what they began with."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grazemap_core.bifurcation_diagram import sections
+from grazemap_core.errors import ParameterError
+from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.one_impact_orbits import orbits_at_clearance
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.steady import steady_response
+from grazemap_core.unfolding import unfolding_map_tile
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+def distinct(values, tolerance=1e-6):
+    """Return how many different numbers there are."""
+    return 1 + np.count_nonzero(np.diff(np.sort(values)) > tolerance)
+
+
+def test_a_motion_of_period_n_shows_n_points_and_its_impacts():
+    found = list(sections(DEFAULT, "clearance", [1.6, 1.99, 2.1], 0.29))
+    assert [section.motion.period for section in found] == [1, 3, 1]
+    assert [distinct(section.displacement) for section in found] == [1, 3, 1]
+    assert [section.displacement.size for section in found] == [64] * 3
+    assert [section.impact_velocity.size for section in found] == [64 * 4, pytest.approx(2 * 64 / 3, abs=1), 0]
+    assert np.all(found[0].impact_velocity * found[0].impact_stop > 0.0)
+    # beyond the grazing curve it is the steady motion, at phase 0
+    steady = steady_response(DEFAULT, [0.29])[0, 0]
+    np.testing.assert_allclose(found[2].displacement, steady.imag, atol=1e-12)
+
+
+def test_omega_may_vary_too():
+    one = next(sections(DEFAULT, "omega", [0.29, 0.30], 1.6))
+    same = next(sections(DEFAULT, "clearance", [1.6, 1.7], 0.29))
+    np.testing.assert_array_equal(one.displacement, same.displacement)
+
+
+def test_a_sweep_keeps_to_its_branch_and_agrees_with_the_closed_form():
+    # between the graze of the steady motion and the saddle-node two motions coexist: down from above it is the steady
+    # one, up from below the one with an impact
+    clearance = np.append(np.linspace(1.850, 1.867, 12), 1.875)  # the last one is above the saddle-node
+    up = list(sections(DEFAULT, "clearance", clearance, 0.27, "sweep-up"))
+    down = list(sections(DEFAULT, "clearance", clearance, 0.27, "sweep-down"))[::-1]
+    amplitude = abs(steady_response(DEFAULT, [0.27])[0, 0])
+    branch = one_impact_branch(DEFAULT, 0.27)
+    coexist = 0
+    assert up[-1].impact_velocity.size == down[-1].impact_velocity.size == 0
+    for value, above, below in zip(clearance[:-1], down[:-1], up[:-1], strict=True):
+        fast = orbits_at_clearance(branch, float(value))[-1]
+        assert sorted((below.motion.impacts_right, below.motion.impacts_left)) == [-1, 1]
+        np.testing.assert_allclose(np.abs(below.impact_velocity), fast.impact_velocity, rtol=1e-6)
+        if value > amplitude:
+            assert above.impact_velocity.size == 0
+            coexist += 1
+    assert coexist >= 5
+
+
+def test_sweeps_name_what_sweeps_of_maps_name():
+    clearance = np.linspace(1.55, 1.95, 15)
+    for policy in ("rest", "sweep-up", "sweep-down"):
+        tile = unfolding_map_tile(DEFAULT, np.array([0.29]), clearance, policy=policy)
+        found = list(sections(DEFAULT, "clearance", clearance, 0.29, policy, transient_periods=1000))
+        if policy == "sweep-down":
+            found = found[::-1]
+        for i, section in enumerate(found):
+            if section.motion.kind == "periodic" and tile["kind"][i, 0] == 1:
+                counts = sorted((section.motion.impacts_right, section.motion.impacts_left))
+                assert section.motion.period == tile["period"][i, 0]
+                assert counts == sorted((tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (("restitution", [1.0, 2.0], 0.3), "vary"),
+        (("clearance", [2.0, 1.0], 0.3), "values"),
+        (("clearance", [0.0, 1.0], 0.3), "values"),
+        (("clearance", [1.0, np.nan], 0.3), "values"),
+        (("clearance", [1.0, 2.0], -0.3), "omega"),
+        (("omega", [1.0, 2.0], np.inf), "clearance"),
+        (("clearance", [1.0, 2.0], 0.3, "ensemble"), "policy"),
+        (("clearance", [1.0, 2.0], 0.3, "rest", 0), "periods"),
+        (("clearance", [1.0, 2.0], 0.3, "rest", 1, -1), "transient_periods"),
+        (("clearance", [1.0, 2.0], 0.3, "rest", 1, 1, 0), "max_period"),
+    ],
+)
+def test_what_makes_no_diagram_is_refused_before_anything_is_followed(arguments, name):
+    with pytest.raises(ParameterError) as caught:
+        sections(DEFAULT, *arguments)
+    assert caught.value.name == name
