@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from grazemap.models import InitialState, Oscillator
     from grazemap.results import (
         Basins,
+        BifurcationDiagram,
         CodimensionTwoPoints,
         DiscontinuityMapping,
         GrazingCurve,
@@ -38,6 +39,7 @@ _HOME = {
     "AsyncClient": "grazemap.async_client",
     "AsyncJobHandle": "grazemap.jobs",
     "Basins": "grazemap.results",
+    "BifurcationDiagram": "grazemap.results",
     "Client": "grazemap.client",
     "CodimensionTwoPoints": "grazemap.results",
     "DiscontinuityMapping": "grazemap.results",
@@ -58,6 +60,7 @@ __all__ = [
     "AsyncClient",
     "AsyncJobHandle",
     "Basins",
+    "BifurcationDiagram",
     "Client",
     "CodimensionTwoPoints",
     "DiscontinuityMapping",

@@ -20,6 +20,7 @@ from grazemap.progress import Listener
 from grazemap.questions import CoordinateLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
     Basins,
+    BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -185,6 +186,25 @@ class AsyncClient:
         if isinstance(request.initial, list):
             return await self._answer(Trajectories, request, progress)
         return await self._answer(Trajectory, request, progress)
+
+    async def bifurcation_diagram(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float | Values,
+        clearance: float | Values,
+        points: int | None = None,
+        policy: str = "rest",
+        periods: int = 64,
+        transient_periods: int = 300,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> BifurcationDiagram:
+        """As `Client.bifurcation_diagram`."""
+        request = questions.bifurcation_diagram(
+            oscillator, omega, clearance, points, policy, periods, transient_periods, max_period
+        )
+        return await self._answer(BifurcationDiagram, request, progress)
 
     async def unfolding_map(
         self,

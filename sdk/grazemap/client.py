@@ -20,6 +20,7 @@ from grazemap.progress import Listener
 from grazemap.questions import CoordinateLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
     Basins,
+    BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -307,6 +308,45 @@ class Client:
         if isinstance(request.initial, list):
             return self._answer(Trajectories, request, progress)
         return self._answer(Trajectory, request, progress)
+
+    def bifurcation_diagram(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float | Values,
+        clearance: float | Values,
+        points: int | None = None,
+        policy: str = "rest",
+        periods: int = 64,
+        transient_periods: int = 300,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> BifurcationDiagram:
+        """Compute what settled motions look like along clearance or omega.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float, and (start, stop) or increasing list or array
+            The number is fixed, the other one varies.
+        points : int, optional
+            Number of values from start to stop, both included.
+        policy : {"rest", "sweep-up", "sweep-down"}
+            Where the trajectories start: at rest; or where that of the value below, or above, has ended.
+        periods, transient_periods : int
+            Forcing periods that are shown, and those that are gone through before.
+        max_period : int
+            The longest period that is looked for, in forcing periods.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.bifurcation_diagram(
+            oscillator, omega, clearance, points, policy, periods, transient_periods, max_period
+        )
+        return self._answer(BifurcationDiagram, request, progress)
 
     def unfolding_map(
         self,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grazemap.errors import MissingExtra
 from grazemap.results import (
     Basins,
+    BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -111,6 +112,8 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _trajectory(result)
         case Trajectories():
             return _trajectories(result)
+        case BifurcationDiagram():
+            return _diagram(result)
         case Basins():
             return _basins(result)
         case UnfoldingMap():
@@ -250,6 +253,17 @@ def _final(result: Trajectory) -> State:
     """Return where a trajectory ends, NaN where it has no such state."""
     nothing = np.full(len(result.displacement), np.nan)
     return result.final or State(nothing, nothing, np.nan)
+
+
+def _diagram(result: BifurcationDiagram) -> tuple[Variables, Variables]:
+    """Return stroboscopic points and impacts as columns over all values, with the parameter of each."""
+    variables: Variables = {"motion": (("parameter",), np.array(result.labels()))}
+    for quantity, dimension in (("displacement", "point"), ("velocity", "point"), ("impact_velocity", "impact")):
+        place, column = result.points(quantity)
+        variables[quantity] = ((dimension,), column)
+        variables[f"{dimension}_parameter"] = ((dimension,), place)
+    variables["impact_stop"] = (("impact",), np.concatenate([section.impact_stop for section in result.sections]))
+    return variables, {"parameter": (("parameter",), result.parameter)}
 
 
 def _basins(result: Basins) -> tuple[Variables, Variables]:

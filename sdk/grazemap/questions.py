@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from grazemap.models import (
     BasinCoordinate,
     BasinsRequest,
+    BifurcationDiagramsRequest,
     CodimensionTwoPointsRequest,
     CoordinateRange,
     DiscontinuityMappingsRequest,
@@ -124,6 +125,36 @@ def unfolding_map(
         "seed": seed,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
+
+
+def bifurcation_diagram(
+    oscillator: OscillatorLike,
+    omega: Any,
+    clearance: Any,
+    points: int | None,
+    policy: str,
+    periods: int,
+    transient_periods: int,
+    max_period: int,
+) -> BifurcationDiagramsRequest:
+    """Return the question for a bifurcation diagram: one of omega and clearance is a number. Raises ParameterError."""
+    given = {"omega": omega, "clearance": clearance}
+    numbers = [name for name, value in given.items() if isinstance(_plain(value), int | float)]
+    if len(numbers) != 1:
+        detail = "one of omega and clearance varies, and the other one is a number"
+        raise parameter_error("/range", detail, f"one number, and for the other {_VALUES}")
+    fixed = numbers[0]
+    vary = "clearance" if fixed == "omega" else "omega"
+    body = {
+        "vary": vary,
+        "range": _grid("range", given[vary], points, "points"),
+        fixed: _plain(given[fixed]),
+        "policy": policy,
+        "periods": periods,
+        "transient_periods": transient_periods,
+        "max_period": max_period,
+    }
+    return _request(BifurcationDiagramsRequest, "bifurcation-diagrams", oscillator, body)
 
 
 def basins(

@@ -14,6 +14,7 @@ from grazemap_service.observe import Observe
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.routers import (
     basins,
+    bifurcation_diagrams,
     codimension_two_points,
     discontinuity_mappings,
     docs,
@@ -36,6 +37,7 @@ _ROUTERS = (
     codimension_two_points,
     discontinuity_mappings,
     trajectories,
+    bifurcation_diagrams,
     unfolding_maps,
     basins,
     jobs,

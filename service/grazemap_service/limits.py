@@ -10,6 +10,7 @@ import numpy as np
 
 from grazemap.models import (
     BasinsRequest,
+    BifurcationDiagramsRequest,
     CoordinateRange,
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
@@ -84,6 +85,13 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
             ("/returns", "bytes", numbers * _BYTES_PER_NUMBER, MOST_RESULT_BYTES),
             ("/returns", "periods", len(request.overshoot) * request.returns, settings.max_tile_periods),
         ]
+    if isinstance(request, BifurcationDiagramsRequest):
+        values, each = grid_points(request.range), request.transient_periods + request.periods
+        return [
+            (_of_points("range", request.range), "points", values, settings.max_points),
+            ("/periods", "samples", values * request.periods, settings.max_points),
+            ("/periods", "periods", values * each, settings.max_tile_periods),
+        ]
     if isinstance(request, BasinsRequest):
         across, down = grid_points(request.horizontal.values), grid_points(request.vertical.values)
         name = "horizontal" if across > down else "vertical"
@@ -119,10 +127,15 @@ def _sample_bytes(request: TrajectoriesRequest) -> int:
 
 def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
     """Refuse a system one period of which is over the limit, before its plan is made: estimates would overflow."""
-    simulated = TrajectoriesRequest | UnfoldingMapsRequest | BasinsRequest | DiscontinuityMappingsRequest
-    if not isinstance(request, simulated):
-        return
-    least = grid_values(request.omega)[0] if isinstance(request, UnfoldingMapsRequest) else request.omega
+    match request:
+        case UnfoldingMapsRequest():
+            least = float(grid_values(request.omega)[0])
+        case BifurcationDiagramsRequest():
+            least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
+        case TrajectoriesRequest() | BasinsRequest() | DiscontinuityMappingsRequest():
+            least = request.omega
+        case _:
+            return
     with np.errstate(all="ignore"):
         cost = period_costs(request.oscillator, np.array([least]))[0]
     seconds = float(cost) / PERIODS_PER_SECOND

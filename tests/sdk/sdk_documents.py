@@ -18,6 +18,7 @@ REQUESTS: dict[str, dict[str, Any]] = {
         "omega": {"start": 0.2, "stop": 0.3, "points": 3},
         "clearance": {"start": 1.5, "stop": 1.6, "points": 2},
     },
+    "bifurcation-diagrams": {"vary": "clearance", "range": [1.5, 1.6], "omega": 0.29, "periods": 3},
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,
@@ -76,6 +77,7 @@ def document(process: str) -> dict[str, Any]:
         "discontinuity-mappings": _mapping,
         "trajectories": _trajectory,
         "trajectories of many": _trajectories,
+        "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
         "basins": _basins,
     }[process]()
@@ -128,6 +130,30 @@ def _mapping() -> dict[str, Any]:
             "simulated_overshoot": 2 * onward,
             "error": onward,
         },
+    }
+
+
+def _diagram() -> dict[str, Any]:
+    unknown = dict.fromkeys(("period", "impacts_right", "impacts_left", "symmetric", "sticking", "label"))
+    periodic = {"kind": "periodic", "period": 1, "impacts_right": 1, "impacts_left": 0, "symmetric": False}
+    return {
+        "parameter": np.array([1.5, 1.6]),
+        "sections": [
+            {
+                "displacement": np.array([0.1, 0.1, 0.1]),
+                "velocity": np.array([0.2, 0.2, 0.2]),
+                "impact_velocity": np.array([0.5, 0.5, 0.5]),
+                "impact_stop": np.array([1, 1, 1], dtype=np.int8),
+                "motion": {**periodic, "sticking": False, "label": "1-1r-0l", "certified": False, "reason": None},
+            },
+            {
+                "displacement": np.array([0.3, 0.4, 0.5]),
+                "velocity": np.array([0.6, 0.7, 0.8]),
+                "impact_velocity": np.array([]),
+                "impact_stop": np.array([], dtype=np.int8),
+                "motion": {**unknown, "kind": "unresolved", "certified": False, "reason": "not closed"},
+            },
+        ],
     }
 
 

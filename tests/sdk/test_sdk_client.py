@@ -23,6 +23,7 @@ def test_each_process_has_its_method(client, service):
     )
     path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
     umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
+    diagram = client.bifurcation_diagram(omega=0.29, clearance=[1.5, 1.6], periods=3, progress=False)
     basins = client.basins(
         omega=0.29,
         clearance=1.6,
@@ -31,12 +32,12 @@ def test_each_process_has_its_method(client, service):
         shape=(2, 3),
         progress=False,
     )
-    assert [result.process for result in (curve, points, mapping, path, umap, basins)] == list(PROCESSES)
+    assert [result.process for result in (curve, points, mapping, path, diagram, umap, basins)] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
-    assert service.computed == 6
+    assert service.computed == 7
 
 
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):

@@ -218,3 +218,22 @@ def test_basins_show_twins_in_two_shades_and_what_is_unresolved():
     assert len(set(colours)) == 4
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("initial displacement $x_{1}$", "initial velocity $v_{2}$")
     assert ax.get_xlim() == (-1.5, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "label"),
+    [
+        ("displacement", "displacement $x_{1}$, once a forcing period"),
+        ("velocity", "velocity $v_{1}$, once a forcing period"),
+        ("impact_velocity", "velocity $v_{1}$, before impacts"),
+    ],
+)
+def test_a_bifurcation_diagram_shows_a_quantity_in_the_colours_of_motions(quantity, label):
+    ax = decode_result(npz("bifurcation-diagrams")).plot(quantity=quantity)
+    assert legend(ax) == ["1-$1_r$-$0_l$ (1)", "unresolved (1)"]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("clearance $b$", label)
+
+
+def test_a_bifurcation_diagram_has_no_other_quantities():
+    with pytest.raises(ValueError, match="displacement, velocity, impact_velocity"):
+        decode_result(npz("bifurcation-diagrams")).plot(quantity="energy")

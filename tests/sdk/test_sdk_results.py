@@ -85,6 +85,19 @@ def test_a_discontinuity_mapping_has_its_graze_its_errors_and_its_returns(tmp_pa
         np.testing.assert_array_equal(result.returns.error[0], [1e-4, 1e-5, np.nan])
 
 
+def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):
+    path = decode_result(npz("bifurcation-diagrams")).save(tmp_path / "diagram.json")
+    for result in (decode_result(npz("bifurcation-diagrams")), load(path)):
+        assert (result.vary, result.labels()) == ("clearance", ("1-1r-0l", "unresolved"))
+        assert result.sections[1].displacement.tolist() == [0.3, 0.4, 0.5]
+        assert result.sections[1].impact_velocity.shape == (0,)
+        assert result.sections[1].motion.reason == "not closed"
+        place, value = result.points("impact_velocity")
+        assert (place.tolist(), value.tolist()) == ([1.5] * 3, [0.5] * 3)
+    made = result.to_xarray()
+    assert made["point_parameter"].values.tolist() == [1.5] * 3 + [1.6] * 3
+
+
 def test_basins_have_attractors_with_what_is_known_of_them(tmp_path):
     path = decode_result(npz("basins")).save(tmp_path / "basins.json")
     for result in (decode_result(npz("basins")), load(path)):

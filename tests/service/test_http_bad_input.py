@@ -17,6 +17,7 @@ RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
 MAP = {"omega": RANGE, "clearance": RANGE}
 TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
 MAPPING = {"omega": 0.29, "overshoot": [1e-4]}
+DIAGRAM = {"vary": "clearance", "range": RANGE, "omega": 0.29}
 ACROSS = {"quantity": "displacement", "mass": 1, "values": RANGE}
 BASINS = {"omega": 0.29, "clearance": 1.6, "horizontal": ACROSS, "vertical": {**ACROSS, "quantity": "velocity"}}
 # Planted into what is sent, looked for in what comes back.
@@ -87,6 +88,11 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("basins", {**BASINS, "vertical": ACROSS}, "/vertical", "another", "one coordinate twice"),
     ("basins", {"omega": 0.29, "clearance": 1.6, "vertical": ACROSS}, "/horizontal", "quantity", "one coordinate only"),
     ("basins", {**BASINS, "initial": {"velocity": [0, 0]}}, "/initial/velocity", "per mass", "state of two masses"),
+    ("bifurcation-diagrams", {"vary": "clearance", "range": RANGE}, "/omega", "> 0", "nothing fixed"),
+    ("bifurcation-diagrams", {**DIAGRAM, "clearance": 1.6}, "/clearance", "left out", "fixed and varied"),
+    ("bifurcation-diagrams", {**DIAGRAM, "vary": "restitution"}, "/vary", '"clearance"', "no parameter"),
+    ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "stop": 0.01}}, "/range", "stop > start", "falls"),
+    ("bifurcation-diagrams", {**DIAGRAM, "policy": "ensemble"}, "/policy", '"sweep-up"', "policy of maps only"),
     ("grazing-curves", {"omega": {**RANGE, "stop": 10**400}}, "/omega/stop", "> 0", "integer beyond all floats"),
     ("grazing-curves", oscillator(**{n: [1.0] * 65 for n in ("masses", "stiffnesses", "forcing")}),
      "/oscillator/masses", "64", "too many masses"),
@@ -168,6 +174,10 @@ WORK: list[tuple[str, Any, str]] = [
     ("discontinuity-mappings", {**MAPPING, "oscillator": {"damping": 1e60}}, "seconds"),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"points": 10**12}}}, "points"),
     ("basins", {**BASINS, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
+    ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "points": 10**12}}, "points"),
+    ("bifurcation-diagrams", {**DIAGRAM, "periods": 10**400}, "samples"),
+    ("bifurcation-diagrams", {**DIAGRAM, "transient_periods": 10**9}, "periods"),
+    ("bifurcation-diagrams", {**DIAGRAM, "omega": 1e-59}, "seconds"),
 ]
 
 

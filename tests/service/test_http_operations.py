@@ -56,6 +56,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
         "/v1/codimension-two-points",
         "/v1/discontinuity-mappings",
         "/v1/trajectories",
+        "/v1/bifurcation-diagrams",
         "/v1/unfolding-maps",
         "/v1/basins",
     ]

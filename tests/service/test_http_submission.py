@@ -23,6 +23,7 @@ EVERY_PROCESS = {
     "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4]},
     "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
     "unfolding-maps": MAP,
+    "bifurcation-diagrams": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6},
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,

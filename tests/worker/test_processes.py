@@ -115,6 +115,17 @@ def test_an_overshoot_beyond_the_domain_is_an_error_that_names_its_end() -> None
     assert getattr(caught.value, "name", None) == "overshoot"
 
 
+def test_a_bifurcation_diagram_has_its_sections_in_the_order_of_the_parameter() -> None:
+    body = {"vary": "clearance", "range": [1.6, 1.99, 2.1], "omega": 0.29, "periods": 12}
+    for policy in ("rest", "sweep-down"):
+        document = whole("bifurcation-diagrams", {**body, "policy": policy})
+        assert document["parameter"].tolist() == [1.6, 1.99, 2.1]
+        labels = [section["motion"]["label"] for section in document["sections"]]
+        assert labels[::2] == ["1-2r-2l", "1-(-1)r-(-1)l"]
+        assert [len(section["displacement"]) for section in document["sections"]] == [12] * 3
+        assert [len(section["impact_velocity"]) for section in document["sections"]][::2] == [48, 0]
+
+
 def test_basins_are_the_same_however_they_are_cut() -> None:
     body = {
         "omega": 0.29,

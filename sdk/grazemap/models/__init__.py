@@ -2,6 +2,7 @@
 
 from grazemap.models.basins import BasinCoordinate, BasinsRequest
 from grazemap.models.canonical import canonical, job_id
+from grazemap.models.diagrams import BifurcationDiagramsRequest
 from grazemap.models.job import (
     FINISHED,
     Estimate,
@@ -34,6 +35,7 @@ __all__ = [
     "PROCESSES",
     "BasinCoordinate",
     "BasinsRequest",
+    "BifurcationDiagramsRequest",
     "CodimensionTwoPointsRequest",
     "CoordinateRange",
     "DiscontinuityMappingsRequest",

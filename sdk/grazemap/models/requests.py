@@ -13,6 +13,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from grazemap.models.base import Listable, NonNegative, Positive, invalid
 from grazemap.models.basins import BasinsRequest
+from grazemap.models.diagrams import BifurcationDiagramsRequest
 from grazemap.models.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
 from grazemap.models.ranges import Grid, Interval
 from grazemap.models.states import InitialState, InitialStates
@@ -144,6 +145,7 @@ PROCESSES: dict[str, type[ProcessRequest]] = {
     "codimension-two-points": CodimensionTwoPointsRequest,
     "discontinuity-mappings": DiscontinuityMappingsRequest,
     "trajectories": TrajectoriesRequest,
+    "bifurcation-diagrams": BifurcationDiagramsRequest,
     "unfolding-maps": UnfoldingMapsRequest,
     "basins": BasinsRequest,
 }

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from grazemap.results import (
     Basins,
+    BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path decides the format."""
     match result:
-        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | UnfoldingMap() | Basins():
+        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping():
+            axes = result.plot()
+        case BifurcationDiagram() | UnfoldingMap() | Basins():
             axes = result.plot()
         case Trajectory() | Trajectories():
             axes, _ = result.plot()

@@ -6,6 +6,7 @@ service included. npz is the service's own format (`codec.py`); JSON is the same
 
 from grazemap.results.base import Result
 from grazemap.results.basins import Attractor, Basins
+from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.files import RESULTS, decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
@@ -17,6 +18,7 @@ __all__ = [
     "RESULTS",
     "Attractor",
     "Basins",
+    "BifurcationDiagram",
     "CodimensionTwoPoint",
     "CodimensionTwoPoints",
     "DiscontinuityMapping",
@@ -28,6 +30,7 @@ __all__ = [
     "NextContact",
     "Result",
     "Returns",
+    "Section",
     "State",
     "Sticking",
     "Trajectories",

@@ -14,15 +14,22 @@ from grazemap.codec import CodecError, Document, decode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results.base import Result
 from grazemap.results.basins import Basins
+from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.discontinuity import DiscontinuityMapping
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
-RESULTS: dict[str, type[Result]] = {
-    cls.process: cls
-    for cls in (GrazingCurve, CodimensionTwoPoints, DiscontinuityMapping, Trajectory, UnfoldingMap, Basins)
-}
+_CLASSES: tuple[type[Result], ...] = (
+    GrazingCurve,
+    CodimensionTwoPoints,
+    DiscontinuityMapping,
+    Trajectory,
+    BifurcationDiagram,
+    UnfoldingMap,
+    Basins,
+)
+RESULTS: dict[str, type[Result]] = {cls.process: cls for cls in _CLASSES}
 
 
 def result_class(process: str, document: Document) -> type[Result]:

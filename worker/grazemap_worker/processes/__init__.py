@@ -13,6 +13,7 @@ from typing import Any
 from grazemap.codec import Document
 from grazemap_worker.processes import (
     basins,
+    bifurcation_diagrams,
     codimension_two_points,
     discontinuity_mappings,
     grazing_curves,
@@ -49,6 +50,7 @@ PROCESSES: Mapping[str, Process] = {
     "codimension-two-points": Process(whole=codimension_two_points.compute),
     "discontinuity-mappings": Process(whole=discontinuity_mappings.compute),
     "trajectories": Process(whole=trajectories.compute),
+    "bifurcation-diagrams": Process(whole=bifurcation_diagrams.compute),
     "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
     "basins": Process(tile=basins.compute_tile, assembled=basins.assemble),
 }

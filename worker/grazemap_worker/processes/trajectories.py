@@ -12,6 +12,7 @@ from grazemap.models import InitialState, TrajectoriesRequest, motion_label
 from grazemap_worker.processes.core_objects import core_oscillator, record
 
 if TYPE_CHECKING:
+    from grazemap_core.motion import Motion
     from grazemap_core.start import State
     from grazemap_core.trajectory import Trajectory
 
@@ -55,8 +56,6 @@ def _state(state: InitialState) -> State:
 
 
 def _document(found: Trajectory) -> Document:
-    motion: Any = record(found.motion)
-    named = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
     final = found.final
     return {
         "time": found.time,
@@ -76,18 +75,25 @@ def _document(found: Trajectory) -> Document:
             "stop": found.sticking.stop,
         },
         "undecided": found.undecided,
-        "motion": {
-            "kind": motion["kind"],
-            "period": motion.get("period"),
-            "impacts_right": motion.get("impacts_right"),
-            "impacts_left": motion.get("impacts_left"),
-            "symmetric": motion.get("symmetric"),
-            "sticking": motion.get("sticking"),
-            "label": motion_label(*named) if None not in named else None,
-            "certified": motion.get("certified", False),
-            "reason": motion.get("reason"),
-        },
+        "motion": motion_document(found.motion),
         "final": None
         if final is None
         else {"displacement": final.displacement, "velocity": final.velocity, "phase": final.phase},
+    }
+
+
+def motion_document(found: Motion) -> Document:
+    """Return a motion of the core as clients see it, with its label; what is not known is None."""
+    motion: Any = record(found)
+    named = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
+    return {
+        "kind": motion["kind"],
+        "period": motion.get("period"),
+        "impacts_right": motion.get("impacts_right"),
+        "impacts_left": motion.get("impacts_left"),
+        "symmetric": motion.get("symmetric"),
+        "sticking": motion.get("sticking"),
+        "label": motion_label(*named) if None not in named else None,
+        "certified": motion.get("certified", False),
+        "reason": motion.get("reason"),
     }

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict
 
 from grazemap.models import (
     BasinsRequest,
+    BifurcationDiagramsRequest,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
     Estimate,
@@ -113,6 +114,12 @@ def plan(process: str, request: ProcessRequest) -> Plan:
         There is no such process.
     """
     match request:
+        case BifurcationDiagramsRequest():
+            values = grid_values(request.range)
+            each = request.transient_periods + request.periods
+            omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
+            seconds = each * float(period_costs(request.oscillator, omegas).sum()) / PERIODS_PER_SECOND
+            return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
         case UnfoldingMapsRequest():
             return _map_plan(request)
         case BasinsRequest():

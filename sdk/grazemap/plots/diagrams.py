@@ -1,0 +1,64 @@
+"""Bifurcation diagrams: sections of settled motions over one parameter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grazemap.plots.axes import axes_or_new, axis_label, legend_outside
+from grazemap.plots.palette import motion_colour, motion_text
+from grazemap.results import BifurcationDiagram, MotionShare
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+QUANTITIES = ("displacement", "velocity", "impact_velocity")
+# The legend names so many motions, those with the most values; light colours are darkened to be seen on white.
+_NAMED = 12
+_DARKEST_LIGHT = 0.75
+
+
+def plot_bifurcation_diagram(
+    result: BifurcationDiagram, ax: Axes | None = None, quantity: str = "displacement"
+) -> Axes:
+    """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity."""
+    if quantity not in QUANTITIES:
+        raise ValueError(f"the quantity is one of {', '.join(QUANTITIES)}")
+    ax = axes_or_new(ax, 10.0, 5.5)
+    labels = np.array(result.labels())
+    names, first, counts = np.unique(labels, return_index=True, return_counts=True)
+    named = set(names[np.argsort(-counts, kind="stable")][:_NAMED].tolist())
+    for name, index, count in sorted(zip(names.tolist(), first.tolist(), counts.tolist(), strict=True), key=_by_count):
+        motion = result.sections[index].motion
+        share = MotionShare(name, motion.kind, motion.period, motion.impacts_right, motion.impacts_left, count, 0.0)
+        members = [result.sections[i] for i in np.flatnonzero(labels == name)]
+        columns = [getattr(section, quantity) for section in members]
+        place = np.repeat(result.parameter[labels == name], [len(column) for column in columns])
+        entry = f"{motion_text(share)} ({count})" if name in named else None
+        style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
+        ax.plot(place, np.concatenate(columns), color=_visible(motion_colour(share)), **style, rasterized=True)
+        ax.plot([], [], "s", markersize=6, color=_visible(motion_colour(share)), label=entry or "_")
+    kind = {"displacement": "displacement", "velocity": "velocity", "impact_velocity": "velocity"}[quantity]
+    what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
+    ax.set_xlabel(axis_label(result.vary, result.units))
+    ax.set_ylabel(f"{axis_label(kind, result.units)}, {what}")
+    request = result.meta["request"]
+    fixed = rf"$\omega$ = {request['omega']:g}" if result.vary == "clearance" else f"$b$ = {request['clearance']:g}"
+    ax.set_title(f"Bifurcation diagram, {fixed}, {request['policy']}", fontsize=10)
+    ax.margins(x=0.01)
+    legend_outside(ax, handlelength=1.0, labelspacing=0.35)
+    return ax
+
+
+def _by_count(entry: tuple[str, int, int]) -> tuple[int, str]:
+    return -entry[2], entry[0]
+
+
+def _visible(colour: str) -> str:
+    """Return a colour, darkened if it would not be seen on white."""
+    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
+    light = float(parts.mean() / 255.0)
+    if light > _DARKEST_LIGHT:
+        parts *= _DARKEST_LIGHT / light * 0.8
+    return "#" + "".join(f"{round(part):02X}" for part in parts)

@@ -1,0 +1,93 @@
+"""Bifurcation diagrams: settled motions along one parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from grazemap.codec import Document
+from grazemap.models import Motion
+from grazemap.results.base import Result, floats, integers
+from grazemap.results.records import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """The motion at one value of the parameter.
+
+    Attributes
+    ----------
+    displacement, velocity : ndarray of shape (k,)
+        Of mass 1 once a forcing period, where the forcing's phase is 0.
+    impact_velocity, impact_stop : ndarray of shape (i,)
+        Of every impact recorded: its signed velocity before, and +1 for stop A, -1 for C.
+    motion : Motion
+    """
+
+    displacement: FloatArray
+    velocity: FloatArray
+    impact_velocity: FloatArray
+    impact_stop: IntArray
+    motion: Motion
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationDiagram(Result):
+    """Settled motions along clearance or omega.
+
+    Attributes
+    ----------
+    parameter : ndarray of shape (n,)
+        The values of the one that varies, increasing.
+    sections : tuple of n Section
+    """
+
+    process: ClassVar[str] = "bifurcation-diagrams"
+
+    parameter: FloatArray
+    sections: tuple[Section, ...]
+
+    @classmethod
+    def _fields(cls, document: Document) -> dict[str, Any]:
+        return {
+            "parameter": floats(document["parameter"]),
+            "sections": tuple(
+                Section(
+                    **{name: floats(record[name]) for name in ("displacement", "velocity", "impact_velocity")},
+                    impact_stop=integers(record["impact_stop"]),
+                    motion=Motion.model_validate(record["motion"]),
+                )
+                for record in document["sections"]
+            ),
+        }
+
+    @property
+    def vary(self) -> str:
+        """Either "clearance" or "omega"."""
+        return str(self.meta["request"]["vary"])
+
+    def points(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Return all points of the diagram, the parameter and a quantity of `Section`, each of shape (points,)."""
+        columns = [getattr(section, quantity) for section in self.sections]
+        return np.repeat(self.parameter, [len(column) for column in columns]), np.concatenate(columns)
+
+    def labels(self) -> tuple[str, ...]:
+        """Return the name of the motion at every value: n-p_r-q_l, or its kind."""
+        return tuple(section.motion.label or section.motion.kind for section in self.sections)
+
+    def plot(self, ax: Axes | None = None, quantity: str = "displacement") -> Axes:
+        """Draw a quantity of the sections over the parameter, in the colours of the motions.
+
+        `quantity` is "displacement", "velocity" or "impact_velocity".
+        """
+        from grazemap.plots.diagrams import plot_bifurcation_diagram
+
+        return plot_bifurcation_diagram(self, ax, quantity)
+
+    def _summary(self) -> str:
+        return f"{len(self.parameter)} values of {self.vary}"

@@ -1,0 +1,52 @@
+"""The process bifurcation-diagrams: settled motions along one parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from grazemap.codec import Document
+from grazemap.models import BifurcationDiagramsRequest, grid_values
+from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap_worker.processes.trajectories import motion_document
+
+if TYPE_CHECKING:
+    from grazemap_core.bifurcation_diagram import Section
+
+# Times that progress is reported.
+REPORTS = 100
+
+
+def compute(request: BifurcationDiagramsRequest, report: Callable[[int, int], object]) -> Document:
+    """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
+    from grazemap_core.bifurcation_diagram import sections
+
+    values = grid_values(request.range)
+    found = sections(
+        core_oscillator(request.oscillator),
+        request.vary,
+        values,
+        request.fixed,
+        request.policy,
+        request.periods,
+        request.transient_periods,
+        request.max_period,
+    )
+    records: list[dict[str, Any]] = []
+    for section in found:
+        if len(records) % -(-len(values) // REPORTS) == 0:
+            report(len(records), len(values))
+        records.append(_record(section))
+    if request.policy == "sweep-down":
+        records.reverse()
+    return {"parameter": values, "sections": records}
+
+
+def _record(section: Section) -> dict[str, Any]:
+    return {
+        "displacement": section.displacement,
+        "velocity": section.velocity,
+        "impact_velocity": section.impact_velocity,
+        "impact_stop": section.impact_stop,
+        "motion": motion_document(section.motion),
+    }
