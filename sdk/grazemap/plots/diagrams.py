@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 QUANTITIES = ("displacement", "velocity", "impact_velocity")
-# The legend names so many motions, those with the most values; light colours are darkened to be seen on white.
+# The legend names so many motions, those with the most values.
 _NAMED = 12
-_DARKEST_LIGHT = 0.75
+_NEARLY_WHITE, _STRONGER, _LIGHT, _DARKER = 200, 8.0, 0.7, 0.58
 
 
 def plot_bifurcation_diagram(
@@ -56,9 +56,11 @@ def _by_count(entry: tuple[str, int, int]) -> tuple[int, str]:
 
 
 def _visible(colour: str) -> str:
-    """Return a colour, darkened if it would not be seen on white."""
+    """Return a colour that is seen on white: what is nearly white keeps its hue and gets strong, what is light dark."""
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
+    if parts.min() > _NEARLY_WHITE:
+        parts = 255.0 - np.minimum(255.0, (255.0 - parts) * _STRONGER)
     light = float(parts.mean() / 255.0)
-    if light > _DARKEST_LIGHT:
-        parts *= _DARKEST_LIGHT / light * 0.8
+    if light > _LIGHT:
+        parts *= _DARKER / light
     return "#" + "".join(f"{round(part):02X}" for part in parts)
