@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from sdk_documents import MANY, POINTS, REQUESTS, npz
+from sdk_documents import MANY, POINTS, REQUESTS, document, npz
 
 from grazemap.plots import palette, save_picture
 from grazemap.plots.axes import new_figure
@@ -79,6 +79,18 @@ def test_an_impact_is_a_jump_between_its_two_velocities():
     assert velocity[time == 5.0].tolist() == [0.5, -0.8 * 0.5]
     # the sample at the very moment of an impact comes after it
     assert velocity[time == 20.0].tolist() == [-0.25, 0.2, 1.0]
+
+
+def test_a_graze_is_told_from_an_impact():
+    impacts = {**document("trajectories")["impacts"], "kind": np.array(["impact", "graze"])}
+    history, _ = decode_result(npz("trajectories", {"impacts": impacts})).plot()
+    assert legend(history) == ["stops A, C", "impacts", "grazes"]
+    faces = {line.get_label(): line.get_markerfacecolor() for line in history.get_lines()}
+    assert faces["grazes"] == "white" != faces["impacts"]
+    assert history.get_figure().get_suptitle().endswith("1 impact, 1 graze")
+    none = {name: values[:0] for name, values in impacts.items()}
+    history, _ = decode_result(npz("trajectories", {"impacts": none})).plot()
+    assert history.get_figure().get_suptitle().endswith("no impacts")
 
 
 def test_there_is_no_mass_beyond_the_last():
