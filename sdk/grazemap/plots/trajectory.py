@@ -176,5 +176,9 @@ def _where(trajectory: Trajectory) -> str:
 def _title(trajectory: Trajectory, mass: int) -> str:
     named, grazes = motion_text(_named(trajectory)), int(np.sum(trajectory.impacts.kind == "graze"))
     impacts = len(trajectory.impacts) - grazes
-    counts = [f"{count} {text[: -1 if count == 1 else None]}" for count, text in ((impacts, "impacts"), (grazes, "grazes")) if count]
+    counts = [
+        f"{count} {text[: -1 if count == 1 else None]}"
+        for count, text in ((impacts, "impacts"), (grazes, "grazes"))
+        if count
+    ]
     return f"Mass {mass} {_where(trajectory)}: {named}, {', '.join(counts) or 'no impacts'}"
