@@ -20,9 +20,7 @@ LISTED = 0.15
 
 def points_of(client: Client, name: str, max_order: int = 4) -> CodimensionTwoPoints:
     """Return all points of a reading, up to frequencies above which there are none."""
-    return client.codimension_two_points(
-        READINGS[name], omega=ALL, max_order=max_order, max_multiple=1, progress=False
-    )
+    return client.codimension_two_points(READINGS[name], omega=ALL, max_order=max_order, max_multiple=1, progress=False)
 
 
 def of_order(points: CodimensionTwoPoints, order: int) -> list[CodimensionTwoPoint]:
@@ -47,10 +45,10 @@ def figure_5(client: Client) -> Section:
     section.say(
         "After a graze of stop A the overshoot m half periods later is proportional to xi_m = -(1 + R) a_1* g(m T/2),"
         " g the displacement of mass 1 after a unit velocity of mass 1, Phi_12 of the paper. The paper takes"
-        " xi_n = -(R + 1) a_1* Phi_12^n, from A back onto A after n periods: m = 2n, and m = 2 for n = 1. So the points of"
-        " Figure 5 are at omega = 2 pi/s_k with the zeros s_k of g, every one of which is found, as intervals are halved"
-        " until a bound decides on each. They crowd as omega falls, which may be what the paper calls an increased"
-        " tangency with the curve."
+        " xi_n = -(R + 1) a_1* Phi_12^n, from A back onto A after n periods: m = 2n, and m = 2 for n = 1. So the points"
+        " of Figure 5 are at omega = 2 pi/s_k with the zeros s_k of g, every one of which is found, as intervals are"
+        " halved until a bound decides on each. They crowd as omega falls, which may be what the paper calls an"
+        " increased tangency with the curve."
     )
     points = {name: points_of(client, name) for name in READINGS}
     curves = {name: client.grazing_curve(chain, omega=CURVE, points=4000) for name, chain in READINGS.items()}
@@ -91,7 +89,7 @@ def _list(section: Section, points: dict[str, CodimensionTwoPoints], n: int) -> 
         )
         texts = [f"{point.omega:.9f}, {point.clearance:.9f}" for point in shown]
         texts = [f"**{text}**" if point.active else text for text, point in zip(texts, shown, strict=True)]
-        section.show(["omega, b", "", ""], [(texts[k : k + 3] + ["", ""])[:3] for k in range(0, len(texts), 3)])
+        section.show(["omega, b", "", ""], [[*texts[k : k + 3], "", ""][:3] for k in range(0, len(texts), 3)])
 
 
 def _printed_point(client: Client, section: Section, points: dict[str, CodimensionTwoPoints]) -> None:
@@ -99,7 +97,9 @@ def _printed_point(client: Client, section: Section, points: dict[str, Codimensi
     for name, chain in READINGS.items():
         point = nearest(points[name], 2)
         # a curve has at least two values of omega
-        omega = [POINT_OMEGA.value, point.omega] if point.omega > POINT_OMEGA.value else [point.omega, POINT_OMEGA.value]
+        omega = (
+            [POINT_OMEGA.value, point.omega] if point.omega > POINT_OMEGA.value else [point.omega, POINT_OMEGA.value]
+        )
         curve = client.grazing_curve(chain, omega=omega, max_order=2, sequence=True, progress=False)
         at = omega.index(POINT_OMEGA.value)
         assert curve.xi is not None
@@ -134,16 +134,19 @@ def _printed_point(client: Client, section: Section, points: dict[str, Codimensi
             f"With {name} the clearance of the point is the printed one, and the printed omega is off by"
             f" {POINT_OMEGA.value - ours[name].omega:.2e}. With {other[0]} neither is: omega is off by"
             f" {POINT_OMEGA.value - ours[other[0]].omega:.2e}, b by"
-            f" {POINT_CLEARANCE.value - ours[other[0]].clearance:.2e}, though the pair is close to the curve. No reading"
-            " gives both numbers, and on neither curve is the printed pair a point with xi_1 = 0."
+            f" {POINT_CLEARANCE.value - ours[other[0]].clearance:.2e}, though the pair is close to the curve. No"
+            " reading gives both numbers, and on neither curve is the printed pair a point with xi_1 = 0."
         )
     families = ", ".join(f"case {family.case} with n = {family.n}" for family in ours[GAMMA].families)
-    third = nearest(points[GAMMA], 3)
-    cases = ", ".join(f"case {family.case} with n = {family.n}" for family in third.families)
+    others = []
+    for order in (1, 3):
+        point = nearest(points[GAMMA], order)
+        cases = " and ".join(f"case {family.case} with n = {family.n}" for family in point.families)
+        others.append(f"m = {order} ({cases}) at omega = {point.omega:.9f}, b = {point.clearance:.9f}")
     section.say(
         f'**Which case.** Section 5 says that it takes "the second case". The computed point is, in the order of (42),'
-        f" {families}: what Section 5 writes is the first case. The second case of (42) has, for n = 1, m = 3 ({cases})"
-        f" and its next point is at omega = {third.omega:.9f}, b = {third.clearance:.9f}, far from the printed one."
+        f" {families}: what Section 5 writes is the first case. Cases 2 and 3 have odd m, and the points of theirs that"
+        f" are nearest to the printed omega are far from it: {'; '.join(others)}."
     )
 
 

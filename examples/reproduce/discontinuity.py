@@ -9,7 +9,8 @@ import numpy as np
 from examples.reproduce.codimension_two import nearest, points_of
 from examples.reproduce.page import Section
 from examples.reproduce.paper import GAMMA, READINGS
-from grazemap import Client, DiscontinuityMapping, GrazingCurve, UnfoldingMap
+from grazemap import Client, CodimensionTwoPoints, DiscontinuityMapping, GrazingCurve, UnfoldingMap
+from grazemap.plots.axes import axes_or_new, legend_outside
 from grazemap.results import CodimensionTwoPoint
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 OMEGA = 0.29
 OVERSHOOTS = np.logspace(-8, -1, 22)
 SHOWN = (21, 18, 12, 6, 0)
-NEAR = (0.2785, 0.2835)
+NEAR = (0.2775, 0.2830)
 SWEPT = (0.278, 0.279, 0.2795, 0.2798)
 STEP = 2e-6
 
@@ -32,12 +33,12 @@ def mapping(client: Client) -> Section:
         chain, omega=OMEGA, overshoot=OVERSHOOTS * clearance, order="leading", returns=2, progress=False
     )
     section.say(
-        "The paper gives the mapping (27) to leading order and tests it nowhere. The exact mapping is two roots of known"
-        f" functions; here it is at omega = {OMEGA:g} on the grazing curve, b = {clearance:.12f}, with {GAMMA}. Mass 1"
-        " is taken straight beyond stop A by an overshoot delta; u = sqrt(2 delta/|a_1*|), and (27) is read as x + beta"
-        " u, not x* + beta u (see below). Errors are largest entries in units of b, omega b and radians. The last column"
-        " is the error of the Poincare map (26), made of the leading-order mapping, half a period after the steady"
-        " motion has met stops that stand delta inside its amplitude."
+        "The paper gives the mapping (27) to leading order and tests it nowhere. The exact mapping is two roots of"
+        f" known functions; here it is at omega = {OMEGA:g} on the grazing curve, b = {clearance:.12f}, with {GAMMA}."
+        " Mass 1 is taken straight beyond stop A by an overshoot delta; u = sqrt(2 delta/|a_1*|), and (27) is read as x"
+        " + beta u, not x* + beta u (see below). Errors are largest entries in units of b, omega b and radians. The"
+        " last column is the error of the Poincare map (26), made of the leading-order mapping, half a period after the"
+        " steady motion has met stops that stand delta inside its amplitude."
     )
     section.show(
         ["delta/b", "what the impact does", "error of x + beta u", "with gamma u^2 too", "error at the first return"],
@@ -79,16 +80,24 @@ def unfolding(client: Client) -> Section:
     section.draw(
         "unfolding.png",
         "Curves that leave the grazing curve near the point of Figure 5",
-        lambda: points.plot_unfolding(omega=NEAR),
+        lambda: _picture(points, swept),
     )
-    saddle_node = resonant[0]
+    swept = _swept(client, resonant[0])
+    section.say(
+        "The picture shows leading orders. The period doublings end at the saddle-nodes at the latest, beyond which"
+        " there are no such motions, and the line is drawn to there."
+    )
     section.say(
         "Simulation beside it: trajectories with the clearance raised in steps of"
-        f" {STEP:.0e}, each from where the one before has ended, keep their impacts up to the saddle-node and no further."
-        " The leading order is a limit for small x, and the last simulated clearance is right to the step:"
+        f" {STEP:.0e}, each from where the one before has ended, keep their impacts up to the saddle-node and no"
+        " further. The leading order is a limit for small x, and the last simulated clearance is right to the step:"
     )
     section.show(
-        ["omega", "x", "b - A, simulated", "b - A, leading order", "ratio"], _swept(client, saddle_node)
+        ["omega", "x", "b - A, simulated", "b - A, leading order", "ratio"],
+        [
+            [f"{omega:.4f}", f"{x:.6f}", f"{found:.6f}", f"{leading:.6f}", f"{found / leading:.3f}"]
+            for omega, x, found, leading in swept
+        ],
     )
     return section
 
@@ -120,8 +129,8 @@ def _leaving(recurrence: CodimensionTwoPoint, resonant: list[CodimensionTwoPoint
     return rows
 
 
-def _swept(client: Client, point: CodimensionTwoPoint) -> list[list[str]]:
-    """Return where impacts end as the clearance is raised, beside the saddle-node's leading order."""
+def _swept(client: Client, point: CodimensionTwoPoint) -> list[tuple[float, float, float, float]]:
+    """Return omega, x, and b - A where impacts end as the clearance is raised, and by the leading order."""
     rows = []
     assert point.unfolding is not None
     assert point.unfolding.quadratic is not None
@@ -140,8 +149,16 @@ def _swept(client: Client, point: CodimensionTwoPoint) -> list[list[str]]:
         hits = (umap.impacts_right[:, 0] == 1) | (umap.impacts_left[:, 0] == 1)
         last = int(np.flatnonzero(hits & (umap.kind[:, 0] == umap.kinds.index("periodic")))[-1])
         found = float(umap.clearance[last]) - amplitude
-        rows.append([f"{omega:.4f}", f"{x:.6f}", f"{found:.6f}", f"{leading:.6f}", f"{found / leading:.3f}"])
+        rows.append((omega, x, found, leading))
     return rows
+
+
+def _picture(points: CodimensionTwoPoints, swept: list[tuple[float, float, float, float]]) -> Axes:
+    ax = points.plot_unfolding(axes_or_new(None, 10.5, 5.0), omega=NEAR)
+    where, distances = [row[0] for row in swept], [row[2] for row in swept]
+    ax.plot(where, distances, "o", color="#222222", markerfacecolor="white", label="end of the impacts, simulated")
+    legend_outside(ax)
+    return ax
 
 
 def _errors(result: DiscontinuityMapping) -> Axes:

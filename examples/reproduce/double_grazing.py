@@ -82,9 +82,9 @@ def figure_3(client: Client) -> Section:
     section.say(
         f"The paper simulates (3), (4) with b = {printed.text} and shows a motion that touches both stops with zero"
         f" velocity. Below: A({GRAZING_OMEGA:g}) in closed form; what the largest displacement of a simulation without"
-        f" stops, from rest and {TRANSIENT} periods later, differs from it by less than; and what the simulation does at"
-        " the printed clearance: how far the steady motion stays from the stops, what a trajectory from rest settles to"
-        f" within {TRANSIENT} periods, and the speed of its impacts."
+        f" stops, from rest and {TRANSIENT} periods later, differs from it by less than; and what the simulation does"
+        " at the printed clearance: how far the steady motion stays from the stops, what a trajectory from rest settles"
+        f" to within {TRANSIENT} periods, and the speed of its impacts."
     )
     section.show(
         ["damping", "closed form", "simulated, within", "steady motion stays inside by", "from rest", "impact speed"],
@@ -93,9 +93,9 @@ def figure_3(client: Client) -> Section:
     hitting = [row for row in rows if row[-1] != "-"]
     for row in hitting:
         section.say(
-            f"With {row[0]} and b = {printed.text} the trajectory from rest comes to a motion {row[4]} that exists beside"
-            f" the steady one. It hits both stops in every period, at a speed of {row[5]} where the largest velocity is"
-            " of the order of omega b: in a phase portrait it, too, looks like a graze."
+            f"With {row[0]} and b = {printed.text} the trajectory from rest comes to a motion {row[4]} that exists"
+            f" beside the steady one. It hits both stops in every period, at a speed of {row[5]} where the largest"
+            " velocity is of the order of omega b: in a phase portrait it, too, looks like a graze."
         )
     chain = READINGS[GAMMA]
     point = graze(client, chain, GRAZING_OMEGA)
@@ -112,7 +112,11 @@ def figure_3(client: Client) -> Section:
         f" within {below(back)}: the double grazing motion of period 1. The {inside[GAMMA]:.0e} by which the motion"
         " misses the stops at the printed clearance could not be seen in the picture."
     )
-    section.draw("figure_3.png", "The double grazing motion at omega = 0.1", lambda: _titled(path, "Figure 3"))
+    section.draw(
+        "figure_3.png",
+        "The double grazing motion at omega = 0.1",
+        lambda: _titled(path, "Figure 3: double grazing motion"),
+    )
     return section
 
 
@@ -172,12 +176,12 @@ def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Sectio
     section.draw(
         "figure_6.png",
         "Mass 1 at the computed point, on the grazing trajectory",
-        lambda: _titled(paths[GAMMA, "computed", "steady"], "Figure 6, computed point"),
+        lambda: _titled(paths[GAMMA, "computed", "steady"], "Figure 6: grazing motion at the computed point"),
     )
     section.draw(
         "figure_6_printed.png",
         "Mass 1 at the printed omega and b, from rest",
-        lambda: _titled(paths[GAMMA, "printed", "rest"], "Figure 6, printed numbers, from rest"),
+        lambda: _titled(paths[GAMMA, "printed", "rest"], "Figure 6: from rest at the printed point"),
     )
     return section
 
@@ -203,7 +207,9 @@ def _titled(path: Trajectory, text: str) -> Axes:
     history, _ = path.plot()
     figure = history.get_figure(root=True)
     assert figure is not None
-    figure.suptitle(f"{text}. {figure.get_suptitle()}", fontsize=10)
+    request = path.meta["request"]
+    where = rf"$\omega$ = {request['omega']:.6g}, $b$ = {request['clearance']:.6f}"
+    figure.suptitle(f"{text}, {where}", fontsize=10)
     return history
 
 

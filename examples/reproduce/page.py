@@ -82,11 +82,11 @@ def save_pictures(section: Section, folder: Path) -> None:
 
 def logarithmic(ax: Axes) -> None:
     """Make the vertical axis logarithmic, with plain numbers: a grazing curve has peaks of very different heights."""
-    from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     ax.set_yscale("log")
     ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter(ScalarFormatter())
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.yaxis.set_minor_formatter(NullFormatter())
     ax.grid(alpha=0.25, linewidth=0.5)
 

@@ -1,4 +1,4 @@
-"""States as the service's two languages have them: (x_1, v_1, ..., theta) of the mapping, and a trajectory's initial."""
+"""States (x_1, v_1, ..., x_N, v_N, theta), as the discontinuity mapping has them, and trajectories from them."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def at(client: Client, oscillator: Oscillator, omega: float, clearance: float, s
 def turn(client: Client, oscillator: Oscillator, omega: float, state: Floats) -> tuple[float, Floats]:
     """Return the time at which mass 1, moving outwards, first turns back where there are no stops, and its state."""
     low, high = 0.0, np.pi / omega
-    for _ in range(6):  # each grid is a hundredth of the one before
-        times = np.linspace(low, high, 101)
+    for _ in range(3):  # each grid is one step of the one before
+        times = np.linspace(low, high, 2001)
         velocity = at(client, oscillator, omega, FAR, state, times)[:, 1]
         k = int(np.argmax(velocity <= 0.0))
         low, high = times[k - 1], times[k]
