@@ -13,7 +13,7 @@ from examples.reproduce.codimension_two import computed_points, figure_5, figure
 from examples.reproduce.discontinuity import mapping, unfolding
 from examples.reproduce.double_grazing import figure_2, figure_3, figure_6
 from examples.reproduce.errors import errors
-from examples.reproduce.motions import figure_9
+from examples.reproduce.figure_9 import figure_9
 from examples.reproduce.page import PICTURES, Row, Section, save_pictures, table, wrapped
 from examples.reproduce.paper import GAMMA, TITLE
 from grazemap import Client

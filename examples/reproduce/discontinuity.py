@@ -143,7 +143,7 @@ def _swept(client: Client, point: CodimensionTwoPoint) -> list[tuple[float, floa
         leading = point.unfolding.quadratic * x * x
         rows_up = int(np.ceil((1.5 * leading + 5e-4) / STEP))
         umap: UnfoldingMap = client.unfolding_map(
-            chain, omega=pair, clearance=amplitude - 5e-4 + STEP * np.arange(rows_up), policy="sweep-up",
+            chain, omega=pair, clearance=(amplitude - 5e-4 + STEP * np.arange(rows_up)).tolist(), policy="sweep-up",
             max_periods=4000, progress=False,
         )  # fmt: skip
         hits = (umap.impacts_right[:, 0] == 1) | (umap.impacts_left[:, 0] == 1)

@@ -63,11 +63,17 @@ def figure_3(client: Client) -> Section:
     for name, chain in READINGS.items():
         point = graze(client, chain, GRAZING_OMEGA)
         section.compare(printed, name, point.clearance, 12, "not on the curve, see Figure 3")
-        at_printed = {"omega": GRAZING_OMEGA, "clearance": printed.value, "progress": False}
-        free = {"omega": GRAZING_OMEGA, "clearance": FAR, "transient_periods": TRANSIENT, "progress": False}
-        peak = client.trajectory(chain, periods=1, times=[point.grazing.state[-1] % TURN / GRAZING_OMEGA], **free)
-        steady = client.trajectory(chain, periods=4, initial=initial(point.grazing.state), **at_printed)
-        settled = client.trajectory(chain, periods=4, transient_periods=TRANSIENT, **at_printed)
+        start, clearance = initial(point.grazing.state), printed.value
+        peak = client.trajectory(
+            chain, omega=GRAZING_OMEGA, clearance=FAR, periods=1, transient_periods=TRANSIENT,
+            times=[point.grazing.state[-1] % TURN / GRAZING_OMEGA], progress=False,
+        )  # fmt: skip
+        steady = client.trajectory(
+            chain, omega=GRAZING_OMEGA, clearance=clearance, initial=start, periods=4, progress=False
+        )
+        settled = client.trajectory(
+            chain, omega=GRAZING_OMEGA, clearance=clearance, periods=4, transient_periods=TRANSIENT, progress=False
+        )
         inside[name] = closest(steady)
         rows.append(
             [

@@ -11,8 +11,9 @@ from examples.reproduce.codimension_two import computed_points, figure_5, figure
 from examples.reproduce.discontinuity import mapping, unfolding
 from examples.reproduce.double_grazing import figure_2, figure_3
 from examples.reproduce.errors import errors
+from examples.reproduce.motions import Run
 from examples.reproduce.page import PICTURES, Section
-from examples.reproduce.paper import GAMMA
+from examples.reproduce.paper import GAMMA, Region
 from grazemap.embedded import LocalClient
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -65,3 +66,12 @@ def test_a_changed_digit_is_seen() -> None:
     assert same("1.3383e-08", "1.3384e-08")
     assert not same("1.3383e-08", "1.3393e-08")
     assert same("1e-14", "1e-13")
+
+
+def test_a_printed_label_is_matched_by_impacts_and_turns() -> None:
+    run = Run([1.6432, 1.6427], [0.1, 0.1], "periodic", (3, 4, 3), turns=6)
+    assert run.matches(Region("p", 6, 4, 3))
+    assert not run.matches(Region("p", 3, 4, 3))  # the least period is not the printed n
+    assert not run.matches(Region("p", 6, 3, 4))
+    assert run.matches(Region("p", 6, 3, 4), mirrored=True)
+    assert not Run([1.6], [float("nan")], "chaotic", None).matches(Region("r", None, None, None))
