@@ -52,7 +52,7 @@ def head(rows: list[Row], cpu: str) -> str:
         ),
         "Every number that the paper prints as a result, beside ours:",
         table(
-            ["where", "what", "printed", "computed", ""],
+            ["where", "what", "printed", "computed", "agreement"],
             [[row.where, row.what, row.printed, row.computed, row.verdict] for row in rows],
         ),
     ]
