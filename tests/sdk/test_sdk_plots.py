@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from sdk_documents import MANY, POINTS, REQUESTS, npz
+from sdk_documents import MANY, POINTS, REQUESTS, document, npz
 
 from grazemap.plots import palette, save_picture
 from grazemap.plots.axes import new_figure
@@ -79,6 +79,18 @@ def test_an_impact_is_a_jump_between_its_two_velocities():
     assert velocity[time == 5.0].tolist() == [0.5, -0.8 * 0.5]
     # the sample at the very moment of an impact comes after it
     assert velocity[time == 20.0].tolist() == [-0.25, 0.2, 1.0]
+
+
+def test_a_graze_is_told_from_an_impact():
+    impacts = {**document("trajectories")["impacts"], "kind": np.array(["impact", "graze"])}
+    history, _ = decode_result(npz("trajectories", {"impacts": impacts})).plot()
+    assert legend(history) == ["stops A, C", "impacts", "grazes"]
+    faces = {line.get_label(): line.get_markerfacecolor() for line in history.get_lines()}
+    assert faces["grazes"] == "white" != faces["impacts"]
+    assert history.get_figure().get_suptitle().endswith("1 impact, 1 graze")
+    none = {name: values[:0] for name, values in impacts.items()}
+    history, _ = decode_result(npz("trajectories", {"impacts": none})).plot()
+    assert history.get_figure().get_suptitle().endswith("no impacts")
 
 
 def test_there_is_no_mass_beyond_the_last():
@@ -191,13 +203,31 @@ def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
 
 def test_what_leaves_a_resonant_point_is_drawn_against_the_grazing_curve():
     ax = decode_result(npz("codimension-two-points")).plot_unfolding()
-    assert legend(ax) == [r"grazing curve $b = A(\omega)$", "SN, one-sided, n = 1"]
+    assert legend(ax) == [
+        r"grazing curve $b = A(\omega)$",
+        "SN, one-sided, n = 1",
+        "to where motions leave the graze",
+    ]
     curve = next(line for line in ax.lines if line.get_label().startswith("SN"))
     x, y = curve.get_data()
     assert len(x) == 60
     assert x[0] == 0.28
     np.testing.assert_allclose(y, 120.0 * (x - 0.28) ** 2, rtol=1e-9, atol=1e-15)
     assert ax.get_xlim() == (0.2, 0.3)
+
+
+def test_a_curve_is_drawn_no_further_than_the_saddle_node_of_its_motions():
+    saddle_node = next(point for point in POINTS if point["kind"] == "resonant")
+    unfolding = {
+        **saddle_node["unfolding"], "curve_omega": 1, "contact": "transversal", "slope": 0.5, "quadratic": None
+    }  # fmt: skip
+    doubling = {**saddle_node, "omega": 0.278, "bifurcation": "PD", "unfolding": unfolding}
+    for symmetric, ends in ((saddle_node["symmetric"], True), (not saddle_node["symmetric"], False)):
+        points = [{**doubling, "symmetric": symmetric}, saddle_node]
+        ax = decode_result(npz("codimension-two-points", {"points": points})).plot_unfolding(omega=(0.27, 0.29))
+        x, y = next(line for line in ax.lines if line.get_label().startswith("PD")).get_data()
+        assert np.all(y[x < 0.28] <= 120.0 * (x[x < 0.28] - 0.28) ** 2) == ends
+        assert (x[-1] < 0.28) == ends
 
 
 def test_points_without_an_unfolding_leave_the_grazing_curve_alone():

@@ -23,7 +23,8 @@ def plot_local_unfolding(
     """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
 
     Saddle-nodes bound two motions, of which the branch that grows from the graze is one; period doubling and symmetry
-    breaking end the stability of that branch. Curves of motions that touch a stop elsewhere are pale.
+    breaking end the stability of that branch. As a branch has no motions beyond its saddle-node, what would lead across
+    that curve is drawn up to it: there its leading order ends. Curves of motions that touch a stop elsewhere are pale.
     """
     ax = axes_or_new(ax)
     interval = result.meta["request"]["omega"]
@@ -32,7 +33,7 @@ def plot_local_unfolding(
     ax.axhline(0.0, color=INK, linewidth=1.2, label=r"grazing curve $b = A(\omega)$", zorder=3)
     resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
     for point, unfolding in resonant:
-        _draw(ax, point, unfolding, start, stop)
+        _draw(ax, point, unfolding, start, stop, _saddle_nodes(point, resonant))
     for point in points:
         if point.kind == "recurrence" and point.active:
             ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
@@ -48,7 +49,28 @@ def plot_local_unfolding(
     return ax
 
 
-def _draw(ax: Axes, point: CodimensionTwoPoint, unfolding: Unfolding, start: float, stop: float) -> None:
+def _saddle_nodes(
+    point: CodimensionTwoPoint, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]
+) -> list[tuple[float, float]]:
+    """Return omega and coefficient of the other points at which saddle-nodes of the same motions leave the curve."""
+    return [
+        (other.omega, unfolding.quadratic)
+        for other, unfolding in resonant
+        if other is not point
+        and other.bifurcation == "SN"
+        and (other.symmetric, other.multiple) == (point.symmetric, point.multiple)
+        and unfolding.quadratic is not None
+    ]
+
+
+def _draw(
+    ax: Axes,
+    point: CodimensionTwoPoint,
+    unfolding: Unfolding,
+    start: float,
+    stop: float,
+    saddle_nodes: list[tuple[float, float]],
+) -> None:
     marker, colour, _ = BIFURCATIONS[point.bifurcation or "SN"]
     end = stop if unfolding.curve_omega > 0 else start
     # a leading order: not as far as it would leave the grazing curve by more than a fraction of the clearance
@@ -58,8 +80,13 @@ def _draw(ax: Axes, point: CodimensionTwoPoint, unfolding: Unfolding, start: flo
         far / abs(unfolding.slope) if unfolding.slope else np.inf,
         (far / abs(unfolding.quadratic)) ** 0.5 if unfolding.quadratic else np.inf,
     )
-    x = np.linspace(0.0, unfolding.curve_omega * reach, 60)
+    x = np.linspace(0.0, unfolding.curve_omega * reach, 600)
     distance = unfolding.slope * x + (unfolding.quadratic or 0.0) * x * x
+    for omega, quadratic in saddle_nodes:
+        across = distance > quadratic * (point.omega + x - omega) ** 2
+        if across.any():
+            end_of_curve = int(np.argmax(across))
+            x, distance = x[:end_of_curve], distance[:end_of_curve]
     family = "symmetric" if point.symmetric else "one-sided"
     pale = unfolding.admissible is False
     ax.plot(
@@ -85,10 +112,11 @@ def _draw(ax: Axes, point: CodimensionTwoPoint, unfolding: Unfolding, start: flo
 
 def _label_sides(ax: Axes, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]) -> None:
     """Say with arrows on which side of the grazing curve the motions of each family begin, beside its saddle-nodes."""
-    for point, unfolding in resonant:
-        if point.bifurcation != "SN":
-            continue
-        _, colour, _ = BIFURCATIONS["SN"]
+    _, colour, _ = BIFURCATIONS["SN"]
+    saddle_nodes = [(point, unfolding) for point, unfolding in resonant if point.bifurcation == "SN"]
+    if saddle_nodes:
+        ax.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="to where motions leave the graze")
+    for point, unfolding in saddle_nodes:
         for side, where in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
             ax.annotate(
                 "",

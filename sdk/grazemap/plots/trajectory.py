@@ -145,17 +145,21 @@ def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, start: fl
     for side, text in ((1, "stops A, C"), (-1, None)):
         history.axhline(side * clearance, color=_STOP, linewidth=2.0, label=text, zorder=0)
         portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
-    inside = impacts.time >= start
-    if inside.any():
-        history.plot(
-            impacts.time[inside],
-            impacts.stop[inside] * clearance,
-            linestyle="none",
-            marker="o",
-            markersize=3.0,
-            color=_IMPACT,
-            label="impacts",
-        )
+    grazing = impacts.kind == "graze"
+    for chosen, text, face in ((~grazing, "impacts", _IMPACT), (grazing, "grazes", "white")):
+        inside = chosen & (impacts.time >= start)
+        if inside.any():
+            history.plot(
+                impacts.time[inside],
+                impacts.stop[inside] * clearance,
+                linestyle="none",
+                marker="o",
+                markersize=3.5,
+                color=_IMPACT,
+                markerfacecolor=face,
+                clip_on=False,
+                label=text,
+            )
     portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
 
 
@@ -170,5 +174,11 @@ def _where(trajectory: Trajectory) -> str:
 
 
 def _title(trajectory: Trajectory, mass: int) -> str:
-    named, impacts = motion_text(_named(trajectory)), len(trajectory.impacts)
-    return f"Mass {mass} {_where(trajectory)}: {named}, {impacts} impacts"
+    named, grazes = motion_text(_named(trajectory)), int(np.sum(trajectory.impacts.kind == "graze"))
+    impacts = len(trajectory.impacts) - grazes
+    counts = [
+        f"{count} {text[: -1 if count == 1 else None]}"
+        for count, text in ((impacts, "impacts"), (grazes, "grazes"))
+        if count
+    ]
+    return f"Mass {mass} {_where(trajectory)}: {named}, {', '.join(counts) or 'no impacts'}"

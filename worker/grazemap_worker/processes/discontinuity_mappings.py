@@ -20,12 +20,11 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
     """
     from grazemap_core.discontinuity import exact_mapping, largest_overshoot, leading_mapping, mapping_error
     from grazemap_core.discontinuity import straight_beyond as beyond
+    from grazemap_core.errors import ParameterError
     from grazemap_core.grazing_point import grazing_point
     from grazemap_core.half_period_map import half_period_jacobian
     from grazemap_core.recurrence import next_contact, recurrence_sequence
     from grazemap_core.return_map import compare_returns
-
-    from grazemap_core.errors import ParameterError
 
     oscillator = core_oscillator(request.oscillator)
     point = grazing_point(oscillator, request.omega, STOPS[request.stop])

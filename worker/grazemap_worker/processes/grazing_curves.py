@@ -17,10 +17,9 @@ def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object])
     The points are the codimension-two points between the first and the last omega, both kinds, with the default
     largest multiple. Where the request asks for the sequence: xi, shape (n, max_order). Raises CoreError.
     """
-    from grazemap_core.recurrence import xi_along
-
     from grazemap_core.codim2 import codimension_two_points
     from grazemap_core.grazing import grazing_curve
+    from grazemap_core.recurrence import xi_along
 
     oscillator = core_oscillator(request.oscillator)
     omega = grid_values(request.omega)

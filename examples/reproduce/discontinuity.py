@@ -1,0 +1,165 @@
+"""The discontinuity mapping of Section 3 beside the motion itself, and what leaves a codimension-two point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from examples.reproduce.codimension_two import nearest, points_of
+from examples.reproduce.page import Section
+from examples.reproduce.paper import GAMMA, READINGS
+from grazemap import Client, CodimensionTwoPoints, DiscontinuityMapping, GrazingCurve, UnfoldingMap
+from grazemap.plots.axes import axes_or_new, legend_outside
+from grazemap.results import CodimensionTwoPoint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+OMEGA = 0.29
+OVERSHOOTS = np.logspace(-8, -1, 22)
+SHOWN = (21, 18, 12, 6, 0)
+NEAR = (0.2775, 0.2830)
+SWEPT = (0.278, 0.279, 0.2795, 0.2798)
+STEP = 2e-6
+
+
+def mapping(client: Client) -> Section:
+    """Return the errors of the mapping (27), of the next order, and of the Poincare map (26)."""
+    section = Section("Section 3: the discontinuity mapping")
+    chain = READINGS[GAMMA]
+    clearance = client.discontinuity_mapping(chain, omega=OMEGA, overshoot=[1e-3], progress=False).clearance
+    result = client.discontinuity_mapping(
+        chain, omega=OMEGA, overshoot=OVERSHOOTS * clearance, order="leading", returns=2, progress=False
+    )
+    section.say(
+        "The paper gives the mapping (27) to leading order and tests it nowhere. The exact mapping is two roots of"
+        f" known functions; here it is at omega = {OMEGA:g} on the grazing curve, b = {clearance:.12f}, with {GAMMA}."
+        " Mass 1 is taken straight beyond stop A by an overshoot delta; u = sqrt(2 delta/|a_1*|), and (27) is read as x"
+        " + beta u, not x* + beta u (see below). Errors are largest entries in units of b, omega b and radians. The"
+        " last column is the error of the Poincare map (26), made of the leading-order mapping, half a period after the"
+        " steady motion has met stops that stand delta inside its amplitude."
+    )
+    section.show(
+        ["delta/b", "what the impact does", "error of x + beta u", "with gamma u^2 too", "error at the first return"],
+        [
+            [f"{OVERSHOOTS[k]:.1e}"]
+            + [f"{values[k]:.4e}" for values in (result.size, result.error, result.error_of_second_order)]
+            + [f"{result.returns.error[k, 1]:.4e}"]
+            for k in SHOWN
+        ],
+    )
+    section.draw("discontinuity_mapping.png", "Errors of the mapping over the overshoot", lambda: _errors(result))
+    section.say(
+        f"The exponents fitted to the errors are {result.fitted_order:.3f} and {result.fitted_order_of_second:.3f}: the"
+        " leading-order mapping errs by O(delta), the next one by O(delta^(3/2)), as their expansions say. The mapping"
+        f" exists up to delta = {result.largest_overshoot / clearance:.4f} b."
+    )
+    return section
+
+
+def unfolding(client: Client) -> Section:
+    """Return what leaves the grazing curve near the printed point, and how that compares with simulation."""
+    section = Section("What leaves the grazing curve at the point of Figure 5")
+    points = points_of(client, GAMMA)
+    recurrence = nearest(points, 2)
+    resonant = [
+        min(
+            (p for p in points.points if p.bifurcation == name and not p.symmetric and p.multiple == 1),
+            key=lambda p: abs(p.omega - recurrence.omega),
+        )
+        for name in ("SN", "PD")
+    ]
+    section.say(
+        "The paper takes the point with xi_1 = 0 for the centre of its unfolding diagram, Figure 8. For one mass that"
+        " is also where saddle-node and period-doubling curves of motions with one impact in a period leave the grazing"
+        " curve. For a chain the point splits in three, as the answers to all earlier impacts add up; the distance x is"
+        f" taken from the point itself, and {GAMMA}:"
+    )
+    section.show(["point", "omega", "b", "leaves the grazing curve", "impact speed"], _leaving(recurrence, resonant))
+    section.draw(
+        "unfolding.png",
+        "Curves that leave the grazing curve near the point of Figure 5",
+        lambda: _picture(points, swept),
+    )
+    swept = _swept(client, resonant[0])
+    section.say(
+        "The picture shows leading orders. The period doublings end at the saddle-nodes at the latest, beyond which"
+        " there are no such motions, and the line is drawn to there."
+    )
+    section.say(
+        "Simulation beside it: trajectories with the clearance raised in steps of"
+        f" {STEP:.0e}, each from where the one before has ended, keep their impacts up to the saddle-node and no"
+        " further. The leading order is a limit for small x, and the last simulated clearance is right to the step:"
+    )
+    section.show(
+        ["omega", "x", "b - A, simulated", "b - A, leading order", "ratio"],
+        [
+            [f"{omega:.4f}", f"{x:.6f}", f"{found:.6f}", f"{leading:.6f}", f"{found / leading:.3f}"]
+            for omega, x, found, leading in swept
+        ],
+    )
+    return section
+
+
+def _leaving(recurrence: CodimensionTwoPoint, resonant: list[CodimensionTwoPoint]) -> list[list[str]]:
+    rows = [
+        [
+            "recurrence, xi_1 = 0",
+            f"{recurrence.omega:.12f}",
+            f"{recurrence.clearance:.12f}",
+            "nothing of period 1",
+            "-",
+        ]
+    ]
+    for point in resonant:
+        curve = point.unfolding
+        assert curve is not None
+        form = f"{curve.slope:+.6f} x" if curve.quadratic is None else f"{curve.quadratic:+.4f} x^2"
+        side = "x > 0" if curve.curve_omega > 0 else "x < 0"
+        rows.append(
+            [
+                f"{point.bifurcation}, one impact a period",
+                f"{point.omega:.12f}",
+                f"{point.clearance:.12f}",
+                f"b - A = {form}, {side}, {curve.contact}" + ("" if curve.admissible else "; not admissible"),
+                f"{abs(curve.velocity_slope):.5f} abs(x)",
+            ]
+        )
+    return rows
+
+
+def _swept(client: Client, point: CodimensionTwoPoint) -> list[tuple[float, float, float, float]]:
+    """Return omega, x, and b - A where impacts end as the clearance is raised, and by the leading order."""
+    rows = []
+    assert point.unfolding is not None
+    assert point.unfolding.quadratic is not None
+    for omega in SWEPT:
+        chain = READINGS[GAMMA]
+        # curves and maps have at least two values of omega; the second is not used
+        pair = [omega, omega + 1e-3]
+        curve: GrazingCurve = client.grazing_curve(chain, omega=pair, progress=False)
+        amplitude, x = float(curve.clearance[0]), omega - point.omega
+        leading = point.unfolding.quadratic * x * x
+        rows_up = int(np.ceil((1.5 * leading + 5e-4) / STEP))
+        umap: UnfoldingMap = client.unfolding_map(
+            chain, omega=pair, clearance=(amplitude - 5e-4 + STEP * np.arange(rows_up)).tolist(), policy="sweep-up",
+            max_periods=4000, progress=False,
+        )  # fmt: skip
+        hits = (umap.impacts_right[:, 0] == 1) | (umap.impacts_left[:, 0] == 1)
+        last = int(np.flatnonzero(hits & (umap.kind[:, 0] == umap.kinds.index("periodic")))[-1])
+        found = float(umap.clearance[last]) - amplitude
+        rows.append((omega, x, found, leading))
+    return rows
+
+
+def _picture(points: CodimensionTwoPoints, swept: list[tuple[float, float, float, float]]) -> Axes:
+    ax = points.plot_unfolding(axes_or_new(None, 10.5, 5.0), omega=NEAR)
+    where, distances = [row[0] for row in swept], [row[2] for row in swept]
+    ax.plot(where, distances, "o", color="#222222", markerfacecolor="white", label="end of the impacts, simulated")
+    legend_outside(ax)
+    return ax
+
+
+def _errors(result: DiscontinuityMapping) -> Axes:
+    return result.plot()

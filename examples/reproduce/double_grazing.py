@@ -1,0 +1,237 @@
+"""Figures 2, 3 and 6: the grazing curve, and motions that just touch both stops."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from examples.reproduce.page import Section, below, logarithmic
+from examples.reproduce.paper import (
+    GAMMA,
+    GRAZING_CLEARANCE,
+    GRAZING_OMEGA,
+    POINT_CLEARANCE,
+    POINT_OMEGA,
+    READINGS,
+)
+from examples.reproduce.states import FAR, TURN, closest, graze, initial
+from grazemap import Client, GrazingCurve, Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+CURVE = (0.05, 1.2)
+TABLE = [0.1, 0.2, 0.28109, 0.3, 0.4, 0.6, 0.8, 1.0, 1.2]
+TRANSIENT = 3000
+
+
+def figure_2(client: Client) -> Section:
+    """Return the grazing curve in both readings of zeta."""
+    section = Section("Figure 2: the grazing curve")
+    curves = {name: client.grazing_curve(chain, omega=CURVE, points=2000) for name, chain in READINGS.items()}
+    section.say(
+        "The clearance at which the steady motion touches both stops, b = A(omega), equations (16)-(19). The text gives"
+        " no numbers of this figure, and not the range of its axes. The paper's zeta_i = 0.05 can be read in two ways:"
+        " as gamma = 0.05 of proportional damping, which fits its equations (5)-(7) and is what grazemap takes unless"
+        " told otherwise, or as one damping per link, as the matrix of (3) is printed."
+    )
+    section.draw("figure_2.png", "The grazing curve in both readings of zeta", lambda: _both(curves))
+    values = {
+        name: client.grazing_curve(chain, omega=TABLE, progress=False).clearance for name, chain in READINGS.items()
+    }
+    section.show(
+        ["omega", *(f"A(omega), {name}" for name in READINGS)],
+        [[f"{omega:g}", *(f"{values[name][k]:.12f}" for name in READINGS)] for k, omega in enumerate(TABLE)],
+    )
+    peaks = []
+    for name, curve in curves.items():
+        k = int(np.argmax(curve.clearance))
+        peaks.append(f"{curve.clearance[k]:.1f} at omega = {curve.omega[k]:.3f} with {name}")
+    section.say(
+        f"The highest peak is {' and '.join(peaks)}: whoever has the printed picture can tell by it which reading was"
+        " drawn."
+    )
+    return section
+
+
+def figure_3(client: Client) -> Section:
+    """Return the double grazing motion at omega = 0.1: on the computed clearance, and on the printed one."""
+    section = Section(f"Figure 3: the double grazing motion at omega = {GRAZING_OMEGA:g}")
+    printed = GRAZING_CLEARANCE
+    rows, inside = [], {}
+    for name, chain in READINGS.items():
+        point = graze(client, chain, GRAZING_OMEGA)
+        section.compare(printed, name, point.clearance, 12, "not on the curve, see Figure 3")
+        start, clearance = initial(point.grazing.state), printed.value
+        peak = client.trajectory(
+            chain, omega=GRAZING_OMEGA, clearance=FAR, periods=1, transient_periods=TRANSIENT,
+            times=[point.grazing.state[-1] % TURN / GRAZING_OMEGA], progress=False,
+        )  # fmt: skip
+        steady = client.trajectory(
+            chain, omega=GRAZING_OMEGA, clearance=clearance, initial=start, periods=4, progress=False
+        )
+        settled = client.trajectory(
+            chain, omega=GRAZING_OMEGA, clearance=clearance, periods=4, transient_periods=TRANSIENT, progress=False
+        )
+        inside[name] = closest(steady)
+        rows.append(
+            [
+                name,
+                f"{point.clearance:.12f}",
+                below(float(peak.displacement[0, 0]) - point.clearance),
+                f"{inside[name]:.3e}" + ("" if not len(steady.impacts) else " (hits)"),
+                _motion(settled),
+                f"{_fastest(settled):.6f}" if len(settled.impacts) else "-",
+            ]
+        )
+    section.say(
+        f"The paper simulates (3), (4) with b = {printed.text} and shows a motion that touches both stops with zero"
+        f" velocity. Below: A({GRAZING_OMEGA:g}) in closed form; what the largest displacement of a simulation without"
+        f" stops, from rest and {TRANSIENT} periods later, differs from it by less than; and what the simulation does"
+        " at the printed clearance: how far the steady motion stays from the stops, what a trajectory from rest settles"
+        f" to within {TRANSIENT} periods, and the speed of its impacts."
+    )
+    section.show(
+        ["damping", "closed form", "simulated, within", "steady motion stays inside by", "from rest", "impact speed"],
+        rows,
+    )
+    hitting = [row for row in rows if row[-1] != "-"]
+    for row in hitting:
+        section.say(
+            f"With {row[0]} and b = {printed.text} the trajectory from rest comes to a motion {row[4]} that exists"
+            f" beside the steady one. It hits both stops in every period, at a speed of {row[5]} where the largest"
+            " velocity is of the order of omega b: in a phase portrait it, too, looks like a graze."
+        )
+    chain = READINGS[GAMMA]
+    point = graze(client, chain, GRAZING_OMEGA)
+    path = client.trajectory(
+        chain, omega=GRAZING_OMEGA, clearance=point.clearance, initial=initial(point.grazing.state), periods=2,
+        samples_per_period=1000, progress=False,
+    )  # fmt: skip
+    grazes = int(np.sum(path.impacts.kind == "graze"))
+    back = float(np.max(np.abs(path.displacement[:, ::1000] - path.displacement[:, :1])))
+    section.say(
+        f"On the computed clearance, started in the graze at stop A, the simulation with its certified search for"
+        f" contacts meets the stops {len(path.impacts)} times in 2 periods; {grazes} of these are touches within"
+        f" round-off, at velocities below {below(_fastest(path))}, and after each period the displacements are back to"
+        f" within {below(back)}: the double grazing motion of period 1. The {inside[GAMMA]:.0e} by which the motion"
+        " misses the stops at the printed clearance could not be seen in the picture."
+    )
+    section.draw(
+        "figure_3.png",
+        "The double grazing motion at omega = 0.1",
+        lambda: _titled(path, "Figure 3: double grazing motion"),
+    )
+    return section
+
+
+def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Section:
+    """Return the motion at the printed codimension-two point, and at the computed ones.
+
+    Parameters
+    ----------
+    client : Client
+    computed : dict
+        From readings to omega and clearance of the computed point.
+    """
+    section = Section("Figure 6: the grazing trajectory at the codimension-two point")
+    section.say(
+        f"The paper simulates with omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text} and shows a motion of mass 1"
+        " that grazes. Here: the printed numbers and the computed points, in both readings of zeta. A steady motion"
+        " that starts in its largest displacement is on the grazing point at stop A; a negative distance says that it"
+        " would go beyond the stop, and there it starts on it. Motions from rest are recorded after"
+        f" {TRANSIENT} periods."
+    )
+    rows, paths = [], {}
+    for name, chain in READINGS.items():
+        places = [("printed", POINT_OMEGA.value, POINT_CLEARANCE.value), ("computed", *computed[name])]
+        for label, omega, clearance in places:
+            point = graze(client, chain, omega)
+            state = point.grazing.state.copy()
+            state[0] = min(state[0], clearance)
+            for start in ("steady", "rest"):
+                path = client.trajectory(
+                    chain, omega=omega, clearance=clearance, initial=initial(state) if start == "steady" else None,
+                    periods=4, transient_periods=0 if start == "steady" else TRANSIENT, samples_per_period=1000,
+                    progress=False,
+                )  # fmt: skip
+                paths[name, label, start] = path
+                inside = clearance - point.clearance
+                rows.append(
+                    [
+                        name,
+                        label,
+                        f"{omega:.12g}",
+                        f"{clearance:.13g}",
+                        "0" if abs(inside) < 1e-15 else f"{inside:.2e}",
+                        start,
+                        _contacts(path),
+                        _motion(path),
+                    ]
+                )
+    section.show(
+        ["damping", "point", "omega", "b", "b - A(omega)", "start", "contacts in 4 periods", "motion"],
+        rows,
+    )
+    section.say(
+        "A motion that meets the stops only in grazes is one of vanishing impacts; as long as its contacts are touches"
+        ' to within round-off grazemap gives it no name ("unresolved"). It is not what trajectories from rest find:'
+        " at these points the graze recurs, and what settles next to it has impacts."
+    )
+    section.draw(
+        "figure_6.png",
+        "Mass 1 at the computed point, on the grazing trajectory",
+        lambda: _titled(paths[GAMMA, "computed", "steady"], "Figure 6: grazing motion at the computed point"),
+    )
+    section.draw(
+        "figure_6_printed.png",
+        "Mass 1 at the printed omega and b, from rest",
+        lambda: _titled(paths[GAMMA, "printed", "rest"], "Figure 6: from rest at the printed point"),
+    )
+    return section
+
+
+def _both(curves: dict[str, GrazingCurve]) -> Axes:
+    from matplotlib.ticker import MultipleLocator
+
+    from grazemap.plots.axes import axes_or_new, label_plane
+
+    ax = axes_or_new(None, 10.0, 4.6)
+    for (name, curve), colour, style in zip(curves.items(), ("#222222", "#D55E00"), ("-", "--"), strict=True):
+        ax.plot(curve.omega, curve.clearance, style, color=colour, linewidth=1.4, label=name)
+    label_plane(ax, "nondimensional")
+    ax.set_title("Figure 2: grazing curve $b = A(\\omega)$", fontsize=10)
+    ax.xaxis.set_major_locator(MultipleLocator(0.1))
+    ax.margins(x=0.01)
+    logarithmic(ax)
+    ax.legend(frameon=False)
+    return ax
+
+
+def _titled(path: Trajectory, text: str) -> Axes:
+    history, _ = path.plot()
+    figure = history.get_figure(root=True)
+    assert figure is not None
+    request = path.meta["request"]
+    where = rf"$\omega$ = {request['omega']:.6g}, $b$ = {request['clearance']:.6f}"
+    figure.suptitle(f"{text}, {where}", fontsize=10)
+    return history
+
+
+def _motion(path: Trajectory) -> str:
+    return path.motion.label or path.motion.kind
+
+
+def _fastest(path: Trajectory) -> float:
+    return float(np.max(np.abs(path.impacts.velocity)))
+
+
+def _contacts(path: Trajectory) -> str:
+    """Say how many contacts there are on each stop, and how fast they are."""
+    if not len(path.impacts):
+        return "none"
+    right, left = int(np.sum(path.impacts.stop == 1)), int(np.sum(path.impacts.stop == -1))
+    fastest = _fastest(path)
+    speed = f"speed up to {fastest:.4f}" if fastest > 1e-6 else f"grazes, speed below {below(fastest)}"
+    return f"{right} on A, {left} on C; {speed}"
