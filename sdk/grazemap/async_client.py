@@ -17,13 +17,15 @@ from grazemap.errors import ProtocolError
 from grazemap.jobs import AsyncJobHandle
 from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
-from grazemap.questions import CoordinateLike, OscillatorLike, StateLike, Values
+from grazemap.questions import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
     Basins,
     BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
+    OrbitBranch,
+    PeriodicOrbit,
     Result,
     Trajectories,
     Trajectory,
@@ -245,6 +247,43 @@ class AsyncClient:
             oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
         )
         return await self._answer(Basins, request, progress)
+
+    async def periodic_orbit(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        motion: MotionLike | None = None,
+        initial: StateLike | None = None,
+        transient_periods: int = 1000,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> PeriodicOrbit:
+        """As `Client.periodic_orbit`."""
+        request = questions.periodic_orbit(oscillator, omega, clearance, motion, initial, transient_periods, max_period)
+        return await self._answer(PeriodicOrbit, request, progress)
+
+    async def orbit_branch(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        motion: MotionLike | None = None,
+        initial: StateLike | None = None,
+        transient_periods: int = 1000,
+        max_period: int = 32,
+        vary: str = "clearance",
+        range: tuple[float, float],
+        max_points: int = 2000,
+        progress: bool = True,
+    ) -> OrbitBranch:
+        """As `Client.orbit_branch`."""
+        request = questions.orbit_branch(
+            oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
+        )
+        return await self._answer(OrbitBranch, request, progress)
 
     async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process

@@ -17,13 +17,15 @@ from grazemap.errors import ProtocolError
 from grazemap.jobs import JobHandle
 from grazemap.models import ProcessRequest, Status
 from grazemap.progress import Listener
-from grazemap.questions import CoordinateLike, OscillatorLike, StateLike, Values
+from grazemap.questions import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
     Basins,
     BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
+    OrbitBranch,
+    PeriodicOrbit,
     Result,
     Trajectories,
     Trajectory,
@@ -429,6 +431,75 @@ class Client:
             oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
         )
         return self._answer(Basins, request, progress)
+
+    def periodic_orbit(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        motion: MotionLike | None = None,
+        initial: StateLike | None = None,
+        transient_periods: int = 1000,
+        max_period: int = 32,
+        progress: bool = True,
+    ) -> PeriodicOrbit:
+        """Solve for a periodic motion with impacts.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float
+        motion : (period, stops) or mapping, optional
+            Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping also phases and velocities,
+            where Newton's method begins. Left out: what the trajectory from `initial`, or from rest, settles to.
+        initial : State, InitialState or mapping, optional
+        transient_periods, max_period : int
+            Forcing periods that the trajectory has to settle, and the longest period looked for.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.periodic_orbit(oscillator, omega, clearance, motion, initial, transient_periods, max_period)
+        return self._answer(PeriodicOrbit, request, progress)
+
+    def orbit_branch(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: float,
+        clearance: float,
+        motion: MotionLike | None = None,
+        initial: StateLike | None = None,
+        transient_periods: int = 1000,
+        max_period: int = 32,
+        vary: str = "clearance",
+        range: tuple[float, float],
+        max_points: int = 2000,
+        progress: bool = True,
+    ) -> OrbitBranch:
+        """Follow the branch of a periodic motion over clearance or omega.
+
+        Parameters
+        ----------
+        oscillator, omega, clearance, motion, initial, transient_periods, max_period, progress
+            As for `periodic_orbit`: an orbit of the branch.
+        vary : {"clearance", "omega"}
+        range : (start, stop)
+            Of the parameter that varies; holds the orbit's value.
+        max_points : int
+            In either direction.
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.orbit_branch(
+            oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
+        )
+        return self._answer(OrbitBranch, request, progress)
 
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process

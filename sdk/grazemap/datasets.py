@@ -16,6 +16,8 @@ from grazemap.results import (
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
+    OrbitBranch,
+    PeriodicOrbit,
     Result,
     State,
     Trajectories,
@@ -116,6 +118,10 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _diagram(result)
         case Basins():
             return _basins(result)
+        case PeriodicOrbit():
+            return _orbit(result)
+        case OrbitBranch():
+            return _branch(result)
         case UnfoldingMap():
             return _unfolding_map(result)
         case _:
@@ -278,6 +284,40 @@ def _basins(result: Basins) -> tuple[Variables, Variables]:
     }
     coordinates: Variables = {name: ((name,), getattr(result, name)) for name in ("horizontal", "vertical")}
     return variables, coordinates
+
+
+def _orbit(result: PeriodicOrbit) -> tuple[Variables, Variables]:
+    """Return impacts and multipliers as columns; what is one number, or one of few words, without dimensions."""
+    alone = ("omega", "clearance", "converged", "certified", "residual", "kantorovich", "radius", "period", "stable",
+             "physical", "admissible", "contacts", "excess", "excess_phase", "excess_stop")  # fmt: skip
+    variables: Variables = {
+        **{name: ((), np.array(getattr(result, name))) for name in alone},
+        **{f"impact_{name}": (("impact",), getattr(result, name)) for name in ("stops", "phases", "times")},
+        "impact_velocity": (("impact",), result.velocities),
+        "multipliers_real": (("multiplier",), result.multipliers.real),
+        "multipliers_imaginary": (("multiplier",), result.multipliers.imag),
+        "start_displacement": (("mass",), result.start.displacement),
+        "start_velocity": (("mass",), result.start.velocity),
+        "label": ((), np.array(result.motion.label or result.motion.kind)),
+    }
+    return variables, {}
+
+
+def _branch(result: OrbitBranch) -> tuple[Variables, Variables]:
+    along, each = ("point",), ("point", "impact")
+    variables: Variables = {
+        **{name: (along, getattr(result, name)) for name in ("omega", "clearance", "stable", "admissible")},
+        **{name: (along, getattr(result, name)) for name in ("excess", "residual")},
+        **{name: (each, getattr(result, name)) for name in ("phases", "velocities")},
+        "multipliers_real": (("point", "multiplier"), result.multipliers.real),
+        "multipliers_imaginary": (("point", "multiplier"), result.multipliers.imag),
+        "stops": (("impact",), result.stops),
+        "special_type": (("special",), np.array([point.type for point in result.special_points], dtype="U2")),
+    }
+    for name in ("clearance", "omega"):
+        values = np.array([getattr(point, name) for point in result.special_points], dtype=np.float64)
+        variables[f"special_{name}"] = (("special",), values)
+    return variables, {"parameter": (along, result.parameter)}
 
 
 def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:

@@ -18,7 +18,10 @@ from grazemap.models import (
     GrazingCurvesRequest,
     InitialState,
     Interval,
+    OrbitBranchesRequest,
+    OrbitMotion,
     Oscillator,
+    PeriodicOrbitsRequest,
     ProcessRequest,
     Range,
     TrajectoriesRequest,
@@ -34,6 +37,8 @@ StateLike = InitialState | State | Mapping[str, Any]
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
 
+MotionLike = OrbitMotion | Mapping[str, Any] | tuple[int, Sequence[int]]
+"""A motion with impacts: (period, stops), or the same and phases and velocities as a mapping or a wire model."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
@@ -181,6 +186,56 @@ def basins(
     if initial is not None:
         body["initial"] = _state(initial)
     return _request(BasinsRequest, "basins", oscillator, body)
+
+
+def periodic_orbit(
+    oscillator: OscillatorLike,
+    omega: float,
+    clearance: float,
+    motion: MotionLike | None,
+    initial: StateLike | None,
+    transient_periods: int,
+    max_period: int,
+) -> PeriodicOrbitsRequest:
+    """Return the question for a periodic orbit. Raises ParameterError."""
+    body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
+    return _request(PeriodicOrbitsRequest, "periodic-orbits", oscillator, body)
+
+
+def orbit_branch(
+    oscillator: OscillatorLike,
+    omega: float,
+    clearance: float,
+    motion: MotionLike | None,
+    initial: StateLike | None,
+    transient_periods: int,
+    max_period: int,
+    vary: str,
+    range: tuple[float, float],
+    max_points: int,
+) -> OrbitBranchesRequest:
+    """Return the question for the branch of a periodic orbit. Raises ParameterError."""
+    body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
+    body |= {"vary": vary, "range": _interval("range", range), "max_points": max_points}
+    return _request(OrbitBranchesRequest, "orbit-branches", oscillator, body)
+
+
+def _orbit(
+    omega: float, clearance: float, motion: Any, initial: Any, transient_periods: int, max_period: int
+) -> dict[str, Any]:
+    body = {
+        "omega": omega,
+        "clearance": clearance,
+        "transient_periods": transient_periods,
+        "max_period": max_period,
+    }
+    if isinstance(motion, tuple) and len(motion) == 2:
+        motion = {"period": motion[0], "stops": _plain(motion[1])}
+    if motion is not None:
+        body["motion"] = _plain(motion)
+    if initial is not None:
+        body["initial"] = _state(initial)
+    return body
 
 
 def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:

@@ -15,6 +15,7 @@ from grazemap.models import (
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     Grid,
+    PeriodicOrbitsRequest,
     ProblemError,
     ProcessRequest,
     TrajectoriesRequest,
@@ -92,6 +93,8 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
             ("/periods", "samples", values * request.periods, settings.max_points),
             ("/periods", "periods", values * each, settings.max_tile_periods),
         ]
+    if isinstance(request, PeriodicOrbitsRequest):
+        return [("/transient_periods", "periods", request.transient_periods, settings.max_tile_periods)]
     if isinstance(request, BasinsRequest):
         across, down = grid_points(request.horizontal.values), grid_points(request.vertical.values)
         name = "horizontal" if across > down else "vertical"
@@ -132,7 +135,7 @@ def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
             least = float(grid_values(request.omega)[0])
         case BifurcationDiagramsRequest():
             least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
-        case TrajectoriesRequest() | BasinsRequest() | DiscontinuityMappingsRequest():
+        case TrajectoriesRequest() | BasinsRequest() | DiscontinuityMappingsRequest() | PeriodicOrbitsRequest():
             least = request.omega
         case _:
             return

@@ -25,7 +25,8 @@ SUBMISSION_KINDS = (
 )
 DESCRIPTION = """\
 Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, discontinuity
-mappings, trajectories, bifurcation diagrams, unfolding maps and basins of attraction.
+mappings, trajectories, bifurcation diagrams, unfolding maps, basins of attraction,
+periodic orbits and their branches.
 
 Post a request to a process and get a job; follow the job's events; fetch its result as npz or JSON. The same
 question has the same job, whoever asks. Every error is a problem after RFC 9457.

@@ -19,6 +19,13 @@ REQUESTS: dict[str, dict[str, Any]] = {
         "clearance": {"start": 1.5, "stop": 1.6, "points": 2},
     },
     "bifurcation-diagrams": {"vary": "clearance", "range": [1.5, 1.6], "omega": 0.29, "periods": 3},
+    "periodic-orbits": {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1, -1]}},
+    "orbit-branches": {
+        "omega": 0.27,
+        "clearance": 1.85,
+        "motion": {"period": 1, "stops": [1, -1]},
+        "range": {"start": 1.8, "stop": 1.9},
+    },
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,
@@ -80,6 +87,8 @@ def document(process: str) -> dict[str, Any]:
         "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
         "basins": _basins,
+        "periodic-orbits": _orbit,
+        "orbit-branches": _branch,
     }[process]()
 
 
@@ -130,6 +139,62 @@ def _mapping() -> dict[str, Any]:
             "simulated_overshoot": 2 * onward,
             "error": onward,
         },
+    }
+
+
+def _orbit() -> dict[str, Any]:
+    motion = {"kind": "periodic", "period": 1, "impacts_right": 1, "impacts_left": 1, "symmetric": True}
+    return {
+        "omega": 0.27,
+        "clearance": 1.85,
+        "converged": True,
+        "reason": None,
+        "period": 1,
+        "stops": np.array([1, -1]),
+        "phases": np.array([0.5, 0.5 + np.pi]),
+        "times": np.array([1.0, 12.0]),
+        "velocities": np.array([0.25, -0.25]),
+        "residual": 1e-16,
+        "kantorovich": 1e-12,
+        "radius": 1e-15,
+        "certified": True,
+        "multipliers": np.array([[0.5, 0.25], [0.5, -0.25], [-1.5, 0.0]]),
+        "stable": False,
+        "physical": True,
+        "admissible": True,
+        "contacts": "none",
+        "excess": -0.5,
+        "excess_phase": 2.0,
+        "excess_stop": -1,
+        "start": {"displacement": np.array([1.0, 0.0, 0.0]), "velocity": np.array([0.1, 0.2, 0.3]), "phase": 0.0},
+        "motion": {**motion, "sticking": False, "label": "1-1r-1l", "certified": True, "reason": None},
+    }
+
+
+def _branch() -> dict[str, Any]:
+    graze = {"clearance": 1.89, "omega": 0.27, "status": "converged", "admissible": True, "segment": 2}
+    impacts = {"phases": np.array([0.5, 0.5 + np.pi]), "velocities": np.array([0.1, -0.1])}
+    nothing = {"stop": None, "phase": None, "impact": None}
+    return {
+        "parameter": np.array([1.8, 1.85, 1.88, 1.86]),
+        "omega": np.full(4, 0.27),
+        "clearance": np.array([1.8, 1.85, 1.88, 1.86]),
+        "stops": np.array([1]),
+        "period": 1,
+        "symmetric": True,
+        "phases": np.array([[0.5], [0.6], [0.7], [0.8]]),
+        "velocities": np.array([[0.3], [0.25], [0.1], [-0.05]]),
+        "multipliers": np.ones((4, 6, 2)),
+        "stable": np.array([True, True, False, False]),
+        "admissible": np.array([True, True, True, False]),
+        "excess": np.array([-0.1, -0.1, -0.05, 0.1]),
+        "residual": np.full(4, 1e-16),
+        "special_points": [
+            {"type": "SN", "parameter": 1.885, **graze, **impacts, **nothing},
+            {"type": "GR", "parameter": 1.87, **graze, **impacts, "stop": -1, "phase": 2.5, "impact": 0},
+        ],
+        "ends": np.array(["a parameter reaches the end of its range", "steps become too short"]),
+        "reason": None,
     }
 
 

@@ -32,12 +32,17 @@ def test_each_process_has_its_method(client, service):
         shape=(2, 3),
         progress=False,
     )
-    assert [result.process for result in (curve, points, mapping, path, diagram, umap, basins)] == list(PROCESSES)
+    orbit = client.periodic_orbit(omega=0.27, clearance=1.85, motion=(1, [1, -1]), progress=False)
+    branch = client.orbit_branch(
+        omega=0.27, clearance=1.85, motion={"period": 1, "stops": [1, -1]}, range=(1.8, 1.9), progress=False
+    )
+    answers = (curve, points, mapping, path, diagram, umap, basins, orbit, branch)
+    assert [result.process for result in answers] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
-    assert service.computed == 7
+    assert service.computed == 9
 
 
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):

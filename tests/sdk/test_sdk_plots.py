@@ -210,7 +210,6 @@ def test_what_leaves_a_resonant_point_is_drawn_against_the_grazing_curve():
     ]
     curve = next(line for line in ax.lines if line.get_label().startswith("SN"))
     x, y = curve.get_data()
-    assert len(x) == 60
     assert x[0] == 0.28
     np.testing.assert_allclose(y, 120.0 * (x - 0.28) ** 2, rtol=1e-9, atol=1e-15)
     assert ax.get_xlim() == (0.2, 0.3)
@@ -267,3 +266,24 @@ def test_a_bifurcation_diagram_shows_a_quantity_in_the_colours_of_motions(quanti
 def test_a_bifurcation_diagram_has_no_other_quantities():
     with pytest.raises(ValueError, match="displacement, velocity, impact_velocity"):
         decode_result(npz("bifurcation-diagrams")).plot(quantity="energy")
+
+
+def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motion():
+    ax = decode_result(npz("orbit-branches")).plot()
+    assert legend(ax) == [
+        "stable",
+        "unstable",
+        "no motion: virtual, or meets a stop elsewhere",
+        "saddle-node (SN)",
+        "graze (GR)",
+    ]
+    styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
+    assert (styles["stable"], styles["unstable"]) == ("-", "--")
+    assert "impacts A and mirrored" in ax.get_title()
+
+
+def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():
+    ax = decode_result(npz("periodic-orbits")).plot()
+    assert ax.get_title() == "Multipliers of 1-1r-1l, unstable"
+    outside = ax.lines[-1]
+    assert outside.get_xdata().tolist() == [-1.5]

@@ -161,6 +161,10 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
     assert allowed in refused(validated, "trajectories", body)[pointer][1]
 
 
+def orbit(motion=None, initial=None):
+    return questions.periodic_orbit(None, 0.3, 1.5, motion, initial, 100, 8)
+
+
 def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None):
     return questions.basins(None, 0.3, 1.6, horizontal, ("velocity", 2, [0.0, 0.5]), shape, initial, 100, 8)
 
@@ -189,6 +193,20 @@ def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
         (lambda: questions.discontinuity_mapping(None, 0.3, None, "A", "exact", 8), "/overshoot"),
         (lambda: questions.discontinuity_mapping(None, 0.3, 0.0, "A", "exact", 8), "/overshoot/0"),
         (lambda: questions.discontinuity_mapping(None, 0.3, 1e-3, "B", "exact", 8), "/stop"),
+        (lambda: orbit(motion=(0, [1])), "/motion/period"),
+        (lambda: orbit(motion=(1, [])), "/motion/stops"),
+        (lambda: orbit(motion=(1, [2])), "/motion/stops/0"),
+        (lambda: orbit(motion={"period": 1, "stops": [1], "phases": [0.1]}), "/motion/velocities"),
+        (lambda: orbit(motion={"period": 1, "stops": [1], "phases": [0, 1], "velocities": [1]}), "/motion/phases"),
+        (
+            lambda: orbit(motion={"period": 1, "stops": [1, 1], "phases": [2, 1], "velocities": [1, 1]}),
+            "/motion/phases",
+        ),
+        (lambda: orbit(motion=(1, [1]), initial={"phase": 1}), "/initial"),
+        (lambda: orbit(initial={"velocity": [1]}), "/initial/velocity"),
+        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (1.6, 1.9), 9), "/range"),
+        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "phase", (1.4, 1.9), 9), "/vary"),
+        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", 1.4, 9), "/range"),
         (lambda: questions.bifurcation_diagram(None, 0.3, 1.5, None, "rest", 1, 0, 8), "/range"),
         (lambda: questions.bifurcation_diagram(None, (0.2, 0.3), (1, 2), 5, "rest", 1, 0, 8), "/range"),
         (lambda: questions.bifurcation_diagram(None, 0.3, (1, 2), None, "rest", 1, 0, 8), "/range"),

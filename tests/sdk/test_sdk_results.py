@@ -85,6 +85,49 @@ def test_a_discontinuity_mapping_has_its_graze_its_errors_and_its_returns(tmp_pa
         np.testing.assert_array_equal(result.returns.error[0], [1e-4, 1e-5, np.nan])
 
 
+def test_a_periodic_orbit_has_complex_multipliers_and_a_state_to_start_from(tmp_path):
+    path = decode_result(npz("periodic-orbits")).save(tmp_path / "orbit.json")
+    for result in (decode_result(npz("periodic-orbits")), load(path)):
+        assert result.multipliers.tolist() == [0.5 + 0.25j, 0.5 - 0.25j, -1.5]
+        assert (result.motion.label, result.stable, result.certified) == ("1-1r-1l", False, True)
+        assert result.start.velocity.tolist() == [0.1, 0.2, 0.3]
+        assert result.stops.tolist() == [1, -1]
+
+
+def test_an_orbit_that_was_not_found_says_why(tmp_path):
+    unknown = dict.fromkeys(("residual", "kantorovich", "radius", "excess", "excess_phase"), np.nan)
+    lost = {"converged": False, "reason": "no motion with these stops", **unknown, "stops": np.zeros(0, dtype=int)}
+    path = decode_result(npz("periodic-orbits", lost)).save(tmp_path / "orbit.json")
+    for result in (decode_result(npz("periodic-orbits", lost)), load(path)):
+        assert np.isnan(result.residual)
+        assert "no motion with these stops" in repr(result)
+
+
+def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
+    path = decode_result(npz("orbit-branches")).save(tmp_path / "branch.json")
+    for result in (decode_result(npz("orbit-branches")), load(path)):
+        saddle, graze = result.special_points
+        assert (saddle.type, saddle.parameter, saddle.stop) == ("SN", 1.885, None)
+        assert (graze.type, graze.stop, graze.phase, graze.impact) == ("GR", -1, 2.5, 0)
+        assert graze.velocities.tolist() == [0.1, -0.1]
+        assert result.multipliers.shape == (4, 6)
+        assert result.velocities.shape == (4, 1)
+        assert result.ends[1] == "steps become too short"
+    empty = {
+        **dict.fromkeys(("parameter", "omega", "clearance", "excess", "residual"), np.zeros(0)),
+        **dict.fromkeys(("phases", "velocities"), np.zeros((0, 0))),
+        **dict.fromkeys(("stable", "admissible"), np.zeros(0, dtype=bool)),
+        "stops": np.zeros(0, dtype=int),
+        "multipliers": np.zeros((0, 6, 2)),
+        "special_points": [],
+        "reason": "lost",
+    }
+    path = decode_result(npz("orbit-branches", empty)).save(tmp_path / "empty.json")
+    for result in (decode_result(npz("orbit-branches", empty)), load(path)):
+        assert repr(result) == "<OrbitBranch: no points: lost>"
+        assert result.plot().get_title().startswith("Branch of period 1")
+
+
 def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):
     path = decode_result(npz("bifurcation-diagrams")).save(tmp_path / "diagram.json")
     for result in (decode_result(npz("bifurcation-diagrams")), load(path)):

@@ -18,6 +18,7 @@ MAP = {"omega": RANGE, "clearance": RANGE}
 TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
 MAPPING = {"omega": 0.29, "overshoot": [1e-4]}
 DIAGRAM = {"vary": "clearance", "range": RANGE, "omega": 0.29}
+ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
 ACROSS = {"quantity": "displacement", "mass": 1, "values": RANGE}
 BASINS = {"omega": 0.29, "clearance": 1.6, "horizontal": ACROSS, "vertical": {**ACROSS, "quantity": "velocity"}}
 # Planted into what is sent, looked for in what comes back.
@@ -93,6 +94,13 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("bifurcation-diagrams", {**DIAGRAM, "vary": "restitution"}, "/vary", '"clearance"', "no parameter"),
     ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "stop": 0.01}}, "/range", "stop > start", "falls"),
     ("bifurcation-diagrams", {**DIAGRAM, "policy": "ensemble"}, "/policy", '"sweep-up"', "policy of maps only"),
+    ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [0]}}, "/motion/stops/0", '"-1"', "no stop"),
+    ("periodic-orbits", {**ORBIT, "motion": {"period": 0, "stops": [1]}}, "/motion/period", ">= 1", "period 0"),
+    ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [1], "velocities": [1]}}, "/motion/phases", "both",
+     "velocities without phases"),
+    ("periodic-orbits", {**ORBIT, "initial": {}}, "/initial", "one of them", "two beginnings"),
+    ("orbit-branches", {**ORBIT, "range": {"start": 2, "stop": 3}}, "/range", "start <= value", "orbit outside"),
+    ("orbit-branches", ORBIT, "/range", "start", "no range"),
     ("grazing-curves", {"omega": {**RANGE, "stop": 10**400}}, "/omega/stop", "> 0", "integer beyond all floats"),
     ("grazing-curves", oscillator(**{n: [1.0] * 65 for n in ("masses", "stiffnesses", "forcing")}),
      "/oscillator/masses", "64", "too many masses"),
@@ -175,6 +183,8 @@ WORK: list[tuple[str, Any, str]] = [
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"points": 10**12}}}, "points"),
     ("basins", {**BASINS, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
     ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "points": 10**12}}, "points"),
+    ("periodic-orbits", {"omega": 0.27, "clearance": 1.85, "transient_periods": 10**9}, "periods"),
+    ("orbit-branches", {**ORBIT, "range": {"start": 1, "stop": 2}, "oscillator": {"damping": 1e60}}, "seconds"),
     ("bifurcation-diagrams", {**DIAGRAM, "periods": 10**400}, "samples"),
     ("bifurcation-diagrams", {**DIAGRAM, "transient_periods": 10**9}, "periods"),
     ("bifurcation-diagrams", {**DIAGRAM, "omega": 1e-59}, "seconds"),

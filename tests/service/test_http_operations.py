@@ -59,6 +59,8 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
         "/v1/bifurcation-diagrams",
         "/v1/unfolding-maps",
         "/v1/basins",
+        "/v1/periodic-orbits",
+        "/v1/orbit-branches",
     ]
     assert described["limits"]["masses"] == 64
     for link in described["links"]:

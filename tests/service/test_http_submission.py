@@ -17,6 +17,7 @@ from grazemap_worker.store import Store, queue_name
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
+ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
 EVERY_PROCESS = {
     "grazing-curves": CURVE,
     "codimension-two-points": {"omega": {"start": 0.25, "stop": 0.35}},
@@ -24,6 +25,8 @@ EVERY_PROCESS = {
     "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
     "unfolding-maps": MAP,
     "bifurcation-diagrams": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6},
+    "periodic-orbits": ORBIT,
+    "orbit-branches": {**ORBIT, "range": {"start": 1.8, "stop": 1.9}},
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,

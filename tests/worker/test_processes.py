@@ -126,6 +126,73 @@ def test_a_bifurcation_diagram_has_its_sections_in_the_order_of_the_parameter() 
         assert [len(section["impact_velocity"]) for section in document["sections"]][::2] == [48, 0]
 
 
+ORBIT = {"omega": 0.27, "clearance": 1.85}
+
+
+@pytest.mark.parametrize(
+    "beginning",
+    [
+        {"motion": {"period": 1, "stops": [1]}},
+        {"motion": {"period": 1, "stops": [1], "phases": [1.29], "velocities": [0.18]}},
+        {"initial": {"displacement": [1.0, 0.0, 0.0]}},
+        {},
+    ],
+)
+def test_a_periodic_orbit_is_the_same_wherever_it_is_looked_for(beginning: dict[str, Any]) -> None:
+    document = whole("periodic-orbits", {**ORBIT, **beginning})
+    assert document["converged"]
+    assert document["certified"]
+    assert document["admissible"]
+    assert document["motion"]["certified"]
+    # the mirror image counts as the same
+    assert document["motion"]["label"] in ("1-1r-(-1)l", "1-(-1)r-1l")
+    side = document["stops"][0]
+    assert document["velocities"] * side == pytest.approx(0.1866, abs=1e-4)
+    assert document["residual"] < 1e-12
+    assert document["multipliers"].shape == (6, 2)
+    assert document["stable"]
+    run = whole(
+        "trajectories",
+        {
+            **ORBIT,
+            "initial": {name: np.array(value).tolist() for name, value in document["start"].items()},
+            "periods": 3,
+        },
+    )
+    np.testing.assert_allclose(np.abs(run["impacts"]["velocity"]), np.abs(document["velocities"][0]), rtol=1e-9)
+
+
+def test_an_orbit_that_is_not_there_says_why() -> None:
+    for motion, said in (
+        ({"period": 1, "stops": [1, 1, 1]}, "no motion with these stops"),
+        ({"period": 1, "stops": [1, 1], "phases": [0.1, 3.0], "velocities": [5.0, 0.01]}, ""),
+    ):
+        document = whole("periodic-orbits", {**ORBIT, "motion": motion})
+        assert not document["converged"]
+        assert said in document["reason"]
+        assert document["motion"]["kind"] == "unresolved"
+        branch = whole("orbit-branches", {**ORBIT, "motion": motion, "range": {"start": 1.8, "stop": 1.9}})
+        assert branch["parameter"].size == 0
+        assert said in branch["reason"]
+    document = whole("periodic-orbits", {"omega": 0.29, "clearance": 2.1})
+    assert "trajectory" in document["reason"]  # it settles to the motion without impacts
+
+
+def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:
+    body = {**ORBIT, "motion": {"period": 1, "stops": [1]}, "range": {"start": 1.8, "stop": 1.9}}
+    document = whole("orbit-branches", body)
+    special = {point["type"]: point for point in document["special_points"]}
+    assert special["SN"]["parameter"] == pytest.approx(1.868341055125, abs=1e-10)
+    grazes = [point["parameter"] for point in document["special_points"] if point["type"] == "GR"]
+    assert min(abs(place - 1.844237331292) for place in grazes) < 1e-9
+    assert min(abs(place - 1.854989818434) for place in grazes) < 1e-9  # where the impact itself vanishes
+    rows = len(document["parameter"])
+    assert document["velocities"].shape == (rows, 1)
+    assert document["multipliers"].shape == (rows, 6, 2)
+    along = whole("orbit-branches", {**body, "vary": "omega", "range": {"start": 0.265, "stop": 0.275}})
+    assert along["parameter"].min() == pytest.approx(0.265, abs=1e-6)
+
+
 def test_basins_are_the_same_however_they_are_cut() -> None:
     body = {
         "omega": 0.29,

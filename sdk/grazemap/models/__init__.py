@@ -16,6 +16,7 @@ from grazemap.models.job import (
     Status,
     motion_label,
 )
+from grazemap.models.orbits import OrbitBranchesRequest, OrbitMotion, PeriodicOrbitsRequest
 from grazemap.models.oscillator import Oscillator
 from grazemap.models.process import ProcessRequest
 from grazemap.models.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
@@ -48,7 +49,10 @@ __all__ = [
     "JobList",
     "Link",
     "Motion",
+    "OrbitBranchesRequest",
+    "OrbitMotion",
     "Oscillator",
+    "PeriodicOrbitsRequest",
     "Problem",
     "ProblemError",
     "ProcessRequest",

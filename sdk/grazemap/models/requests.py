@@ -14,6 +14,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from grazemap.models.base import Listable, NonNegative, Positive, invalid
 from grazemap.models.basins import BasinsRequest
 from grazemap.models.diagrams import BifurcationDiagramsRequest
+from grazemap.models.orbits import OrbitBranchesRequest, PeriodicOrbitsRequest
 from grazemap.models.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
 from grazemap.models.ranges import Grid, Interval
 from grazemap.models.states import InitialState, InitialStates
@@ -148,6 +149,8 @@ PROCESSES: dict[str, type[ProcessRequest]] = {
     "bifurcation-diagrams": BifurcationDiagramsRequest,
     "unfolding-maps": UnfoldingMapsRequest,
     "basins": BasinsRequest,
+    "periodic-orbits": PeriodicOrbitsRequest,
+    "orbit-branches": OrbitBranchesRequest,
 }
 
 

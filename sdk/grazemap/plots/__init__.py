@@ -15,6 +15,8 @@ from grazemap.results import (
     CodimensionTwoPoints,
     DiscontinuityMapping,
     GrazingCurve,
+    OrbitBranch,
+    PeriodicOrbit,
     Result,
     Trajectories,
     Trajectory,
@@ -30,7 +32,7 @@ def save_picture(result: Result, path: str | PathLike[str]) -> None:
     match result:
         case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping():
             axes = result.plot()
-        case BifurcationDiagram() | UnfoldingMap() | Basins():
+        case BifurcationDiagram() | UnfoldingMap() | Basins() | PeriodicOrbit() | OrbitBranch():
             axes = result.plot()
         case Trajectory() | Trajectories():
             axes, _ = result.plot()

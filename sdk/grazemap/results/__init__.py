@@ -10,6 +10,7 @@ from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.files import RESULTS, decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.orbits import OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking, Unfolding
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
@@ -28,9 +29,12 @@ __all__ = [
     "Impacts",
     "MotionShare",
     "NextContact",
+    "OrbitBranch",
+    "PeriodicOrbit",
     "Result",
     "Returns",
     "Section",
+    "SpecialPoint",
     "State",
     "Sticking",
     "Trajectories",

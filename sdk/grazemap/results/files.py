@@ -17,6 +17,7 @@ from grazemap.results.basins import Basins
 from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.discontinuity import DiscontinuityMapping
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.orbits import OrbitBranch, PeriodicOrbit
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 
@@ -28,6 +29,8 @@ _CLASSES: tuple[type[Result], ...] = (
     BifurcationDiagram,
     UnfoldingMap,
     Basins,
+    PeriodicOrbit,
+    OrbitBranch,
 )
 RESULTS: dict[str, type[Result]] = {cls.process: cls for cls in _CLASSES}
 

@@ -17,6 +17,7 @@ from grazemap_worker.processes import (
     codimension_two_points,
     discontinuity_mappings,
     grazing_curves,
+    orbits,
     trajectories,
     unfolding_maps,
 )
@@ -52,5 +53,7 @@ PROCESSES: Mapping[str, Process] = {
     "trajectories": Process(whole=trajectories.compute),
     "bifurcation-diagrams": Process(whole=bifurcation_diagrams.compute),
     "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
+    "periodic-orbits": Process(whole=orbits.compute_orbit),
+    "orbit-branches": Process(whole=orbits.compute_branch),
     "basins": Process(tile=basins.compute_tile, assembled=basins.assemble),
 }

@@ -20,7 +20,9 @@ from grazemap.models import (
     DiscontinuityMappingsRequest,
     Estimate,
     GrazingCurvesRequest,
+    OrbitBranchesRequest,
     Oscillator,
+    PeriodicOrbitsRequest,
     ProcessRequest,
     TrajectoriesRequest,
     UnfoldingMapsRequest,
@@ -55,6 +57,12 @@ CURVE_SECONDS = 5.0e-8
 POINTS_SECONDS = 1.0e-5
 # One overshoot of a discontinuity mapping, exact and leading order.
 MAPPING_SECONDS = 1.0e-2
+# Trajectories that are followed at most to find a motion with given stops.
+SEARCH_PERIODS = 1.2e4
+# One point of a branch, per mass, for few impacts.
+BRANCH_SECONDS = 2.0e-3
+# Points that a branch has as a rule.
+BRANCH_POINTS = 300
 
 Tile = tuple[int, int, int, int]
 
@@ -120,6 +128,8 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
             seconds = each * float(period_costs(request.oscillator, omegas).sum()) / PERIODS_PER_SECOND
             return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
+        case PeriodicOrbitsRequest():
+            return _orbit_plan(request)
         case UnfoldingMapsRequest():
             return _map_plan(request)
         case BasinsRequest():
@@ -197,6 +207,22 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
     return _estimated(shape, starts * periods_per_pixel, pixel_seconds)
+
+
+def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:
+    """Return the cost of finding an orbit, by trajectories where no impacts are given, and of its branch."""
+    cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
+    periods = float(request.transient_periods) if request.motion is None else 0.0
+    impacts = float(request.max_period)
+    if request.motion is not None:
+        impacts = float(len(request.motion.stops))
+        periods = SEARCH_PERIODS if request.motion.phases is None else 0.0
+    seconds = periods * cost / PERIODS_PER_SECOND
+    if isinstance(request, OrbitBranchesRequest):
+        seconds += (
+            min(request.max_points, BRANCH_POINTS) * BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
+        )
+    return Plan(estimate=Estimate(periods=periods, seconds=seconds))
 
 
 def _basins_plan(request: BasinsRequest) -> Plan:

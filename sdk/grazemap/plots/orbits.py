@@ -1,0 +1,83 @@
+"""Periodic orbits: their multipliers on the unit circle, and branches over a parameter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
+from grazemap.results import OrbitBranch, PeriodicOrbit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_LINE, _PALE = "#0072B2", "#B9B9B9"
+_MARKS = {
+    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
+    "PD": ("s", "#1E1E78", "period doubling (PD)"),
+    "SB": ("D", "#117733", "symmetry breaking (SB)"),
+    "NS": ("o", "#B8860B", "Neimark-Sacker (NS)"),
+    "GR": ("X", "#222222", "graze (GR)"),
+}
+
+
+def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
+    """Draw the multipliers of an orbit and the unit circle."""
+    ax = axes_or_new(ax, 5.5, 5.5)
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    ax.plot(np.cos(turn), np.sin(turn), color=INK, linewidth=0.9)
+    for value in (ax.axhline, ax.axvline):
+        value(0.0, color=_PALE, linewidth=0.5, zorder=0)
+    inside = np.abs(result.multipliers) < 1.0
+    for chosen, colour in ((inside, _LINE), (~inside, "#C31E2D")):
+        points = result.multipliers[chosen]
+        ax.plot(points.real, points.imag, linestyle="none", marker="o", markersize=5, color=colour)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel="real part", ylabel="imaginary part")
+    name = result.motion.label or "no orbit"
+    said = "stable" if result.stable else "unstable"
+    ax.set_title(f"Multipliers of {name}, {said if result.converged else 'not found'}", fontsize=10)
+    return ax
+
+
+def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
+    """Draw the speed of every impact over the parameter.
+
+    Stable motions are solid, unstable ones dashed, orbits that are no motions pale; special points are on all impacts.
+    """
+    ax = axes_or_new(ax, 9.0, 5.5)
+    speeds = result.velocities * result.stops if len(result.parameter) else np.zeros((0, 0))
+    kinds: tuple[tuple[NDArray[np.bool_], dict[str, Any], str], ...] = (
+        (result.admissible & result.stable, {"color": _LINE, "linewidth": 1.8, "zorder": 3}, "stable"),
+        (result.admissible & ~result.stable, {"color": _LINE, "linewidth": 1.2, "linestyle": "--"}, "unstable"),
+        (~result.admissible, {"color": _PALE, "linewidth": 1.0}, "no motion: virtual, or meets a stop elsewhere"),
+    )
+    for chosen, style, text in kinds:
+        if not chosen.any():
+            continue
+        # with the point before and behind each stretch, so that stretches meet
+        reach = chosen | np.append(chosen[1:], False) | np.append(False, chosen[:-1])
+        shown = chosen if text == "stable" else reach
+        for impact in range(speeds.shape[1]):
+            line = np.where(shown, speeds[:, impact], np.nan)
+            ax.plot(result.parameter, line, label=text if impact == 0 else None, **style)
+    seen: set[str] = set()
+    for point in result.special_points:
+        marker, colour, text = _MARKS[point.type]
+        heights = (point.velocities[: len(result.stops)] * result.stops).tolist()
+        style = {"marker": marker, "color": colour, "markersize": 6, "linestyle": "none", "zorder": 5}
+        label = None if point.type in seen else text
+        seen.add(point.type)
+        fill = colour if point.admissible else "white"
+        ax.plot([point.parameter] * len(heights), heights, label=label, markerfacecolor=fill, **style)
+    ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
+    request = result.meta["request"]
+    ax.set_xlabel(axis_label(request["vary"], result.units))
+    ax.set_ylabel("speed of impacts" + (" (m/s)" if result.units == "SI" else ""))
+    fixed = rf"$\omega$ = {request['omega']:g}" if request["vary"] == "clearance" else f"$b$ = {request['clearance']:g}"
+    stops = "".join("A" if stop > 0 else "C" for stop in result.stops) + (" and mirrored" if result.symmetric else "")
+    ax.set_title(f"Branch of period {result.period}, impacts {stops or 'not found'}, {fixed}", fontsize=10)
+    legend_outside(ax)
+    return ax

@@ -1,0 +1,48 @@
+"""Orbits found from their stops alone: closed form, settled trajectories and mirror images; or honestly not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from grazemap_core.periodic_orbits import periodic_orbit
+
+from grazemap_core.errors import ParameterError
+from grazemap_core.orbit_search import sequence_of_stops
+from grazemap_core.oscillator import Oscillator
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+@pytest.mark.parametrize(
+    ("omega", "clearance", "period", "stops", "label"),
+    [
+        (0.27, 1.85, 1, [1], "1-1r-(-1)l"),
+        (0.27, 1.85, 1, [-1], "1-(-1)r-1l"),
+        (0.28, 1.7, 1, [1, -1], "1-1r-1l"),
+        (0.28, 1.7, 1, [-1, 1], "1-1r-1l"),
+        (0.29, 1.6, 1, [1, 1, -1, -1], "1-2r-2l"),
+        (0.29, 1.6, 1, [1, -1, -1, 1], "1-2r-2l"),
+        (0.29, 1.9927, 3, [1, -1], "3-1r-1l"),
+    ],
+)
+def test_an_orbit_is_found_from_its_stops(omega, clearance, period, stops, label):
+    guess = sequence_of_stops(DEFAULT, omega, clearance, period, stops)
+    assert guess.whole.stops.tolist() == stops
+    orbit = periodic_orbit(DEFAULT, omega, clearance, guess)
+    assert orbit.certified
+    assert orbit.admissible
+    assert orbit.label == label
+    assert np.all(orbit.impacts.whole.stops == stops)
+
+
+def test_stops_that_no_motion_has_are_said_to_have_none():
+    assert sequence_of_stops(DEFAULT, 0.29, 1.6, 1, [1, 1, 1]) is None
+    # above the saddle-node there is no motion with an impact
+    assert sequence_of_stops(DEFAULT, 0.27, 1.9, 1, [1]) is None
+
+
+@pytest.mark.parametrize(("period", "stops", "name"), [(0, [1], "period"), (1, [], "stops"), (1, [2], "stops")])
+def test_what_is_no_sequence_of_stops_is_refused(period, stops, name):
+    with pytest.raises(ParameterError) as caught:
+        sequence_of_stops(DEFAULT, 0.29, 1.6, period, stops)
+    assert caught.value.name == name
