@@ -204,6 +204,32 @@ of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the co
 LEAST_CONTACT_CELL: Final = 1e-9
 """Length, relative to the time between impacts, below which a cell is not halved any more: a graze whose curvature is
 zero too. Its distance is then known to the cube of this times the bound of its third derivative."""
+
+# --- impacting orbits ---------------------------------------------------------------------------------------------
+
+ORBIT_RESIDUAL: Final = 1e-12
+"""Largest residual, relative to the terms that it is a sum of, with which an orbit counts as solved; round-off of an
+orbit with tens of impacts is a hundredth of it."""
+
+ORBIT_SETTLED: Final = 1e-8
+"""Newton step, in radians of phase and in units of omega times length, behind which the next one is round-off."""
+
+ORBIT_NEWTON_STEPS: Final = 40
+"""Newton steps from a guess; from a close one three to five are used, far ones are shortened a few times."""
+
+ORBIT_HALVINGS: Final = 12
+"""Halvings of one Newton step that does not lower the residual, and steps that may be cut short by a neighbour."""
+
+ORBIT_GAP: Final = 0.2
+"""Share of the time between two impacts that one Newton step leaves of it."""
+
+SAME_ORBIT: Final = 1e-7
+"""Relative difference of phases and velocities up to which two halves, or parts, of an orbit are the same. Orbits with
+a broken symmetry or a doubled period differ by the root of the distance from where they were born: here 1e-14 of it."""
+
+KANTOROVICH: Final = 0.5
+"""Largest number of Newton and Kantorovich with which a solution is certain to exist, and to be one."""
+
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500
