@@ -98,21 +98,24 @@ class ImpactSequence:
             np.concatenate([self.velocities, -self.velocities]),
         )
 
-    def repeats_after(self) -> int:
+    def repeats_after(self, tolerance: float = SAME_ORBIT) -> int:
         """Return the least period of what the sequence says, in forcing periods: `period`, or a divisor of it."""
         whole = self.whole
         for period in range(1, self.period):
             parts, rest = divmod(self.period, period)
-            if rest == 0 and len(whole.stops) % parts == 0 and _repeats(whole, len(whole.stops) // parts, period, 1):
+            if rest or len(whole.stops) % parts:
+                continue
+            if _repeats(whole, len(whole.stops) // parts, period, 1, tolerance):
                 return period
         return self.period
 
-    def mirrors(self) -> bool:
+    def mirrors(self, tolerance: float = SAME_ORBIT) -> bool:
         """Say whether the second half of the motion is the first one's mirror image."""
         if self.symmetric:
             return True
         count = len(self.stops)
-        return self.period % 2 == 1 and count % 2 == 0 and _repeats(self, count // 2, 0.5 * self.period, -1)
+        odd = self.period % 2 == 1 and count % 2 == 0
+        return odd and _repeats(self, count // 2, 0.5 * self.period, -1, tolerance)
 
     def half(self) -> ImpactSequence:
         """Return half of a motion that is its own mirror image."""
@@ -122,7 +125,7 @@ class ImpactSequence:
         return ImpactSequence(self.period, self.stops[:count], self.phases[:count], self.velocities[:count], True)
 
 
-def _repeats(sequence: ImpactSequence, count: int, periods: float, sign: int) -> bool:
+def _repeats(sequence: ImpactSequence, count: int, periods: float, sign: int, tolerance: float) -> bool:
     """Say whether `count` impacts on, `periods` later, impacts are the same, or with sign -1 their mirror images."""
     turn = 2.0 * math.pi * sequence.period
     later = np.roll(sequence.phases, -count)
@@ -130,8 +133,8 @@ def _repeats(sequence: ImpactSequence, count: int, periods: float, sign: int) ->
     speed = np.max(np.abs(sequence.velocities))
     return bool(
         np.all(np.roll(sequence.stops, -count) == sign * sequence.stops)
-        and np.all(np.abs(later - sequence.phases - 2.0 * math.pi * periods) <= SAME_ORBIT * turn)
-        and np.all(np.abs(np.roll(sequence.velocities, -count) - sign * sequence.velocities) <= SAME_ORBIT * speed)
+        and np.all(np.abs(later - sequence.phases - 2.0 * math.pi * periods) <= tolerance * turn)
+        and np.all(np.abs(np.roll(sequence.velocities, -count) - sign * sequence.velocities) <= tolerance * speed)
     )
 
 

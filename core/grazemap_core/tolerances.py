@@ -230,6 +230,40 @@ a broken symmetry or a doubled period differ by the root of the distance from wh
 KANTOROVICH: Final = 0.5
 """Largest number of Newton and Kantorovich with which a solution is certain to exist, and to be one."""
 
+# --- branches of orbits -------------------------------------------------------------------------------------------
+
+PATH_NEWTON_STEPS: Final = 8
+"""Newton steps from a predicted orbit; with more the step along the branch was too long."""
+
+PATH_QUICK: Final = 4
+"""Newton steps, that to round-off included, up to which the next step along the branch may be longer."""
+
+PATH_GROWTH: Final = 1.5
+"""Factor by which it is."""
+
+PATH_STRAIGHT: Final = 0.95
+"""Least cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
+
+PATH_LEAST_STEP: Final = 1e-9
+"""Step along a branch, in its units, below which it is given up."""
+
+PATH_FEWEST: Final = 10
+"""Points behind which a branch may have come back to where it began."""
+
+PATH_TEST: Final = 1e-9
+"""What may be left of a test function at a special point, relative to its neighbours, for it to count as solved."""
+
+PATH_UNIT_CIRCLE: Final = 1e-6
+"""Distance from the unit circle at which a pair of multipliers is on it, where the test function vanishes."""
+
+PATH_BESIDE: Final = 1e-4
+"""Share of the step between two orbits, to either side of one with an impact of velocity 0, at which it is seen whether
+its neighbours are admissible. It grazes, perhaps both stops at once, so at the orbit itself round-off would decide."""
+
+PATH_MERGED: Final = 1e-4
+"""Relative difference of two halves, or parts, of an orbit where its branch turns, below which it ends on another branch
+there: along the branch the difference is of first order, and the turn is found to about the root of round-off."""
+
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500
