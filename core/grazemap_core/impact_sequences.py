@@ -164,5 +164,5 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
     phases = run.final.phase + (run.impacts.period[chosen] - (periods - period)) * (2.0 * math.pi)
     phases = phases + record.problem.omega * run.impacts.phase_time[chosen]
     velocities = run.impacts.velocity[chosen]
-    sequence = ImpactSequence.create(period, run.impacts.stop[chosen], phases, velocities)
+    sequence = ImpactSequence.create(period, run.impacts.stop[chosen].astype(np.int64), phases, velocities)
     return sequence.half() if motion.symmetric and sequence.mirrors() else sequence

@@ -185,7 +185,7 @@ def _follow(
             guess = here.unknowns + share * (unknowns - here.unknowns)
             guess[-1] = bound
             at_bound = path.correct(guess, parameter)
-            if at_bound is None or step > PATH_LEAST_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step:
+            if at_bound is None or (step > PATH_LEAST_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
                 step *= 0.5  # a saddle-node near the end of the range
                 if step < PATH_LEAST_STEP:
                     return points, special, "range"
@@ -197,8 +197,8 @@ def _follow(
         ahead = path.tangent(unknowns, tangent)
         point = path.look(unknowns)
         turns = ahead is not None and ahead[-1] * tangent[-1] < 0.0
-        for item in Segment(path, here, point, tangent).special_points(turns):
-            special.append(replace(item, segment=len(points)))
+        within = Segment(path, here, point, tangent).special_points(turns)
+        special += [replace(item, segment=len(points)) for item in within]
         points.append(point)
         if leaves:
             return points, special, "range"

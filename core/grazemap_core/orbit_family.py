@@ -1,4 +1,4 @@
-"""What periodic motions with impacts share: a chain, how many forcing periods they take, and whether they are symmetric.
+"""What periodic motions with impacts share: a chain, how many forcing periods they take, whether they are symmetric.
 
 An oscillator and a pattern flow in; out flow, frequency by frequency, the numbers that the kernels' equations are made
 of (theory, "Any impacting orbit").
@@ -72,7 +72,7 @@ class OrbitFamily:
         amplitudes = steady_response(self.oscillator, [omega])[0]
         if not (np.isfinite(amplitudes[0]) and abs(amplitudes[0]) > 0.0):
             raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
-        return amplitudes
+        return np.asarray(amplitudes)
 
     def problem(self, omega: float, length: float, steady: NDArray[np.complex128]) -> OrbitProblem:
         """Return the kernels' view at one frequency, with its unit of length."""

@@ -107,7 +107,7 @@ class OrbitPath:
         """Return the value of a parameter."""
         if name not in self.parameters:
             return self.fixed[name]
-        return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.fixed[name]  # type: ignore[arg-type]
+        return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.fixed[name]
 
     def problem(self, omega: float) -> OrbitProblem:
         """Return the kernels' view at a frequency; the last one is kept."""

@@ -158,7 +158,7 @@ class Segment:
         if where is not None and _on_unit_circle(self.at(where).multipliers):
             add("NS", sacker, where)
 
-        breaks = [0.0, self.end]
+        grazes: list[tuple[float, float]] = []
         for i in range(count):
 
             def speed(point: PathPoint, i: int = i) -> float:
@@ -173,9 +173,14 @@ class Segment:
                 phase = float(self.path.impacts(self.at(where).unknowns).phases[i])
                 stop = int(self.path.stops[i])
                 add("GR", speed, where, admissible=admissible, stop=stop, phase=phase, impact=i)
-                breaks += sides
-        breaks.sort()
-        for low, high in zip(breaks[:-1], breaks[1:], strict=True):
+                grazes.append((sides[0], sides[1]))
+        low = 0.0
+        between: list[tuple[float, float]] = []
+        for before, behind in [*sorted(grazes), (self.end, self.end)]:
+            if low < before:
+                between.append((low, before))
+            low = max(low, behind)
+        for low, high in between:
             middle = self.at(0.5 * (low + high))
             if not np.all(middle.unknowns[count : 2 * count] * self.path.stops > 0.0):
                 continue  # virtual impacts: no orbit on either side is a motion

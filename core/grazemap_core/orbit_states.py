@@ -45,9 +45,7 @@ def state_at(
     return turned.imag + free[:count], omega * turned.real + free[count:]
 
 
-def multipliers_of(
-    problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats
-) -> NDArray[np.complex128]:
+def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats) -> NDArray[np.complex128]:
     """Return the eigenvalues of flows and saltation matrices over a span, by falling modulus, complex (2N,).
 
     Of each saltation matrix one part grows as 1/v where the impact's velocity v vanishes. With an unknown of its own

@@ -261,8 +261,8 @@ PATH_BESIDE: Final = 1e-4
 its neighbours are admissible. It grazes, perhaps both stops at once, so at the orbit itself round-off would decide."""
 
 PATH_MERGED: Final = 1e-4
-"""Relative difference of two halves, or parts, of an orbit where its branch turns, below which it ends on another branch
-there: along the branch the difference is of first order, and the turn is found to about the root of round-off."""
+"""Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
+another one: along it the difference is of first order, and the turn is found to about the root of round-off."""
 
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 

@@ -59,10 +59,20 @@ class OrbitScratch(NamedTuple):
 
 def orbit_results(number: int, count: int, blocks: int) -> OrbitResults:
     """Return room for what is told of `number` motions of `count` impacts."""
-    codes = [np.zeros(number, dtype=np.int64) for _ in range(4)]
-    figures = [np.full(number, np.nan) for _ in range(5)]
-    values = [np.full((number, 2 * blocks), np.nan) for _ in range(2)]
-    return OrbitResults(*codes, *figures, *values, np.full((number, count, 3), np.nan))
+    return OrbitResults(
+        status=np.zeros(number, dtype=np.int64),
+        steps=np.zeros(number, dtype=np.int64),
+        contact=np.zeros(number, dtype=np.int64),
+        stop=np.zeros(number, dtype=np.int64),
+        residual=np.full(number, np.nan),
+        kantorovich=np.full(number, np.nan),
+        radius=np.full(number, np.nan),
+        excess=np.full(number, np.nan),
+        phase=np.full(number, np.nan),
+        real=np.full((number, 2 * blocks), np.nan),
+        imaginary=np.full((number, 2 * blocks), np.nan),
+        before=np.full((number, count, 3), np.nan),
+    )
 
 
 def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
@@ -76,7 +86,9 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
         trial=np.zeros((2, count)),
         before=np.zeros((count, 3)),
     )
-    return OrbitScratch(newton, np.zeros((blocks, 2)), np.zeros((STACK, 2)), np.zeros((3, 5)), np.zeros((2 * blocks,) * 2))
+    return OrbitScratch(
+        newton, np.zeros((blocks, 2)), np.zeros((STACK, 2)), np.zeros((3, 5)), np.zeros((2 * blocks,) * 2)
+    )
 
 
 @kernel
@@ -111,16 +123,12 @@ def solve_orbits(
             for j in range(told.real.shape[1]):
                 told.real[i, j], told.imaginary[i, j] = math.nan, math.nan
             continue
-        terms = assemble(
-            chain, stops, clearances[i], phases[i], speeds[i], work.residual, work.jacobian, work.before
-        )
+        terms = assemble(chain, stops, clearances[i], phases[i], speeds[i], work.residual, work.jacobian, work.before)
         told.kantorovich[i], told.radius[i] = certificate(chain, speeds[i], terms, work)
         told.contact[i], told.excess[i], told.phase[i], told.stop[i] = nearest_contact(
             chain, stops, clearances[i], phases[i], speeds[i], floor, room.state, room.stack, room.here
         )
-        orbit_multipliers(
-            chain, phases[i], speeds[i], work.before, room.matrix, told.real[i], told.imaginary[i]
-        )
+        orbit_multipliers(chain, phases[i], speeds[i], work.before, room.matrix, told.real[i], told.imaginary[i])
         for k in range(stops.shape[0]):
             for column in range(3):
                 told.before[i, k, column] = work.before[k, column]

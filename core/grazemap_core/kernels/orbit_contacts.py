@@ -3,7 +3,7 @@
 Between two impacts the distance of mass 1 from a stop can only be negative where it has a maximum. All maxima that
 matter are found by halving: value, slope and curvature at the middle of a cell, and a bound on the third derivative
 from the blocks' energies, tell for each stop that mass 1 stays further away than the nearest so far, that it passes the
-cell in one direction, or that its distance is convex there, when Newton's method finds the nearest place.
+cell in one direction, that its distance is concave, or that it is convex, when Newton's method finds the nearest place.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def nearest_contact(
         last = i == count - 1
         end = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
         meets = problem.sign * stops[0] if last else stops[i + 1]
-        parts = int(math.ceil(end * CONTACT_CELLS / math.pi))
+        parts = math.ceil(end * CONTACT_CELLS / math.pi)
         for part in range(parts):
             stack[0, 0] = part * end / parts
             stack[0, 1] = (part + 1) * end / parts if part + 1 < parts else end
@@ -156,6 +156,8 @@ def nearest_contact(
                         continue
                     if abs(slope) > radius * (abs(bend) + radius * third) + noise:
                         continue
+                    if bend > radius * third:
+                        continue  # no maximum but at its ends, which are other cells' too
                     tiny = right - left <= LEAST_CONTACT_CELL * end
                     if not (steepest < 0.0 or tiny):
                         halve = True
@@ -164,7 +166,7 @@ def nearest_contact(
                     at_start = left == 0.0 and stop == stops[i]
                     at_end = right == end and stop == meets
                     point = middle
-                    if not tiny:
+                    if steepest < 0.0:
                         first = stop * at_left[1]
                         if first < 0.0 or (at_start and first <= noise):
                             continue

@@ -222,4 +222,5 @@ def curvature(problem: OrbitProblem, speeds: FloatArray, reach: float) -> float:
     others = speeds.shape[0] - 1.0
     place = total * second / omega + others * first
     rate = total * third / (omega * omega) + others * second / omega
-    return math.hypot(problem.gain_real, problem.gain_imag) + 4.0 * problem.rebound * max(place, rate)
+    bound: float = math.hypot(problem.gain_real, problem.gain_imag) + 4.0 * problem.rebound * max(place, rate)
+    return bound

@@ -5,8 +5,8 @@ its eigenvalues. A change z of a state just before an impact of speed v becomes
 
     z - (1 + R) (k z_v + T k z_x - (a/v) k z_x)
 
-behind it, with k the kick, T the blocks' generator, a the acceleration before the impact and z_x, z_v what the change is
-in displacement and velocity of mass 1.
+behind it, with k the kick, T the blocks' generator, a the acceleration before the impact and z_x, z_v what the change
+is in displacement and velocity of mass 1.
 """
 
 from __future__ import annotations
