@@ -22,18 +22,9 @@ from grazemap_core.grazing import checked_order
 from grazemap_core.orbit_family import OrbitFamily
 from grazemap_core.orbit_paths import OrbitPath, Parameter, PathPoint
 from grazemap_core.orbit_special_points import Segment, SpecialPoint
+from grazemap_core.orbit_walks import walk
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.periodic_orbits import PeriodicOrbit
-from grazemap_core.tolerances import PATH_FEWEST, PATH_GROWTH, PATH_LEAST_STEP, PATH_QUICK, PATH_STRAIGHT
-
-ENDS = {
-    "range": "the parameter reaches the end of its range",
-    "closed": "the branch is closed: it comes back to where it began",
-    "step": "steps become too short: impacts come together, or the orbits stop being smooth in the parameter",
-    "singular": "the branch has no tangent: branches meet there",
-    "points": "the number of points that was allowed is reached",
-}
-"""Why a branch is not followed further."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +55,7 @@ class OrbitBranch:
     special_points : tuple of SpecialPoint
         In the order of the branch.
     ends : (str, str)
-        Keys of `ENDS`: why the branch ends before its first point and behind its last.
+        Keys of `orbit_walks.ENDS`: why the branch ends before its first point and behind its last.
     """
 
     parameter: Parameter
@@ -162,53 +153,17 @@ def _follow(
     most: int,
 ) -> tuple[list[PathPoint], list[SpecialPoint], str]:
     """Follow a path one way; return its points behind the first, what is special between them, and why it ends."""
-    points: list[PathPoint] = []
+    points = [first]
     special: list[SpecialPoint] = []
-    here, step, begun = first, 0.2 * longest, tangent
-    low, high = bounds
-    parameter = np.zeros(len(tangent))
-    parameter[-1] = 1.0
-    while len(points) < most:
-        found = path.correct(here.unknowns + step * tangent, tangent)
-        following = path.tangent(found[0], tangent) if found is not None else None
-        if found is None or following is None or float(following @ tangent) < PATH_STRAIGHT:
-            step *= 0.5
-            if step < PATH_LEAST_STEP:
-                singular = found is not None and following is None
-                return points, special, "singular" if singular else "step"
-            continue
-        unknowns, steps = found
-        leaves = not low <= unknowns[-1] <= high
-        if leaves:
-            bound = low if unknowns[-1] < low else high
-            share = (bound - here.unknowns[-1]) / (unknowns[-1] - here.unknowns[-1])
-            guess = here.unknowns + share * (unknowns - here.unknowns)
-            guess[-1] = bound
-            at_bound = path.correct(guess, parameter)
-            if at_bound is None or (step > PATH_LEAST_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
-                step *= 0.5  # a saddle-node near the end of the range
-                if step < PATH_LEAST_STEP:
-                    return points, special, "range"
-                continue
-            unknowns = at_bound[0]
-            if float(tangent @ (unknowns - here.unknowns)) <= 0.0:  # it began there
-                return points, special, "range"
-        # where the parameter is at its bound the other unknowns may be anywhere between: the direction is still right
-        ahead = path.tangent(unknowns, tangent)
+
+    def visit(along: Floats, unknowns: Floats, turned: bool) -> None:
         point = path.look(unknowns)
-        turns = ahead is not None and ahead[-1] * tangent[-1] < 0.0
-        within = Segment(path, here, point, tangent).special_points(turns)
-        special += [replace(item, segment=len(points)) for item in within]
+        within = Segment(path, points[-1], point, along).special_points(turned)
+        special.extend(replace(item, segment=len(points) - 1) for item in within)
         points.append(point)
-        if leaves:
-            return points, special, "range"
-        here, tangent = point, following
-        apart = float(np.linalg.norm(here.unknowns - first.unknowns))
-        if len(points) >= PATH_FEWEST and apart < step and float(tangent @ begun) > PATH_STRAIGHT:
-            return points, special, "closed"
-        if steps <= PATH_QUICK:
-            step = min(step * PATH_GROWTH, longest)
-    return points, special, "points"
+
+    end = walk(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit)
+    return points[1:], special, end
 
 
 def _branch(

@@ -116,6 +116,10 @@ class OrbitPath:
         return self._problem
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
+        """Return residual, derivatives and terms of all equations that the path obeys: those of its orbits."""
+        return self.of_orbit(unknowns)
+
+    def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
         count, work = self.count, self._scratch.newton
         omega = self.value(unknowns, "omega")
@@ -137,7 +141,7 @@ class OrbitPath:
         return work.residual.copy(), derivatives, terms
 
     def tangent(self, unknowns: Floats, along: Floats) -> Floats | None:
-        """Return the unit vector along a path of one parameter, on the side of `along`; None where there is none."""
+        """Return the unit vector along the path, on the side of `along`; None where there is none."""
         _, derivatives, _ = self.equations(unknowns)
         right = np.zeros(len(unknowns))
         right[-1] = 1.0
@@ -151,7 +155,7 @@ class OrbitPath:
     def correct(self, guess: Floats, normal: Floats) -> tuple[Floats, int] | None:
         """Return the orbit in the hyperplane through a guess, and the Newton steps used; None when there is none near.
 
-        `normal` (2 k + 1,) is the plane's; the parameter's own direction gives the orbit at that parameter.
+        `normal` is the plane's; a parameter's own direction gives the orbit at that parameter.
         """
         unknowns, count = guess.copy(), self.count
         offset = float(normal @ guess)
@@ -184,17 +188,27 @@ class OrbitPath:
         velocities = unknowns[count : 2 * count] * (self.value(unknowns, "omega") * self.length)
         return ImpactSequence(period, self.stops.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
 
+    def determinants(self, unknowns: Floats) -> tuple[float, float]:
+        """Return the test functions for multipliers +1 and -1, `PathPoint.same` and `PathPoint.doubled`."""
+        _, derivatives, _ = self.of_orbit(unknowns)
+        return self._determinants(self.problem(self.value(unknowns, "omega")), unknowns, derivatives)
+
+    def _determinants(self, problem: OrbitProblem, unknowns: Floats, derivatives: Floats) -> tuple[float, float]:
+        count = self.count
+        system = derivatives[:, : 2 * count].copy()
+        same = eliminate(system, 2 * count)
+        speeds = unknowns[count : 2 * count]
+        double_up(problem, unknowns[:count], speeds, self._scratch.newton.before, system)
+        return float(same), float(eliminate(system, 2 * count))
+
     def look(self, unknowns: Floats) -> PathPoint:
         """Return a point with its multipliers, test functions and contacts."""
         count, room = self.count, self._scratch
-        residual, derivatives, _ = self.equations(unknowns)
+        residual, derivatives, _ = self.of_orbit(unknowns)
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
         omega, clearance = self.value(unknowns, "omega"), self.value(unknowns, "clearance")
-        problem, system = self.problem(omega), np.empty((2 * count, 2 * count))
-        system[:] = derivatives[:, : 2 * count]
-        same = eliminate(system, 2 * count)
-        double_up(problem, phases, speeds, room.newton.before, system)
-        doubled = eliminate(system, 2 * count)
+        problem = self.problem(omega)
+        same, doubled = self._determinants(problem, unknowns, derivatives)
         contact, excess, phase, stop = nearest_contact(
             problem, self.stops, clearance, phases, speeds, -math.inf, room.state, room.stack, room.here
         )
@@ -204,8 +218,8 @@ class OrbitPath:
             omega=omega,
             residual=float(np.max(np.abs(residual))),
             multipliers=multipliers_of(problem, phases, speeds, room.newton.before),
-            same=float(same),
-            doubled=float(doubled),
+            same=same,
+            doubled=doubled,
             contact=int(contact),
             excess=float(excess),
             excess_phase=float(phase),

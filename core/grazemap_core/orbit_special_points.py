@@ -155,7 +155,7 @@ class Segment:
         if where is not None:
             add("SB" if symmetric else "PD", doubled, where)
         where = self.zero(sacker, 0.0, self.end)
-        if where is not None and _on_unit_circle(self.at(where).multipliers):
+        if where is not None and on_unit_circle(self.at(where).multipliers):
             add("NS", sacker, where)
 
         grazes: list[tuple[float, float]] = []
@@ -204,6 +204,7 @@ def _excess(point: PathPoint) -> float:
     return max(point.excess, -1.0)
 
 
-def _on_unit_circle(multipliers: NDArray[np.complex128]) -> bool:
+def on_unit_circle(multipliers: NDArray[np.complex128]) -> bool:
+    """Say whether a complex pair lies on the unit circle."""
     off = np.abs(np.abs(multipliers[multipliers.imag != 0.0]) - 1.0)
     return bool(len(off)) and float(np.min(off)) < PATH_UNIT_CIRCLE

@@ -260,6 +260,10 @@ PATH_BESIDE: Final = 1e-4
 """Share of the step between two orbits, to either side of one with an impact of velocity 0, at which it is seen whether
 its neighbours are admissible. It grazes, perhaps both stops at once, so at the orbit itself round-off would decide."""
 
+CURVE_DIFFERENCE: Final = 1e-6
+"""Step of the differences from which gradients of test functions are taken, in a path's units: their error of 1e-10
+slows Newton's method down by as little, and is not in what it solves for."""
+
 PATH_MERGED: Final = 1e-4
 """Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
 another one: along it the difference is of first order, and the turn is found to about the root of round-off."""
