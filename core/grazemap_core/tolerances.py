@@ -223,6 +223,10 @@ ORBIT_HALVINGS: Final = 12
 ORBIT_GAP: Final = 0.2
 """Share of the time between two impacts that one Newton step leaves of it."""
 
+ORBIT_FLOOR: Final = 1e-6
+"""Distance from a stop, in lengths, beyond which maxima are not looked for where only contacts are asked for; far above
+round-off of the distance."""
+
 SAME_ORBIT: Final = 1e-7
 """Relative difference of phases and velocities up to which two halves, or parts, of an orbit are the same. Orbits with
 a broken symmetry or a doubled period differ by the root of the distance from where they were born: here 1e-14 of it."""

@@ -12,6 +12,7 @@ import pytest
 from impact_orbit_oracle import solved
 from oracles import digits
 from random_chains import random_oscillator
+from scipy.linalg import expm
 from test_one_impact_orbits import mismatch, random_families
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
@@ -21,9 +22,11 @@ from grazemap_core.kernels.orbit_equations import assemble, double_up
 from grazemap_core.monodromy import monodromy
 from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.one_impact_orbits import orbit_at
+from grazemap_core.orbit_batches import periodic_orbits
 from grazemap_core.orbit_family import OrbitFamily
+from grazemap_core.orbit_paths import OrbitPath
 from grazemap_core.oscillator import Oscillator
-from grazemap_core.periodic_orbits import periodic_orbit, periodic_orbits
+from grazemap_core.periodic_orbits import periodic_orbit
 from grazemap_core.trajectory import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
@@ -250,6 +253,29 @@ def test_the_derivatives_are_those_of_the_equations():
             second = np.concatenate([-np.ones(3), -sign * np.ones(3)])
             combined = first[:, np.r_[0:3, 6:9]] + first[:, np.r_[3:6, 9:12]] * second
             np.testing.assert_allclose(combined, doubled, rtol=0, atol=1e-12)
+
+
+def test_the_test_functions_are_those_of_the_monodromy_matrix():
+    """``prod v_i det(M -+ I)`` over that of the free flow, in units of omega and one length."""
+    for oscillator, orbit in [(o, p) for o, _, p in random_orbits()] + [(DEFAULT, default_orbit("3-4r-4l"))]:
+        values = {"clearance": orbit.clearance, "omega": orbit.omega}
+        family = OrbitFamily.of(oscillator, orbit.impacts.period, orbit.impacts.symmetric)
+        path = OrbitPath(family, orbit.impacts.stops, ("clearance",), values)
+        unknowns = path.unknowns(orbit.impacts, values)
+        count, sign = len(orbit.impacts.stops), -1.0 if orbit.impacts.symmetric else 1.0
+        mass = oscillator.masses[:, None]
+        size = oscillator.size
+        generator = np.block(
+            [
+                [np.zeros((size, size)), np.eye(size)],
+                [-oscillator.stiffness_matrix / mass, -oscillator.damping_matrix / mass],
+            ]
+        )
+        free = sign * np.linalg.eigvals(expm(generator * family.pattern.spacing(orbit.omega)))
+        impacting = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
+        for ours, mu in zip(path.determinants(unknowns), (1.0, -1.0), strict=True):
+            theirs = np.prod(unknowns[count : 2 * count]) * (np.prod(mu - impacting) / np.prod(mu - free)).real
+            assert abs(ours) == pytest.approx(abs(theirs), rel=1e-9)
 
 
 def test_many_orbits_are_those_solved_one_by_one():
