@@ -204,6 +204,74 @@ of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the co
 LEAST_CONTACT_CELL: Final = 1e-9
 """Length, relative to the time between impacts, below which a cell is not halved any more: a graze whose curvature is
 zero too. Its distance is then known to the cube of this times the bound of its third derivative."""
+
+# --- impacting orbits ---------------------------------------------------------------------------------------------
+
+ORBIT_RESIDUAL: Final = 1e-12
+"""Largest residual, relative to the terms that it is a sum of, with which an orbit counts as solved; round-off of an
+orbit with tens of impacts is a hundredth of it."""
+
+ORBIT_SETTLED: Final = 1e-8
+"""Newton step, in radians of phase and in units of omega times length, behind which the next one is round-off."""
+
+ORBIT_NEWTON_STEPS: Final = 40
+"""Newton steps from a guess; from a close one three to five are used, far ones are shortened a few times."""
+
+ORBIT_HALVINGS: Final = 12
+"""Halvings of one Newton step that does not lower the residual, and steps that may be cut short by a neighbour."""
+
+ORBIT_GAP: Final = 0.2
+"""Share of the time between two impacts that one Newton step leaves of it."""
+
+ORBIT_FLOOR: Final = 1e-6
+"""Distance from a stop, in lengths, beyond which maxima are not looked for where only contacts are asked for; far above
+round-off of the distance."""
+
+SAME_ORBIT: Final = 1e-7
+"""Relative difference of phases and velocities up to which two halves, or parts, of an orbit are the same. Orbits with
+a broken symmetry or a doubled period differ by the root of the distance from where they were born: here 1e-14 of it."""
+
+KANTOROVICH: Final = 0.5
+"""Largest number of Newton and Kantorovich with which a solution is certain to exist, and to be one."""
+
+# --- branches of orbits -------------------------------------------------------------------------------------------
+
+PATH_NEWTON_STEPS: Final = 8
+"""Newton steps from a predicted orbit; with more the step along the branch was too long."""
+
+PATH_QUICK: Final = 4
+"""Newton steps, that to round-off included, up to which the next step along the branch may be longer."""
+
+PATH_GROWTH: Final = 1.5
+"""Factor by which it is."""
+
+PATH_STRAIGHT: Final = 0.95
+"""Least cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
+
+PATH_LEAST_STEP: Final = 1e-9
+"""Step along a branch, in its units, below which it is given up."""
+
+PATH_FEWEST: Final = 10
+"""Points behind which a branch may have come back to where it began."""
+
+PATH_TEST: Final = 1e-9
+"""What may be left of a test function at a special point, relative to its neighbours, for it to count as solved."""
+
+PATH_UNIT_CIRCLE: Final = 1e-6
+"""Distance from the unit circle at which a pair of multipliers is on it, where the test function vanishes."""
+
+PATH_BESIDE: Final = 1e-4
+"""Share of the step between two orbits, to either side of one with an impact of velocity 0, at which it is seen whether
+its neighbours are admissible. It grazes, perhaps both stops at once, so at the orbit itself round-off would decide."""
+
+CURVE_DIFFERENCE: Final = 1e-6
+"""Step of the differences from which gradients of test functions are taken, in a path's units: their error of 1e-10
+slows Newton's method down by as little, and is not in what it solves for."""
+
+PATH_MERGED: Final = 1e-4
+"""Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
+another one: along it the difference is of first order, and the turn is found to about the root of round-off."""
+
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500

@@ -18,6 +18,7 @@ from grazemap_core.kernels import (
     column,
     compiled,
     contact,
+    dense,
     eigenvalues,
     events,
     held,
@@ -27,6 +28,11 @@ from grazemap_core.kernels import (
     lockstep,
     lyapunov,
     newton,
+    orbit_batches,
+    orbit_contacts,
+    orbit_equations,
+    orbit_multipliers,
+    orbit_newton,
     simulate,
     sticking,
     tangent,
@@ -36,8 +42,9 @@ from grazemap_core.kernels import (
 from grazemap_core.kernels.parts import Kernel
 from grazemap_core.kernels.references import reference
 
-MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, eigenvalues, events, held, judging,
-           lane_tangents, lanes, lockstep, lyapunov, newton, simulate, sticking, tangent, walk, workspace)  # fmt: skip
+MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, dense, eigenvalues, events, held,
+           judging, lane_tangents, lanes, lockstep, lyapunov, newton, orbit_batches, orbit_contacts, orbit_equations,
+           orbit_multipliers, orbit_newton, simulate, sticking, tangent, walk, workspace)  # fmt: skip
 ALLOCATES = {"run_recorded"}  # called from Python, for one trajectory
 
 

@@ -219,9 +219,8 @@ def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:
         periods = SEARCH_PERIODS if request.motion.phases is None else 0.0
     seconds = periods * cost / PERIODS_PER_SECOND
     if isinstance(request, OrbitBranchesRequest):
-        seconds += (
-            min(request.max_points, BRANCH_POINTS) * BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
-        )
+        points = min(request.max_points, BRANCH_POINTS)
+        seconds += points * BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
     return Plan(estimate=Estimate(periods=periods, seconds=seconds))
 
 

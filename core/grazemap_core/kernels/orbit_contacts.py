@@ -1,0 +1,219 @@
+"""Whether a periodic motion meets a stop between its impacts, with a guarantee, and how near it comes.
+
+Between two impacts the distance of mass 1 from a stop can only be negative where it has a maximum. All maxima that
+matter are found by halving: value, slope and curvature at the middle of a cell, and a bound on the third derivative
+from the blocks' energies, tell for each stop that mass 1 stays further away than the nearest so far, that it passes the
+cell in one direction, that its distance is concave, or that it is convex, when Newton's method finds the nearest place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.compiled import kernel
+from grazemap_core.kernels.orbit_equations import OrbitProblem
+from grazemap_core.tolerances import (
+    BOUND_SAFETY,
+    CONTACT_CELLS,
+    CONTACT_ROUNDOFF,
+    EPSILON,
+    LEAST_CONTACT_CELL,
+    MAX_CELLS,
+)
+
+FloatArray = NDArray[np.float64]
+
+CLEAR = 0
+"""Mass 1 meets no stop but at its impacts."""
+MEETS = 1
+"""It does, or one of the impacts is from outside (a virtual one)."""
+TOUCHES = 2
+"""Round-off hides whether it does."""
+GIVEN_UP = 3
+"""MAX_CELLS were not enough."""
+
+STACK = 256
+_NEWTON_STEPS = 60
+
+
+@kernel
+def state_behind(problem: OrbitProblem, phases: FloatArray, speeds: FloatArray, state: FloatArray) -> None:
+    """Write each block's part in displacement and velocity of mass 1 just behind the first impact into state (N, 2)."""
+    for j in range(state.shape[0]):
+        state[j, 0], state[j, 1] = 0.0, 0.0
+        for m in range(phases.shape[0]):
+            time = (phases[0] - phases[m] + problem.turn) / problem.omega
+            e11, e12, e21, e22 = block_flow(
+                problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
+            )
+            strength = -problem.sign * problem.rebound * problem.omega * speeds[m]
+            state[j, 0] += strength * (e11 * problem.behind[j, 0] + e12 * problem.behind[j, 1])
+            state[j, 1] += strength * (e21 * problem.behind[j, 0] + e22 * problem.behind[j, 1])
+        strength = -problem.rebound * problem.omega * speeds[0]
+        state[j, 0] += strength * problem.kick[j, 0]
+        state[j, 1] += strength * problem.kick[j, 1]
+
+
+@kernel
+def _look(problem: OrbitProblem, state: FloatArray, start: float, angle: float, here: FloatArray) -> None:
+    """Write into here (5,): mass 1, its first two derivatives, a bound on the third from then on, and its terms.
+
+    `start` is the phase of the impact that `state` is behind of, `angle` how much later it is.
+    """
+    omega = problem.omega
+    time = angle / omega
+    sine, cosine = math.sin(start + angle), math.cos(start + angle)
+    size = math.hypot(problem.gain_real, problem.gain_imag)
+    value = problem.gain_real * sine + problem.gain_imag * cosine
+    slope = problem.gain_real * cosine - problem.gain_imag * sine
+    bend, bound, terms = -value, size, size * (1.0 + abs(start) + angle)
+    for j in range(state.shape[0]):
+        square, twice, frequency = problem.frequency_squared[j], 2.0 * problem.decay[j], problem.frequency[j]
+        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
+        y = e11 * state[j, 0] + e12 * state[j, 1]
+        rate = e21 * state[j, 0] + e22 * state[j, 1]
+        second = -square * y - twice * rate
+        third = -square * rate - twice * second
+        value += y
+        slope += rate / omega
+        bend += second / (omega * omega)
+        bound += math.sqrt(square * second * second + third * third) / (omega * omega * omega)
+        terms += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
+    here[0], here[1], here[2], here[3], here[4] = value, slope, bend, bound * BOUND_SAFETY, terms
+
+
+@kernel
+def nearest_contact(
+    problem: OrbitProblem,
+    stops: FloatArray,
+    clearance: float,
+    phases: FloatArray,
+    speeds: FloatArray,
+    floor: float,
+    state: FloatArray,
+    stack: FloatArray,
+    here: FloatArray,
+) -> tuple[int, float, float, int]:
+    """Return whether there is a further contact, and the largest excess over a stop at a maximum between the impacts.
+
+    Parameters
+    ----------
+    floor : float
+        Maxima that stay below a stop by more than this are not looked for; minus infinity for all.
+    state : (N, 2)
+    stack : (STACK, 2)
+    here : (3, 5)
+        Scratch.
+
+    Returns
+    -------
+    status : int
+        CLEAR, MEETS, TOUCHES or GIVEN_UP.
+    excess : float
+        In lengths, negative where mass 1 stays inside; minus infinity when there is no maximum above `floor`.
+    phase : float
+        Where.
+    stop : int
+        Which one; 0 when there is none.
+    """
+    count = stops.shape[0]
+    place = clearance / problem.length
+    best, phase, which, noise_there = floor, math.nan, 0, 0.0
+    cells = 0
+    at_left, at_middle, at_point = here[0], here[1], here[2]
+    state_behind(problem, phases, speeds, state)
+    for i in range(count):
+        last = i == count - 1
+        end = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
+        meets = problem.sign * stops[0] if last else stops[i + 1]
+        parts = math.ceil(end * CONTACT_CELLS / math.pi)
+        for part in range(parts):
+            stack[0, 0] = part * end / parts
+            stack[0, 1] = (part + 1) * end / parts if part + 1 < parts else end
+            top = 1
+            while top > 0:
+                cells += 1
+                if cells > MAX_CELLS:
+                    return GIVEN_UP, math.inf, math.nan, 0
+                top -= 1
+                left, right = stack[top, 0], stack[top, 1]
+                middle, radius = 0.5 * (left + right), 0.5 * (right - left)
+                _look(problem, state, phases[i], left, at_left)
+                _look(problem, state, phases[i], middle, at_middle)
+                third = at_left[3]
+                noise = CONTACT_ROUNDOFF * (at_middle[4] + place)
+                halve = False
+                for side in range(2):
+                    stop = 1.0 - 2.0 * side
+                    value = stop * at_middle[0] - place
+                    slope, bend = stop * at_middle[1], stop * at_middle[2]
+                    steepest = bend + radius * third
+                    if value + radius * (abs(slope) + 0.5 * radius * max(steepest, 0.0)) < best - noise:
+                        continue
+                    if abs(slope) > radius * (abs(bend) + radius * third) + noise:
+                        continue
+                    if bend > radius * third:
+                        continue  # no maximum but at its ends, which are other cells' too
+                    tiny = right - left <= LEAST_CONTACT_CELL * end
+                    if not (steepest < 0.0 or tiny):
+                        halve = True
+                        continue
+                    # mass 1 leaves the stop that it has struck, and comes back to the one that it strikes next
+                    at_start = left == 0.0 and stop == stops[i]
+                    at_end = right == end and stop == meets
+                    point = middle
+                    if steepest < 0.0:
+                        first = stop * at_left[1]
+                        if first < 0.0 or (at_start and first <= noise):
+                            continue
+                        _look(problem, state, phases[i], right, at_point)
+                        if stop * at_point[1] > (-noise if at_end else 0.0):
+                            continue
+                        low, high = left, right
+                        for _ in range(_NEWTON_STEPS):
+                            if slope > 0.0:
+                                low = point
+                            else:
+                                high = point
+                            following = point - slope / bend
+                            if not low <= following <= high:
+                                following = 0.5 * (low + high)
+                            if abs(following - point) <= 4.0 * EPSILON * end:
+                                break
+                            point = following
+                            _look(problem, state, phases[i], point, at_point)
+                            slope, bend = stop * at_point[1], stop * at_point[2]
+                    if (at_start or at_end) and min(point, end - point) <= 64.0 * EPSILON * end:
+                        continue
+                    _look(problem, state, phases[i], point, at_point)
+                    value = stop * at_point[0] - place
+                    if value > best:
+                        best, phase, which = value, phases[i] + point, int(stop)
+                        noise_there = CONTACT_ROUNDOFF * (at_point[4] + place)
+                if halve:
+                    if top + 2 > STACK:
+                        return GIVEN_UP, math.inf, math.nan, 0
+                    stack[top, 0], stack[top, 1] = middle, right
+                    stack[top + 1, 0], stack[top + 1, 1] = left, middle
+                    top += 2
+        if not last:
+            for j in range(state.shape[0]):
+                e11, e12, e21, e22 = block_flow(
+                    problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], end / problem.omega
+                )
+                y, rate = state[j, 0], state[j, 1]
+                strength = -problem.rebound * problem.omega * speeds[i + 1]
+                state[j, 0] = e11 * y + e12 * rate + strength * problem.kick[j, 0]
+                state[j, 1] = e21 * y + e22 * rate + strength * problem.kick[j, 1]
+    excess = best if which != 0 else -math.inf
+    verdict = CLEAR
+    for i in range(count):
+        if not stops[i] * speeds[i] > 0.0:
+            verdict = MEETS
+    if verdict == CLEAR and which != 0 and excess > -noise_there:
+        verdict = MEETS if excess > noise_there else TOUCHES
+    return verdict, excess, phase, which

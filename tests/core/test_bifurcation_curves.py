@@ -1,0 +1,136 @@
+"""Curves of special orbits over frequency and clearance, against closed forms, their orbits and the tangent flow."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from test_one_impact_orbits import random_chain
+from test_orbit_branches import sixteen_impacts, start
+from test_periodic_orbits import DEFAULT, default_orbit
+
+from grazemap_core.bifurcation_curves import bifurcation_curve
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing import grazing_curve
+from grazemap_core.impact_sequences import ImpactSequence
+from grazemap_core.monodromy import monodromy
+from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.orbit_branches import orbit_branch
+from grazemap_core.periodic_orbits import periodic_orbit
+
+
+def two_impacts():
+    return orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8)
+
+
+def orbit_on(oscillator, curve, index):
+    """The orbit at a point of a curve, from the general solver; a GR's own graze is left out."""
+    keep = np.arange(len(curve.stops)) != (-1 if curve.impact is None else curve.impact)
+    impacts = ImpactSequence(
+        curve.period, curve.stops[keep], curve.phases[index][keep], curve.velocities[index][keep], curve.symmetric
+    )
+    return periodic_orbit(oscillator, float(curve.omega[index]), float(curve.clearance[index]), impacts)
+
+
+@pytest.mark.parametrize("symmetric", [False, True])
+@pytest.mark.parametrize("damping", ["proportional", "per link"])
+def test_curves_of_orbits_with_one_impact_are_the_closed_form_s(symmetric, damping):
+    oscillator = DEFAULT if damping == "proportional" else random_chain(np.random.default_rng(2), 2, True, 0.7)
+    omega = 0.27 if damping == "proportional" else 0.9
+    known = one_impact_branch(oscillator, omega, 1, symmetric)
+    begin = start(known, max(known.lowest + 0.2, 1.2))
+    branch = orbit_branch(oscillator, begin, 0.5 * known.amplitude, 1.2 * max(begin.clearance, known.amplitude))
+    compared = 0
+    for point in branch.special_points:
+        if point.impacts.velocities[0] < 0.0 and point.impact is None:
+            continue
+        ranges = (0.95 * omega, 1.05 * omega), (0.5 * point.clearance, 1.5 * point.clearance)
+        curve = bifurcation_curve(oscillator, point, *ranges)
+        assert set(curve.ends) <= {"range", "closed"}
+        assert np.max(curve.residual) <= 1e-13
+        for i, frequency in enumerate(curve.omega):
+            if point.impact is not None:
+                assert curve.clearance[i] == pytest.approx(
+                    grazing_curve(oscillator, [frequency]).clearance[0], rel=1e-11
+                )
+                compared += 1
+            elif curve.velocities[i, 0] > 1e-6:
+                theirs = one_impact_branch(oscillator, float(frequency), 1, symmetric)
+                same = [p for p in theirs.special_points if p.type == curve.type and p.impact_velocity > 0.0]
+                if same:  # of contacts the closed form has the first only
+                    near = min(same, key=lambda p: abs(p.clearance - curve.clearance[i]))
+                    assert near.clearance == pytest.approx(curve.clearance[i], rel=1e-10)
+                    assert near.admissible == curve.admissible[i]
+                    compared += 1
+    assert compared >= 10
+
+
+def test_multipliers_along_curves_are_those_of_their_kind():
+    seen = set()
+    for branch in (two_impacts(), sixteen_impacts()):
+        for point in branch.special_points:
+            if point.type == "GR" or (point.type, len(branch.stops)) in seen:
+                continue
+            seen.add((point.type, len(branch.stops)))
+            curve = bifurcation_curve(DEFAULT, point, (0.268, 0.272), (1.4, 1.9))
+            assert np.max(curve.residual) <= 1e-12
+            assert np.ptp(curve.omega) > 1e-3
+            for multipliers in curve.multipliers:
+                off = {
+                    "SN": np.min(np.abs(multipliers - 1.0)),
+                    "SB": np.min(np.abs(multipliers + 1.0)),
+                    "NS": np.min(np.abs(np.abs(multipliers[multipliers.imag != 0.0]) - 1.0), initial=math.inf),
+                }
+                assert off[curve.type] < 1e-7, curve.type
+    assert {kind for kind, _ in seen} == {"SN", "SB", "NS"}
+    assert {count for _, count in seen} == {2, 8}
+
+
+def test_the_tangent_flow_has_a_pair_on_the_unit_circle_along_a_neimark_sacker_curve():
+    (point,) = [p for p in two_impacts().special_points if p.type == "NS" and p.admissible]
+    curve = bifurcation_curve(DEFAULT, point, (0.26, 0.275), (1.4, 1.9))
+    # below it the pair meets on the real axis: a resonance, at which the curve has its end
+    assert set(curve.ends) == {"real", "range"}
+    assert np.all(curve.admissible)
+    for index in (0, len(curve.omega) // 2, -1):
+        orbit = orbit_on(DEFAULT, curve, index)
+        state = orbit.start
+        run = monodromy(
+            DEFAULT, orbit.omega, orbit.clearance, state.displacement, state.velocity, 0.0, period=curve.period
+        )
+        assert abs(abs(run.multipliers[0]) - 1.0) < 1e-7
+
+
+def test_along_a_curve_of_grazes_the_orbit_without_the_graze_touches_a_stop():
+    points = [p for p in sixteen_impacts().special_points if p.type == "GR" and p.admissible and p.impact is None]
+    for point in points:
+        curve = bifurcation_curve(DEFAULT, point, (0.268, 0.272), (1.4, 1.9))
+        assert curve.impact is not None
+        np.testing.assert_array_equal(curve.velocities[:, curve.impact], 0.0 * curve.omega)
+        assert np.any(curve.admissible)
+        for index in np.flatnonzero(curve.admissible)[::4]:
+            orbit = orbit_on(DEFAULT, curve, index)
+            assert orbit.converged
+            assert abs(orbit.excess) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("omega", {"omega": (0.28, 0.29)}),
+        ("omega", {"omega": (0.0, 0.29)}),
+        ("clearance", {"clearance": (1.9, 1.4)}),
+        ("longest_step", {"longest_step": 2.0}),
+        ("max_points", {"max_points": 0}),
+        ("point", {}),
+    ],
+)
+def test_curves_that_make_no_sense_are_refused(name, change):
+    point = two_impacts().special_points[0]
+    if name == "point":
+        point = dataclasses.replace(point, status="guess")
+    with pytest.raises(ParameterError) as refused:
+        bifurcation_curve(DEFAULT, point, **({"omega": (0.26, 0.28), "clearance": (1.2, 1.9)} | change))
+    assert refused.value.name == name
