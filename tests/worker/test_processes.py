@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.models import ProcessRequest, job_id, parse_request
+from grazemap.models import Oscillator, ProcessRequest, job_id, parse_request
 from grazemap_core.errors import CoreError
+from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.one_impact_orbits import orbits_at_clearance
 from grazemap_worker.processes import PROCESSES
-from grazemap_worker.processes.core_objects import request_pointer
+from grazemap_worker.processes.core_objects import core_oscillator, request_pointer
 from grazemap_worker.store import Plan, plan
 
 MAP = {
@@ -147,7 +149,8 @@ def test_a_periodic_orbit_is_the_same_wherever_it_is_looked_for(beginning: dict[
     # the mirror image counts as the same
     assert document["motion"]["label"] in ("1-1r-(-1)l", "1-(-1)r-1l")
     side = document["stops"][0]
-    assert document["velocities"] * side == pytest.approx(0.1866, abs=1e-4)
+    closed_form = orbits_at_clearance(one_impact_branch(core_oscillator(Oscillator()), 0.27), 1.85)[-1]
+    assert document["velocities"] * side == pytest.approx(closed_form.impact_velocity, rel=1e-12)
     assert document["residual"] < 1e-12
     assert document["multipliers"].shape == (6, 2)
     assert document["stable"]
@@ -190,7 +193,9 @@ def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:
     assert document["velocities"].shape == (rows, 1)
     assert document["multipliers"].shape == (rows, 6, 2)
     along = whole("orbit-branches", {**body, "vary": "omega", "range": {"start": 0.265, "stop": 0.275}})
-    assert along["parameter"].min() == pytest.approx(0.265, abs=1e-6)
+    turn = next(point for point in along["special_points"] if point["type"] == "SN")
+    assert along["parameter"].min() == pytest.approx(turn["omega"], abs=1e-4)
+    assert turn["clearance"] == 1.85
 
 
 def test_basins_are_the_same_however_they_are_cut() -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LINE, _PALE = "#0072B2", "#B9B9B9"
+_VIRTUAL = 0.3
 _MARKS = {
     "SN": ("^", "#C31E2D", "saddle-node (SN)"),
     "PD": ("s", "#1E1E78", "period doubling (PD)"),
@@ -73,6 +74,9 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
         fill = colour if point.admissible else "white"
         ax.plot([point.parameter] * len(heights), heights, label=label, markerfacecolor=fill, **style)
     ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
+    # virtual impacts may be many times as fast as real ones
+    low, high = ax.get_ylim()
+    ax.set_ylim(max(low, -_VIRTUAL * high), high)
     request = result.meta["request"]
     ax.set_xlabel(axis_label(request["vary"], result.units))
     ax.set_ylabel("speed of impacts" + (" (m/s)" if result.units == "SI" else ""))
