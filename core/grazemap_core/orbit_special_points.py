@@ -35,7 +35,8 @@ class SpecialPoint:
     type : {"SN", "PD", "SB", "NS", "GR"}
     clearance, omega : float
     status : {"converged", "guess"}
-        "guess": a test function changes its sign there, but does not vanish to round-off.
+        "guess": a test function changes its sign there, but does not vanish to round-off. So it is where a branch ends
+        on another one, for lack of a tangent; the parameter is good to round-off there, the orbit to its root.
     test : float
         What is left of the test function, relative to its values at the neighbouring points.
     admissible : bool
@@ -148,9 +149,14 @@ class Segment:
         def sacker(point: PathPoint) -> float:
             return neimark_sacker_test(point, count)
 
-        where = self.zero(same, 0.0, self.end) if turns else None
-        if where is not None:
-            add(self._fold(self.at(where)), same, where)
+        if turns:
+            where = self.zero(same, 0.0, self.end)
+            if where is not None:
+                add(self._fold(self.at(where)), same, where)
+            else:  # the end on another branch: there it only touches zero
+                where = self.zero(self._rise, 0.0, self.end)
+                if where is not None:
+                    add(self._fold(self.at(where)), self._rise, where)
         where = self.zero(doubled, 0.0, self.end)
         if where is not None:
             add("SB" if symmetric else "PD", doubled, where)
@@ -191,6 +197,11 @@ class Segment:
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
                 add("GR", _excess, where, admissible=True, stop=point.excess_stop, phase=phase)
         return [point for _, point in sorted(found, key=lambda item: item[0])]
+
+    def _rise(self, point: PathPoint) -> float:
+        """Return the parameter's part of the unit tangent."""
+        tangent = self.path.tangent(point.unknowns, self.along)
+        return 0.0 if tangent is None else float(tangent[-1])
 
     def _fold(self, point: PathPoint) -> SpecialType:
         """Say what it is where the parameter turns: a branch that ends on another one turns there as well."""

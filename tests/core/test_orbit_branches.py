@@ -16,10 +16,14 @@ from test_periodic_orbits import DEFAULT, default_orbit, guess_of
 
 from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.errors import ParameterError
+from grazemap_core.impact_sequences import ImpactSequence
+from grazemap_core.kernels.orbit_equations import assemble, double_up
 from grazemap_core.monodromy import monodromy
 from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.one_impact_orbits import orbit_at
 from grazemap_core.orbit_branches import orbit_branch
+from grazemap_core.orbit_family import OrbitFamily
+from grazemap_core.orbit_paths import OrbitPath
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.periodic_orbits import periodic_orbit
 from grazemap_core.trajectory import trajectory
@@ -165,6 +169,56 @@ def test_a_neimark_sacker_point_is_where_the_tangent_flow_has_a_pair_on_the_unit
     assert abs(run.multipliers[0].imag) > 0.1
     here = point.segment
     assert branch.stable[here] != branch.stable[here + 1]
+
+
+def born_at(oscillator, point, amount):
+    """A guess of the orbits that a PD or SB gives birth to: along the change that comes back with the opposite sign."""
+    impacts, count = point.impacts, len(point.impacts.stops)
+    sign = -1 if impacts.symmetric else 1
+    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
+    values = {"clearance": point.clearance, "omega": point.omega}
+    path = OrbitPath(family, impacts.stops, ("clearance",), values)
+    unknowns = path.unknowns(impacts, values)
+    residual, matrix, before = np.zeros(2 * count), np.zeros((2 * count, 2 * count + 2)), np.zeros((count, 3))
+    phases, speeds = unknowns[:count], unknowns[count : 2 * count]
+    problem = path.problem(point.omega)
+    assemble(problem, path.stops, point.clearance, phases, speeds, residual, matrix, before)
+    doubled = np.zeros((2 * count, 2 * count))
+    double_up(problem, phases, speeds, before, doubled)
+    change = amount * np.linalg.svd(doubled)[2][-1]
+    shift, kick = change[:count], change[count:] * path.length * point.omega
+    return ImpactSequence.create(
+        impacts.period if impacts.symmetric else 2 * impacts.period,
+        np.concatenate([impacts.stops, sign * impacts.stops]),
+        np.concatenate([impacts.phases + shift, impacts.phases + family.turn - shift]),
+        np.concatenate([impacts.velocities + kick, sign * (impacts.velocities - kick)]),
+    )
+
+
+@pytest.mark.parametrize(("omega", "symmetric", "kind"), [(0.27, True, "SB"), (0.285, False, "PD")])
+def test_a_branch_that_is_born_at_a_special_point_ends_there(omega, symmetric, kind):
+    known = one_impact_branch(DEFAULT, omega, 1, symmetric)
+    parent = orbit_branch(DEFAULT, start(known, 1.3), 0.8 * known.amplitude, 1.05 * known.amplitude)
+    (point,) = [p for p in parent.special_points if p.type == kind and p.impacts.velocities[0] > 0.0]
+    found = []
+    for shift, amount in itertools.product((1e-4, -1e-4), (0.003, 0.01)):
+        orbit = periodic_orbit(DEFAULT, omega, point.clearance * (1.0 + shift), born_at(DEFAULT, point, amount))
+        if orbit.converged and not orbit.symmetric and orbit.least_period == orbit.impacts.period:
+            found.append(orbit)
+    assert found
+    branch = orbit_branch(DEFAULT, found[0], 0.99 * point.clearance, 1.01 * point.clearance)
+    ends = [p for p in branch.special_points if p.type == kind and abs(p.clearance - point.clearance) < 1e-6]
+    assert len(ends) == 1
+    assert abs(ends[0].clearance - point.clearance) < 1e-10
+    if kind == "SB":
+        # an impact of the asymmetric motion vanishes where the one-impact motion meets the other stop
+        other = one_impact_branch(DEFAULT, omega).special_points[-1]
+        assert (other.type, other.stop) == ("GR", -1)
+        wide = orbit_branch(DEFAULT, found[0], 0.99 * point.clearance, 1.02 * point.clearance)
+        grazes = [p for p in wide.special_points if p.impact is not None]
+        assert len(grazes) == 2  # one for either of the pair
+        for graze in grazes:
+            assert graze.clearance == pytest.approx(other.clearance, abs=1e-10)
 
 
 def resonances():
