@@ -46,7 +46,7 @@ kernels-of-maps: $(STAMP)
 
 kernels-of-all-else: $(STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	@$(BIN)/python -m grazemap_core.warmup grazing trajectories
+	@$(BIN)/python -m grazemap_core.warmup grazing trajectories orbits
 
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)

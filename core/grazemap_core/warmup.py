@@ -3,7 +3,7 @@
 With numba's disk cache, parts can be compiled by processes of their own side by side:
 
     python -m grazemap_core.warmup maps
-    python -m grazemap_core.warmup trajectories grazing
+    python -m grazemap_core.warmup trajectories grazing orbits
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ import numpy as np
 from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.grazing import grazing_curve
 from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.orbit_branches import orbit_branch
+from grazemap_core.orbit_search import sequence_of_stops
 from grazemap_core.oscillator import Oscillator
+from grazemap_core.periodic_orbits import periodic_orbit
 from grazemap_core.trajectory import trajectory
 from grazemap_core.unfolding import unfolding_map_tile
 
@@ -34,11 +37,23 @@ def _trajectories(oscillator: Oscillator) -> None:
     trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4).at(OMEGA)
 
 
+def _orbits(oscillator: Oscillator) -> None:
+    guess = sequence_of_stops(oscillator, 0.27, 1.85, 1, [1])
+    assert guess is not None  # one impact a period is closed form
+    orbit = periodic_orbit(oscillator, 0.27, 1.85, guess)
+    orbit_branch(oscillator, orbit, 1.84, 1.86, max_points=2)
+
+
 def _maps(oscillator: Oscillator) -> None:
     unfolding_map_tile(oscillator, OMEGA, np.array([1.6]), max_periods=4, max_period=2)
 
 
-PARTS: dict[str, Callable[[Oscillator], None]] = {"grazing": _grazing, "trajectories": _trajectories, "maps": _maps}
+PARTS: dict[str, Callable[[Oscillator], None]] = {
+    "grazing": _grazing,
+    "trajectories": _trajectories,
+    "orbits": _orbits,
+    "maps": _maps,
+}
 """Every public computation on a small case."""
 
 

@@ -51,7 +51,8 @@ def compile_kernels(folder: Path) -> None:
     from grazemap_core.warmup import warm_up as run
 
     if not any((folder / "numba").rglob("*.nbi")) and available_cores() > 1:
-        other = multiprocessing.get_context("spawn").Process(target=run, args=("grazing", "trajectories"), daemon=True)
+        parts = ("grazing", "trajectories", "orbits")
+        other = multiprocessing.get_context("spawn").Process(target=run, args=parts, daemon=True)
         other.start()
         run("maps")
         other.join()
