@@ -1,0 +1,81 @@
+"""Curves inside a window: pieces of the closed forms, and what they end at."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grazemap_core.codim2 import codimension_two_points
+from grazemap_core.errors import ParameterError
+from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.window_curves import window_curves
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+WINDOW = ((0.26, 0.30), (1.3, 2.05))
+
+
+@pytest.fixture(scope="module")
+def pieces():
+    return window_curves(DEFAULT, *WINDOW)
+
+
+def test_pieces_lie_inside_the_window_and_on_the_closed_forms(pieces):
+    assert {piece.type for piece in pieces} >= {"SN", "PD", "SB", "GR"}
+    for piece in pieces:
+        assert piece.omega.size == piece.clearance.size == piece.impact_velocity.size >= 2
+        assert np.all((piece.clearance >= 1.3) & (piece.clearance <= 2.05))
+        assert np.all(np.diff(piece.omega) > 0.0)
+        middle = len(piece.omega) // 2
+        branch = one_impact_branch(DEFAULT, float(piece.omega[middle]), piece.period, piece.symmetric)
+        points = [point for point in branch.special_points[1:] if point.type == piece.type]
+        assert [point.clearance for point in points] == [piece.clearance[middle]]
+        assert points[0].admissible is piece.admissible
+
+
+def test_curves_leave_the_grazing_curve_at_its_resonant_points(pieces):
+    points = codimension_two_points(DEFAULT, 0.26, 0.30, max_multiple=2)
+    step = 0.04 / 399
+    leaving = [
+        (piece, piece.omega[place])
+        for piece in pieces
+        for place, end in zip((0, -1), piece.ends, strict=True)
+        if end == "grazing" and piece.type != "GR"  # that of a GR is no resonant point
+    ]
+    assert len(leaving) >= 4
+    for piece, omega in leaving:
+        assert any(
+            point.kind == "resonant"
+            and point.bifurcation == piece.type
+            and (point.multiple, point.symmetric) == (piece.period, piece.symmetric)
+            and abs(point.omega - omega) <= step
+            for point in points
+        ), (piece.type, omega)
+    # and at every one of them whose curve begins inside the window
+    inside = [point for point in points if point.unfolding is not None and 0.2605 < point.omega < 0.2995]
+    for point in inside:
+        if not point.unfolding.velocity_slope > 0.0 or point.clearance > 2.04:
+            continue
+        assert any(
+            piece.type == point.bifurcation and abs(piece_omega - point.omega) <= step for piece, piece_omega in leaving
+        ), point
+
+
+def test_an_empty_window_has_no_curves():
+    assert window_curves(DEFAULT, (0.26, 0.30), (50.0, 60.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (((0.3, 0.26), (1.3, 2.0)), "omega"),
+        (((0.26, 0.3), (0.0, 2.0)), "clearance"),
+        (((0.26, 0.3), (1.3, np.inf)), "clearance"),
+        (((0.26, 0.3), (1.3, 2.0), 0), "max_multiple"),
+        (((0.26, 0.3), (1.3, 2.0), 1, 1), "points"),
+    ],
+)
+def test_what_is_no_window_is_refused(arguments, name):
+    with pytest.raises(ParameterError) as caught:
+        window_curves(DEFAULT, *arguments)
+    assert caught.value.name == name
