@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from grazemap.models import InitialState, Oscillator
     from grazemap.results import (
         Basins,
+        BifurcationCurves,
         BifurcationDiagram,
         CodimensionTwoPoints,
         DiscontinuityMapping,
@@ -41,6 +42,7 @@ _HOME = {
     "AsyncClient": "grazemap.async_client",
     "AsyncJobHandle": "grazemap.jobs",
     "Basins": "grazemap.results",
+    "BifurcationCurves": "grazemap.results",
     "BifurcationDiagram": "grazemap.results",
     "Client": "grazemap.client",
     "CodimensionTwoPoints": "grazemap.results",
@@ -64,6 +66,7 @@ __all__ = [
     "AsyncClient",
     "AsyncJobHandle",
     "Basins",
+    "BifurcationCurves",
     "BifurcationDiagram",
     "Client",
     "CodimensionTwoPoints",

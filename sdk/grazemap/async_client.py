@@ -20,6 +20,7 @@ from grazemap.progress import Listener
 from grazemap.questions import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
     Basins,
+    BifurcationCurves,
     BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
@@ -284,6 +285,20 @@ class AsyncClient:
             oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
         )
         return await self._answer(OrbitBranch, request, progress)
+
+    async def bifurcation_curves(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: tuple[float, float],
+        clearance: tuple[float, float],
+        max_multiple: int = 2,
+        points: int = 400,
+        progress: bool = True,
+    ) -> BifurcationCurves:
+        """As `Client.bifurcation_curves`."""
+        request = questions.bifurcation_curves(oscillator, omega, clearance, max_multiple, points)
+        return await self._answer(BifurcationCurves, request, progress)
 
     async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process

@@ -20,6 +20,7 @@ from grazemap.progress import Listener
 from grazemap.questions import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.results import (
     Basins,
+    BifurcationCurves,
     BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
@@ -500,6 +501,35 @@ class Client:
             oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
         )
         return self._answer(OrbitBranch, request, progress)
+
+    def bifurcation_curves(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: tuple[float, float],
+        clearance: tuple[float, float],
+        max_multiple: int = 2,
+        points: int = 400,
+        progress: bool = True,
+    ) -> BifurcationCurves:
+        """Compute the curves of saddle-nodes, period doublings, symmetry breakings and grazes in a window of the plane.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : (start, stop)
+        max_multiple : int
+            Of motions with one impact in up to so many forcing periods, or one on either stop.
+        points : int
+            Frequencies across the window.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.bifurcation_curves(oscillator, omega, clearance, max_multiple, points)
+        return self._answer(BifurcationCurves, request, progress)
 
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process

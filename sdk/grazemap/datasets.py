@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grazemap.errors import MissingExtra
 from grazemap.results import (
     Basins,
+    BifurcationCurves,
     BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
@@ -118,6 +119,8 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _diagram(result)
         case Basins():
             return _basins(result)
+        case BifurcationCurves():
+            return _curves(result)
         case PeriodicOrbit():
             return _orbit(result)
         case OrbitBranch():
@@ -284,6 +287,23 @@ def _basins(result: Basins) -> tuple[Variables, Variables]:
     }
     coordinates: Variables = {name: ((name,), getattr(result, name)) for name in ("horizontal", "vertical")}
     return variables, coordinates
+
+
+def _curves(result: BifurcationCurves) -> tuple[Variables, Variables]:
+    """Return all curves behind one another, `point_curve` being the place of a point's curve."""
+    lengths = [len(curve.omega) for curve in result.curves]
+
+    def joined(name: str) -> NDArray[np.float64]:
+        return np.concatenate([np.zeros(0), *(getattr(curve, name) for curve in result.curves)])
+
+    variables: Variables = {
+        **{name: (("point",), joined(name)) for name in ("omega", "clearance", "impact_velocity")},
+        "point_curve": (("point",), np.repeat(np.arange(len(lengths)), lengths)),
+        "curve_type": (("curve",), np.array([curve.type for curve in result.curves], dtype="U2")),
+        "curve_motion": (("curve",), np.array([curve.motion for curve in result.curves], dtype=np.str_)),
+        "curve_admissible": (("curve",), np.array([curve.admissible for curve in result.curves], dtype=np.bool_)),
+    }
+    return variables, {}
 
 
 def _orbit(result: PeriodicOrbit) -> tuple[Variables, Variables]:

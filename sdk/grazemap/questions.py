@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from grazemap.models import (
     BasinCoordinate,
     BasinsRequest,
+    BifurcationCurvesRequest,
     BifurcationDiagramsRequest,
     CodimensionTwoPointsRequest,
     CoordinateRange,
@@ -218,6 +219,23 @@ def orbit_branch(
     body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
     body |= {"vary": vary, "range": _interval("range", range), "max_points": max_points}
     return _request(OrbitBranchesRequest, "orbit-branches", oscillator, body)
+
+
+def bifurcation_curves(
+    oscillator: OscillatorLike,
+    omega: tuple[float, float],
+    clearance: tuple[float, float],
+    max_multiple: int,
+    points: int,
+) -> BifurcationCurvesRequest:
+    """Return the question for the bifurcation curves of a window. Raises ParameterError."""
+    body = {
+        "omega": _interval("omega", omega),
+        "clearance": _interval("clearance", clearance),
+        "max_multiple": max_multiple,
+        "points": points,
+    }
+    return _request(BifurcationCurvesRequest, "bifurcation-curves", oscillator, body)
 
 
 def _orbit(

@@ -14,6 +14,7 @@ from grazemap_service.observe import Observe
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.routers import (
     basins,
+    bifurcation_curves,
     bifurcation_diagrams,
     codimension_two_points,
     discontinuity_mappings,
@@ -44,6 +45,7 @@ _ROUTERS = (
     basins,
     periodic_orbits,
     orbit_branches,
+    bifurcation_curves,
     jobs,
     events,
     results,

@@ -26,6 +26,7 @@ REQUESTS: dict[str, dict[str, Any]] = {
         "motion": {"period": 1, "stops": [1, -1]},
         "range": {"start": 1.8, "stop": 1.9},
     },
+    "bifurcation-curves": {"omega": {"start": 0.2, "stop": 0.3}, "clearance": {"start": 1.5, "stop": 1.6}},
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,
@@ -87,6 +88,7 @@ def document(process: str) -> dict[str, Any]:
         "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
         "basins": _basins,
+        "bifurcation-curves": _curves,
         "periodic-orbits": _orbit,
         "orbit-branches": _branch,
     }[process]()
@@ -195,6 +197,19 @@ def _branch() -> dict[str, Any]:
         ],
         "ends": np.array(["a parameter reaches the end of its range", "steps become too short"]),
         "reason": None,
+    }
+
+
+def _curves() -> dict[str, Any]:
+    one = {"period": 1, "impacts_right": 1, "impacts_left": -1, "motion": "1-1r-(-1)l", "symmetric": False, "stop": 0}
+    line = {"omega": np.array([0.2, 0.25, 0.3]), "clearance": np.array([1.5, 1.55, 1.6])}
+    speed = {"impact_velocity": np.array([0.1, 0.05, 0.0])}
+    return {
+        "curves": [
+            {**one, "type": "SN", "admissible": True, **line, **speed, "ends": ["window", "grazing"]},
+            {**one, "type": "GR", "admissible": True, **line, **speed, "ends": ["window", "none"], "stop": -1},
+            {**one, "type": "PD", "admissible": False, **line, **speed, "ends": ["admissible", "none"]},
+        ]
     }
 
 

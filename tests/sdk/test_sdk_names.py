@@ -16,6 +16,7 @@ def test_public_names_are_these():
         "AsyncClient",
         "AsyncJobHandle",
         "Basins",
+        "BifurcationCurves",
         "BifurcationDiagram",
         "Client",
         "CodimensionTwoPoints",

@@ -287,3 +287,12 @@ def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():
     assert ax.get_title() == "Multipliers of 1-1r-1l, unstable"
     outside = ax.lines[-1]
     assert outside.get_xdata().tolist() == [-1.5]
+
+
+def test_curves_that_are_no_borders_are_drawn_when_asked_for():
+    curves = decode_result(npz("bifurcation-curves"))
+    assert legend(curves.plot()) == ["saddle-node (SN), 1-1r-(-1)l", "graze (GR), 1-1r-(-1)l"]
+    assert legend(curves.plot(admissible=False))[-1] == "period doubling (PD), 1-1r-(-1)l"
+    ax = decode_result(npz("unfolding-maps")).plot(curves=curves)
+    assert "graze (GR), 1-1r-(-1)l" in legend(ax)
+    assert ax.get_xlim() == pytest.approx((0.175, 0.325))

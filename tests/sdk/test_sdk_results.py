@@ -128,6 +128,18 @@ def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
         assert result.plot().get_title().startswith("Branch of period 1")
 
 
+def test_bifurcation_curves_are_pieces_with_their_motion_and_ends(tmp_path):
+    path = decode_result(npz("bifurcation-curves")).save(tmp_path / "curves.json")
+    for result in (decode_result(npz("bifurcation-curves")), load(path)):
+        first = result.curves[0]
+        assert (first.type, first.motion, first.ends) == ("SN", "1-1r-(-1)l", ("window", "grazing"))
+        assert first.omega.tolist() == [0.2, 0.25, 0.3]
+        assert result.to_xarray()["point_curve"].values.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    nothing = decode_result(npz("bifurcation-curves", {"curves": []}))
+    assert nothing.curves == ()
+    assert nothing.to_xarray()["omega"].size == 0
+
+
 def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):
     path = decode_result(npz("bifurcation-diagrams")).save(tmp_path / "diagram.json")
     for result in (decode_result(npz("bifurcation-diagrams")), load(path)):

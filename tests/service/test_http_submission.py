@@ -27,6 +27,7 @@ EVERY_PROCESS = {
     "bifurcation-diagrams": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6},
     "periodic-orbits": ORBIT,
     "orbit-branches": {**ORBIT, "range": {"start": 1.8, "stop": 1.9}},
+    "bifurcation-curves": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}},
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,

@@ -198,6 +198,15 @@ def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:
     assert turn["clearance"] == 1.85
 
 
+def test_bifurcation_curves_are_records_of_pieces() -> None:
+    window = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}}
+    curves = whole("bifurcation-curves", {**window, "max_multiple": 1, "points": 100})["curves"]
+    assert {(curve["type"], curve["motion"]) for curve in curves} >= {("SN", "1-1r-(-1)l"), ("SB", "1-1r-1l")}
+    for curve in curves:
+        assert curve["omega"].shape == curve["clearance"].shape == curve["impact_velocity"].shape
+        assert set(curve["ends"]) <= {"window", "grazing", "admissible", "none"}
+
+
 def test_basins_are_the_same_however_they_are_cut() -> None:
     body = {
         "omega": 0.29,

@@ -22,6 +22,7 @@ from grazemap.models.process import ProcessRequest
 from grazemap.models.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.models.requests import (
     PROCESSES,
+    BifurcationCurvesRequest,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
@@ -36,6 +37,7 @@ __all__ = [
     "PROCESSES",
     "BasinCoordinate",
     "BasinsRequest",
+    "BifurcationCurvesRequest",
     "BifurcationDiagramsRequest",
     "CodimensionTwoPointsRequest",
     "CoordinateRange",

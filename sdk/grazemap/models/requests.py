@@ -58,6 +58,19 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
 
 
+class BifurcationCurvesRequest(ProcessRequest):
+    """Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
+
+    Of motions with one impact in up to `max_multiple` forcing periods, or one on either stop: those that leave the
+    grazing curve at its resonant points. `points` is the number of frequencies across the window.
+    """
+
+    omega: Interval
+    clearance: Interval
+    max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
+    points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
+
+
 class TrajectoriesRequest(ProcessRequest):
     """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
 
@@ -151,6 +164,7 @@ PROCESSES: dict[str, type[ProcessRequest]] = {
     "basins": BasinsRequest,
     "periodic-orbits": PeriodicOrbitsRequest,
     "orbit-branches": OrbitBranchesRequest,
+    "bifurcation-curves": BifurcationCurvesRequest,
 }
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from grazemap.results import (
     Basins,
+    BifurcationCurves,
     BifurcationDiagram,
     CodimensionTwoPoints,
     DiscontinuityMapping,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path decides the format."""
     match result:
-        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping():
+        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | BifurcationCurves():
             axes = result.plot()
         case BifurcationDiagram() | UnfoldingMap() | Basins() | PeriodicOrbit() | OrbitBranch():
             axes = result.plot()

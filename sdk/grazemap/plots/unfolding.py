@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside
+from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import OTHER, motion_colour, motion_text
-from grazemap.results import CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
+from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,6 +26,7 @@ def plot_unfolding_map(
     curve: GrazingCurve | None = None,
     points: CodimensionTwoPoints | None = None,
     motions: int = 20,
+    curves: BifurcationCurves | None = None,
 ) -> Axes:
     """Draw an unfolding map.
 
@@ -36,6 +38,8 @@ def plot_unfolding_map(
         Drawn over the regions, as far as it lies inside.
     points : CodimensionTwoPoints, optional
         Drawn on the curve; left out: the curve's own.
+    curves : BifurcationCurves, optional
+        Drawn over the regions, those only that are borders of motions.
     motions : int
         How many motions get a colour and a line in the legend; the smaller ones are drawn alike as "other".
 
@@ -52,6 +56,8 @@ def plot_unfolding_map(
     for motion in shown:
         _name_region(ax, umap, motion)
     edges = (cell_borders(umap.omega), cell_borders(umap.clearance))
+    if curves is not None:
+        draw_bifurcation_curves(ax, curves, halo=True)
     if curve is not None:
         draw_curve(ax, curve, halo=True)
     if curve is not None or points is not None:

@@ -6,6 +6,7 @@ service included. npz is the service's own format (`codec.py`); JSON is the same
 
 from grazemap.results.base import Result
 from grazemap.results.basins import Attractor, Basins
+from grazemap.results.curves import BifurcationCurve, BifurcationCurves
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.files import RESULTS, decode_result, load, result_from
@@ -19,6 +20,8 @@ __all__ = [
     "RESULTS",
     "Attractor",
     "Basins",
+    "BifurcationCurve",
+    "BifurcationCurves",
     "BifurcationDiagram",
     "CodimensionTwoPoint",
     "CodimensionTwoPoints",

@@ -14,6 +14,7 @@ from grazemap.codec import CodecError, Document, decode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results.base import Result
 from grazemap.results.basins import Basins
+from grazemap.results.curves import BifurcationCurves
 from grazemap.results.diagrams import BifurcationDiagram
 from grazemap.results.discontinuity import DiscontinuityMapping
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
@@ -31,6 +32,7 @@ _CLASSES: tuple[type[Result], ...] = (
     Basins,
     PeriodicOrbit,
     OrbitBranch,
+    BifurcationCurves,
 )
 RESULTS: dict[str, type[Result]] = {cls.process: cls for cls in _CLASSES}
 

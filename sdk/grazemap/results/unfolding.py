@@ -16,6 +16,7 @@ from grazemap.results.records import FloatArray, IntArray, MotionShare
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.results.curves import BifurcationCurves
     from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 
 
@@ -122,12 +123,13 @@ class UnfoldingMap(Result):
         *,
         curve: GrazingCurve | None = None,
         points: CodimensionTwoPoints | None = None,
+        curves: BifurcationCurves | None = None,
         motions: int = 20,
     ) -> Axes:
-        """Draw the regions of the motions with a legend, and the grazing curve and codimension-two points if given."""
+        """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given."""
         from grazemap.plots.unfolding import plot_unfolding_map
 
-        return plot_unfolding_map(self, ax, curve, points, motions)
+        return plot_unfolding_map(self, ax, curve, points, motions, curves)
 
     def _code(self, kind: str) -> int:
         return self.kinds.index(kind) if kind in self.kinds else -1

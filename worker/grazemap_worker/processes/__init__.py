@@ -13,6 +13,7 @@ from typing import Any
 from grazemap.codec import Document
 from grazemap_worker.processes import (
     basins,
+    bifurcation_curves,
     bifurcation_diagrams,
     codimension_two_points,
     discontinuity_mappings,
@@ -55,5 +56,6 @@ PROCESSES: Mapping[str, Process] = {
     "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
     "periodic-orbits": Process(whole=orbits.compute_orbit),
     "orbit-branches": Process(whole=orbits.compute_branch),
+    "bifurcation-curves": Process(whole=bifurcation_curves.compute),
     "basins": Process(tile=basins.compute_tile, assembled=basins.assemble),
 }

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict
 
 from grazemap.models import (
     BasinsRequest,
+    BifurcationCurvesRequest,
     BifurcationDiagramsRequest,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
@@ -59,6 +60,8 @@ POINTS_SECONDS = 1.0e-5
 MAPPING_SECONDS = 1.0e-2
 # Trajectories that are followed at most to find a motion with given stops.
 SEARCH_PERIODS = 1.2e4
+# One frequency of a bifurcation curve, per mass and period.
+CURVE_POINT_SECONDS = 4.0e-5
 # One point of a branch, per mass, for few impacts.
 BRANCH_SECONDS = 2.0e-3
 # Points that a branch has as a rule.
@@ -128,6 +131,10 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
             seconds = each * float(period_costs(request.oscillator, omegas).sum()) / PERIODS_PER_SECOND
             return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
+        case BifurcationCurvesRequest():
+            patterns = 1.5 * request.max_multiple
+            seconds = patterns * request.max_multiple * request.points * request.oscillator.size * CURVE_POINT_SECONDS
+            return Plan(estimate=Estimate(seconds=seconds))
         case PeriodicOrbitsRequest():
             return _orbit_plan(request)
         case UnfoldingMapsRequest():

@@ -1,0 +1,53 @@
+"""Bifurcation curves, by themselves and over an unfolding map."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from grazemap.plots.axes import axes_or_new, label_plane, legend_outside
+from grazemap.plots.curve import BIFURCATIONS
+from grazemap.results import BifurcationCurves
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_GRAZE = ("X", "#222222", "graze (GR)")
+_DASHES = ("-", "--", "-.", ":")
+
+
+def plot_bifurcation_curves(result: BifurcationCurves, ax: Axes | None = None, admissible: bool = True) -> Axes:
+    """Draw the curves; with `admissible` those only that are borders of motions."""
+    ax = axes_or_new(ax)
+    draw_bifurcation_curves(ax, result, admissible)
+    label_plane(ax, result.units)
+    window = result.meta["request"]
+    ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
+    ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
+    ax.set_title("Bifurcation curves of motions with one impact, or one on either stop", fontsize=10)
+    legend_outside(ax)
+    return ax
+
+
+def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: bool = True, halo: bool = False) -> None:
+    """Add the curves to axes: a colour for each type, a dash for each period, thin for symmetric motions.
+
+    With `halo` they have a white rim, so that they read on coloured ground.
+    """
+    from matplotlib.patheffects import Normal, withStroke
+
+    seen: set[str] = set()
+    for curve in result.curves:
+        if admissible and not curve.admissible:
+            continue
+        _, colour, text = BIFURCATIONS.get(curve.type, _GRAZE)
+        label = f"{text}, {curve.motion}"
+        width = 1.0 if curve.symmetric else 1.6
+        style: dict[str, Any] = {
+            "color": colour,
+            "linewidth": width,
+            "linestyle": _DASHES[(curve.period - 1) % len(_DASHES)],
+            "alpha": 1.0 if curve.admissible else 0.3,
+            "path_effects": [withStroke(linewidth=width + 1.4, foreground="white"), Normal()] if halo else None,
+        }
+        ax.plot(curve.omega, curve.clearance, label=None if label in seen else label, zorder=3, **style)
+        seen.add(label)

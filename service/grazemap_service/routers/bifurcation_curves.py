@@ -1,0 +1,25 @@
+"""The process bifurcation-curves: borders between motions with few impacts."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Body, Response
+
+from grazemap.models import BifurcationCurvesRequest
+from grazemap_service.routers._process import process_router, submission
+from grazemap_service.submission import NewSubmission
+
+EXAMPLES = {
+    "the paper's window": {"value": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}}},
+}
+
+router = process_router()
+
+
+@router.post("/v1/bifurcation-curves", **submission("submit_bifurcation_curves", "Bifurcation curves"))
+async def submit_bifurcation_curves(
+    body: Annotated[BifurcationCurvesRequest, Body(openapi_examples=EXAMPLES)], submission: NewSubmission
+) -> Response:
+    """Compute the curves SN, PD, SB and GR of motions with few impacts in a window of omega and clearance."""
+    return await submission.post("bifurcation-curves", body)
