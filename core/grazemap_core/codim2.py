@@ -264,7 +264,9 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
             right * (1.0 + END_WIDTH),
         )
         if status == TOO_MANY_CELLS:
-            raise ParameterError("omega", "the interval holds too many zeros to search; raise start or the damping")
+            raise ParameterError(
+                "omega", "the interval holds too many zeros to search; raise start, or lower max_order or max_multiple"
+            )
         residuals = _residuals(response, kind, places[:, 0])
         zeros += [
             _Zero(float(place), float(width), "near-double" if what == NEAR_DOUBLE else "simple", float(residual))

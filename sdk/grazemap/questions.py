@@ -153,7 +153,7 @@ def bifurcation_diagram(
     vary = "clearance" if fixed == "omega" else "omega"
     body = {
         "vary": vary,
-        "range": _grid("range", given[vary], points, "points"),
+        "range": _grid(vary, given[vary], points, "points"),
         fixed: _plain(given[fixed]),
         "policy": policy,
         "periods": periods,
@@ -247,7 +247,7 @@ def _orbit(
         "transient_periods": transient_periods,
         "max_period": max_period,
     }
-    if isinstance(motion, tuple) and len(motion) == 2:
+    if isinstance(motion, tuple | list) and len(motion) == 2:
         motion = {"period": motion[0], "stops": _plain(motion[1])}
     if motion is not None:
         body["motion"] = _plain(motion)
@@ -265,7 +265,7 @@ def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:
 
 
 def _coordinate(name: str, coordinate: Any, points: int | None) -> Any:
-    if isinstance(coordinate, tuple) and len(coordinate) == 3:
+    if isinstance(coordinate, tuple | list) and len(coordinate) == 3:
         quantity, mass, values = coordinate
         return {"quantity": quantity, "mass": mass, "values": _grid(f"{name}/values", values, points, "shape")}
     if isinstance(coordinate, Mapping) and "values" in coordinate:

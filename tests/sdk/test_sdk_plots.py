@@ -279,7 +279,7 @@ def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motio
     ]
     styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
     assert (styles["stable"], styles["unstable"]) == ("-", "--")
-    assert "impacts A and mirrored" in ax.get_title()
+    assert "impacts AC," in ax.get_title()
 
 
 def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():

@@ -209,7 +209,7 @@ def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
         (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", 1.4, 9), "/range"),
         (lambda: questions.bifurcation_diagram(None, 0.3, 1.5, None, "rest", 1, 0, 8), "/range"),
         (lambda: questions.bifurcation_diagram(None, (0.2, 0.3), (1, 2), 5, "rest", 1, 0, 8), "/range"),
-        (lambda: questions.bifurcation_diagram(None, 0.3, (1, 2), None, "rest", 1, 0, 8), "/range"),
+        (lambda: questions.bifurcation_diagram(None, 0.3, (1, 2), None, "rest", 1, 0, 8), "/clearance"),
         (lambda: questions.bifurcation_diagram(None, 0.3, (2, 1), 5, "rest", 1, 0, 8), "/range"),
         (lambda: questions.bifurcation_diagram(None, 0.3, (1, 2), 5, "up", 1, 0, 8), "/policy"),
         (lambda: questions.bifurcation_diagram(None, 0.0, (1, 2), 5, "rest", 1, 0, 8), "/omega"),

@@ -111,7 +111,9 @@ def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
         assert (graze.type, graze.stop, graze.phase, graze.impact) == ("GR", -1, 2.5, 0)
         assert graze.velocities.tolist() == [0.1, -0.1]
         assert result.multipliers.shape == (4, 6)
-        assert result.velocities.shape == (4, 1)
+        assert result.velocities.shape == (4, 2)
+        row = result.motion(1)
+        assert (row["period"], row["stops"], row["velocities"]) == (1, [1, -1], [0.25, -0.25])
         assert result.ends[1] == "steps become too short"
     empty = {
         **dict.fromkeys(("parameter", "omega", "clearance", "excess", "residual"), np.zeros(0)),

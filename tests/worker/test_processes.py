@@ -192,6 +192,22 @@ def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:
     rows = len(document["parameter"])
     assert document["velocities"].shape == (rows, 1)
     assert document["multipliers"].shape == (rows, 6, 2)
+    # a row of a symmetric branch is a whole motion, which leads back to itself
+    symmetric = {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}
+    found = whole("orbit-branches", {**symmetric, "range": {"start": 1.55, "stop": 1.65}})
+    row = 1
+    motion = {name: found[name][row].tolist() for name in ("phases", "velocities")}
+    again = whole(
+        "periodic-orbits",
+        {
+            "omega": 0.29,
+            "clearance": float(found["clearance"][row]),
+            "motion": {"period": 1, "stops": found["stops"].tolist(), **motion},
+        },
+    )
+    assert again["motion"]["label"] == "1-2r-2l"
+    assert again["admissible"] == found["admissible"][row]
+    np.testing.assert_allclose(again["velocities"], found["velocities"][row], rtol=1e-10)
     along = whole("orbit-branches", {**body, "vary": "omega", "range": {"start": 0.265, "stop": 0.275}})
     turn = next(point for point in along["special_points"] if point["type"] == "SN")
     assert along["parameter"].min() == pytest.approx(turn["omega"], abs=1e-4)

@@ -9,11 +9,11 @@ import numpy as np
 from grazemap.plots.axes import axes_or_new, axis_label, legend_outside
 from grazemap.plots.palette import motion_colour, motion_text
 from grazemap.results import BifurcationDiagram, MotionShare
+from grazemap.results.diagrams import QUANTITIES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-QUANTITIES = ("displacement", "velocity", "impact_velocity")
 # The legend names so many motions, those with the most values.
 _NAMED = 12
 _NEARLY_WHITE, _STRONGER, _LIGHT, _DARKER = 200, 8.0, 0.7, 0.58

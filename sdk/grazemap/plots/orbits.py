@@ -38,8 +38,9 @@ def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="real part", ylabel="imaginary part")
     name = result.motion.label or "no orbit"
-    said = "stable" if result.stable else "unstable"
-    ax.set_title(f"Multipliers of {name}, {said if result.converged else 'not found'}", fontsize=10)
+    ax.set_title(f"Multipliers of {name}, {result.said}", fontsize=10)
+    if result.reason:
+        ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
     return ax
 
 
@@ -81,7 +82,9 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     ax.set_xlabel(axis_label(request["vary"], result.units))
     ax.set_ylabel("speed of impacts" + (" (m/s)" if result.units == "SI" else ""))
     fixed = rf"$\omega$ = {request['omega']:g}" if request["vary"] == "clearance" else f"$b$ = {request['clearance']:g}"
-    stops = "".join("A" if stop > 0 else "C" for stop in result.stops) + (" and mirrored" if result.symmetric else "")
+    stops = "".join("A" if stop > 0 else "C" for stop in result.stops)
     ax.set_title(f"Branch of period {result.period}, impacts {stops or 'not found'}, {fixed}", fontsize=10)
+    if result.reason:
+        ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
     legend_outside(ax)
     return ax

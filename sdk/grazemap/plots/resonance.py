@@ -45,6 +45,12 @@ def plot_local_unfolding(
     ax.set_xlabel(axis_label("omega", result.units))
     ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
     ax.set_title("What leaves the grazing curve, to leading order (arrows: where impacts begin)", fontsize=10)
+    seen: set[str] = set()
+    for line in ax.lines:  # curves of one kind have one entry
+        label = str(line.get_label())
+        if label in seen:
+            line.set_label("_")
+        seen.add(label)
     legend_outside(ax)
     return ax
 

@@ -15,6 +15,9 @@ from grazemap.results.records import FloatArray, IntArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+QUANTITIES = ("displacement", "velocity", "impact_velocity")
+"""What a diagram shows."""
+
 
 @dataclass(frozen=True, eq=False)
 class Section:
@@ -72,7 +75,15 @@ class BifurcationDiagram(Result):
         return str(self.meta["request"]["vary"])
 
     def points(self, quantity: str) -> tuple[FloatArray, FloatArray]:
-        """Return all points of the diagram, the parameter and a quantity of `Section`, each of shape (points,)."""
+        """Return all points of the diagram, the parameter and a quantity of `Section`, each of shape (points,).
+
+        Raises
+        ------
+        ValueError
+            The quantity is not one of `QUANTITIES`.
+        """
+        if quantity not in QUANTITIES:
+            raise ValueError(f"the quantity is one of {', '.join(QUANTITIES)}")
         columns = [getattr(section, quantity) for section in self.sections]
         return np.repeat(self.parameter, [len(column) for column in columns]), np.concatenate(columns)
 

@@ -47,11 +47,12 @@ class PeriodicOrbit(Result):
     contacts : {"none", "some", "undecided", "not searched"}
         With a stop besides the impacts.
     excess, excess_phase, excess_stop : float, float, int
-        How far mass 1 goes beyond a stop at most (negative: stays inside), when, and which; 0 for no stop.
+        How far beyond a stop mass 1 is at the highest turning point between its impacts (negative: inside, minus
+        infinity or NaN where it does not turn), when, and which stop; 0 for none.
     start : State
         At phase 0: the `initial` of a trajectory that runs along the orbit.
     motion : Motion
-        Its name; `motion.certified` when it is proven to exist and to be a motion.
+        Its name; `motion.certified` where the orbit is certified and admissible.
     """
 
     process: ClassVar[str] = "periodic-orbits"
@@ -98,8 +99,17 @@ class PeriodicOrbit(Result):
             "motion": Motion.model_validate(document["motion"]),
         }
 
+    @property
+    def said(self) -> str:
+        """What the orbit is, in a word or two."""
+        if not self.converged:
+            return "not found"
+        if not self.admissible:
+            return "no motion: not admissible"
+        return "stable" if self.stable else "unstable"
+
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the multipliers and the unit circle."""
+        """Draw the multipliers and the unit circle; the orbit itself is a trajectory with ``initial=orbit.start``."""
         from grazemap.plots.orbits import plot_multipliers
 
         return plot_multipliers(self, ax)
@@ -107,7 +117,7 @@ class PeriodicOrbit(Result):
     def _summary(self) -> str:
         if not self.converged:
             return f"not found: {self.reason}"
-        return f"{self.motion.label}, {'stable' if self.stable else 'unstable'}"
+        return f"{self.motion.label}, {self.said}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,10 +164,10 @@ class OrbitBranch(Result):
     stops : ndarray of int, shape (k,)
     period : int
     symmetric : bool
-        Impacts are those of half the period; the other half is its mirror image.
+        The second half of the period is the mirror image of the first.
     phases, velocities : ndarray of shape (m, k)
-        As in `PeriodicOrbit`, but phases change smoothly along the branch. An impact whose velocity has not its stop's
-        sign is virtual.
+        As in `PeriodicOrbit`, but phases change smoothly along the branch; `motion(i)` is a row as a question takes it.
+        An impact whose velocity has not its stop's sign is virtual.
     multipliers : ndarray of complex, shape (m, 2N)
     stable, admissible : ndarray of bool, shape (m,)
     excess, residual : ndarray of shape (m,)
@@ -210,6 +220,15 @@ class OrbitBranch(Result):
         from grazemap.plots.orbits import plot_branch
 
         return plot_branch(self, ax)
+
+    def motion(self, index: int) -> dict[str, Any]:
+        """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter."""
+        return {
+            "period": self.period,
+            "stops": self.stops.tolist(),
+            "phases": self.phases[index].tolist(),
+            "velocities": self.velocities[index].tolist(),
+        }
 
     def _summary(self) -> str:
         if not len(self.parameter):

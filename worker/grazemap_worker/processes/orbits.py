@@ -15,9 +15,8 @@ from grazemap_worker.processes.core_objects import core_oscillator
 if TYPE_CHECKING:
     from grazemap_core.impact_sequences import ImpactSequence
     from grazemap_core.orbit_special_points import SpecialPoint
-    from grazemap_core.periodic_orbits import PeriodicOrbit
-
     from grazemap_core.oscillator import Oscillator
+    from grazemap_core.periodic_orbits import PeriodicOrbit
 
 NOTHING_FOUND = "no motion with these stops was met by trajectories from rest and from random states"
 
@@ -45,15 +44,20 @@ def compute_branch(request: OrbitBranchesRequest, report: Callable[[int, int], o
     branch = orbit_branch(
         oscillator, orbit, request.range.start, request.range.stop, request.vary, max_points=request.max_points
     )
+    stops, phases, velocities = branch.stops, branch.phases, branch.velocities
+    if branch.symmetric:  # half of the impacts are solved for: the others are their mirror images, half a period later
+        stops = np.concatenate([stops, -stops])
+        phases = np.hstack([phases, phases + np.pi * branch.period])
+        velocities = np.hstack([velocities, -velocities])
     return {
         "parameter": branch.values,
         "omega": branch.omega,
         "clearance": branch.clearance,
-        "stops": branch.stops,
+        "stops": stops,
         "period": branch.period,
         "symmetric": branch.symmetric,
-        "phases": branch.phases,
-        "velocities": branch.velocities,
+        "phases": phases,
+        "velocities": velocities,
         "multipliers": _pairs(branch.multipliers),
         "stable": branch.stable,
         "admissible": branch.admissible,
@@ -74,9 +78,8 @@ def _orbit(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> PeriodicOr
 
 
 def _guess(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> ImpactSequence | str:
-    from grazemap_core.impact_sequences import ImpactSequence, impacts_of
-
     from grazemap_core.errors import ParameterError
+    from grazemap_core.impact_sequences import ImpactSequence, impacts_of
     from grazemap_core.orbit_search import sequence_of_stops
     from grazemap_core.trajectory import trajectory
 
