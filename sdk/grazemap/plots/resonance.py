@@ -44,7 +44,7 @@ def plot_local_unfolding(
     ax.set_xlim(start, stop)
     ax.set_xlabel(axis_label("omega", result.units))
     ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
-    ax.set_title("What leaves the grazing curve, to leading order (arrows: where impacts begin)", fontsize=10)
+    ax.set_title("What leaves the grazing curve, to leading order", fontsize=10)
     seen: set[str] = set()
     for line in ax.lines:  # curves of one kind have one entry
         label = str(line.get_label())
