@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.kernels import lane_tables
-from grazemap_core.kernels.compiled import fused_inlined, fused_kernel, inlined, kernel
+from grazemap_core.kernels.compiled import fused_inlined, fused_kernel, kernel
 from grazemap_core.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.tolerances import ANCHORED_GAP, LANE_SURE, MOST_FUSED_MASSES
 
@@ -151,7 +151,7 @@ def _advance_by_block(
     return flagged
 
 
-@inlined
+@fused_kernel
 def advance(
     masses: Masses,
     tables: LaneTables,

@@ -43,6 +43,7 @@ from grazemap_core.kernels.lanes import (
     refresh_limits,
     solve_impacts,
 )
+from grazemap_core.kernels.references import reference
 from grazemap_core.kernels.sticking import free_of_rest, rest_in_cell
 from grazemap_core.kernels.walk import may_rest, walk_cell
 from grazemap_core.kernels.workspace import (
@@ -631,5 +632,7 @@ def run_halves(
     work: Workspace,
 ) -> None:
     """Carry lanes that have just begun over so many half periods; parameters as `run_half`."""
+    problem, held, tables = reference(problem), reference(held), reference(tables)
+    group, work = reference(group), reference(work)
     for half in range(halves):
         run_half(masses, problem, held, tables, group, half, used, u, work)

@@ -4,7 +4,8 @@ Numba makes machine code of every function that a compiled one calls, with a wra
 anew in each caller. With kernels that call kernels, ten deep, that was two thirds of the time that a cold machine
 compiles. Here a part is carried no further than LLVM's intermediate code, and is optimised with the kernel that Python
 calls; that one holds all its parts, and its machine code is cached. Parts for vectors (`fastmath`) are optimised by
-themselves first: merged into a caller before, they are not vectorised.
+themselves first: merged into a caller before, they are not vectorised. So a loop over all lanes must be in a
+`fused_kernel` that is not inlined.
 
 This uses numba's interface for compiler passes of one's own, and a class behind it that is not documented
 (`JITCodeLibrary`): numba is pinned, and a test compares what is compiled with what is interpreted.
