@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from grazemap_core.impact_sequences import ImpactSequence
 from grazemap_core.kernels.orbit_equations import OrbitProblem
 from grazemap_core.kernels.orbit_newton import CONVERGED
+from grazemap_core.motion import Motion
 from grazemap_core.orbit_batches import CONTACTS, REASONS, check_place, solve_sequences
 from grazemap_core.orbit_family import OrbitFamily
 from grazemap_core.orbit_states import multipliers_of, state_at
@@ -110,11 +111,34 @@ class PeriodicOrbit:
         return self.contacts == "none"
 
     @property
-    def label(self) -> str:
-        """``n-pr-ql`` of the least period; -1 for a stop that is not touched."""
+    def impacts_per_period(self) -> tuple[int, int]:
+        """Impacts on stop A and on stop C in the least period; -1 for a stop that is not touched."""
         whole = self.impacts.whole
         parts = self.impacts.period // self.least_period
         right, left = (int(np.sum(whole.stops == stop)) // parts or -1 for stop in (1, -1))
+        return right, left
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that this is: unresolved where it has not converged, or is not admissible."""
+        if not self.converged:
+            return Motion(kind="unresolved", sticking=False, reason=self.reason)
+        right, left = self.impacts_per_period
+        return Motion(
+            kind="periodic" if self.admissible else "unresolved",
+            period=self.least_period,
+            impacts_right=right,
+            impacts_left=left,
+            symmetric=self.symmetric,
+            sticking=False,
+            certified=self.certified and self.admissible,
+            reason=None if self.admissible else "the orbit is no motion: it is not admissible",
+        )
+
+    @property
+    def label(self) -> str:
+        """``n-pr-ql`` of the least period; -1 for a stop that is not touched."""
+        right, left = self.impacts_per_period
         return f"{self.least_period}-{right if right > 0 else '(-1)'}r-{left if left > 0 else '(-1)'}l"
 
 

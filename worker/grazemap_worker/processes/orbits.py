@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import OrbitBranchesRequest, PeriodicOrbitsRequest, motion_label
+from grazemap.models import OrbitBranchesRequest, PeriodicOrbitsRequest
 from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap_worker.processes.trajectories import motion_document
 
 if TYPE_CHECKING:
     from grazemap_core.impact_sequences import ImpactSequence
@@ -110,20 +111,6 @@ def _guess(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> ImpactSequ
 
 def _document(orbit: PeriodicOrbit) -> Document:
     whole = orbit.impacts.whole
-    parts = orbit.impacts.period // orbit.least_period
-    right, left = (int(np.sum(whole.stops == stop)) // parts or -1 for stop in (1, -1))
-    proven = orbit.certified and orbit.admissible
-    motion = {
-        "kind": "periodic" if orbit.converged and orbit.admissible else "unresolved",
-        "period": orbit.least_period if orbit.converged else None,
-        "impacts_right": right if orbit.converged else None,
-        "impacts_left": left if orbit.converged else None,
-        "symmetric": orbit.symmetric if orbit.converged else None,
-        "sticking": False,
-        "label": motion_label(orbit.least_period, right, left) if orbit.converged else None,
-        "certified": proven,
-        "reason": orbit.reason or (None if orbit.admissible else "the orbit is no motion: it is not admissible"),
-    }
     return {
         "omega": orbit.omega,
         "clearance": orbit.clearance,
@@ -151,15 +138,16 @@ def _document(orbit: PeriodicOrbit) -> Document:
             "velocity": orbit.start.velocity,
             "phase": orbit.start.phase,
         },
-        "motion": motion,
+        "motion": motion_document(orbit.motion),
     }
 
 
 def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     """Return the document of an orbit that was not found: no impacts, numbers that are not."""
+    from grazemap_core.motion import Motion
+
     count = request.oscillator.size
     nothing, nowhere = np.zeros(0), np.full(count, np.nan)
-    unknown = dict.fromkeys(("period", "impacts_right", "impacts_left", "symmetric", "sticking", "label"))
     return {
         "omega": request.omega,
         "clearance": request.clearance,
@@ -175,7 +163,7 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
         "contacts": "not searched",
         "excess_stop": 0,
         "start": {"displacement": nowhere, "velocity": nowhere, "phase": 0.0},
-        "motion": {**unknown, "kind": "unresolved", "certified": False, "reason": reason},
+        "motion": motion_document(Motion(kind="unresolved", reason=reason)),
     }
 
 
