@@ -25,8 +25,17 @@ REASONS: Final[dict[int, str]] = {
     closing.OVERFLOWS: "a number overflowed",
     closing.HIDDEN: "the steady motion is so large, as near an undamped resonance, that its round-off hides the "
     "motion between the stops",
+    closing.NOT_SOUGHT: "no proof was asked for, or the chain has an undamped mode or ill-conditioned ones",
+    closing.RESTS: "mass 1 rests on a stop or chatters: found by simulation, which has no finite sequence of impacts "
+    "to be solved for",
+    closing.SEQUENCE_UNKNOWN: "more impacts than a proof is sought for, or a graze among them",
+    closing.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory",
+    closing.NOT_ISOLATED: "the orbit is not certain to be the only one nearby, as at a saddle-node",
+    closing.TOUCHES_OR_NOT: "an impact, or a passage of a stop, is so near to a graze that round-off hides which it is",
+    closing.NOT_STABLE: "a multiplier is on the unit circle or too close to it",
+    closing.NOT_TOLD_APART: "the orbit is too close to one of a shorter period, or to its own mirror image",
 }
-"""Why a motion is unresolved; the key is the code."""
+"""Why a motion is unresolved, or is periodic but not certified; the key is the code."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +86,18 @@ def motion_from_codes(
     )
 
 
-def kinds_of(reason: NDArray[np.int64], growth: NDArray[np.int64]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
-    """Return the codes of kind and reason from those of `closing` and, where it has named nothing, of `lyapunov`."""
+def kinds_of(
+    reason: NDArray[np.int64], growth: NDArray[np.int64], doubt: NDArray[np.int64]
+) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Return the codes of kind and reason.
+
+    From the codes of `closing`; of `lyapunov` where that has named nothing, and of `proving` where it has.
+    """
+    periodic = reason == closing.NAMED
     kind = np.select(
-        [reason == closing.NAMED, growth == QUASI_PERIODIC, growth == CHAOTIC],
+        [periodic, growth == QUASI_PERIODIC, growth == CHAOTIC],
         [KINDS.index("periodic"), KINDS.index("quasi-periodic"), KINDS.index("chaotic")],
         KINDS.index("unresolved"),
     )
-    return kind.astype(np.int8), np.where(kind == KINDS.index("unresolved"), reason, closing.NAMED).astype(np.int8)
+    why = np.select([periodic, kind == KINDS.index("unresolved")], [doubt, reason], closing.NAMED)
+    return kind.astype(np.int8), why.astype(np.int8)

@@ -210,7 +210,7 @@ class OrbitPath:
         problem = self.problem(omega)
         same, doubled = self._determinants(problem, unknowns, derivatives)
         contact, excess, phase, stop = nearest_contact(
-            problem, self.stops, clearance, phases, speeds, -math.inf, room.state, room.stack, room.here
+            problem, self.stops, clearance, phases, speeds, -math.inf, room.states, room.flow, room.stack, room.here
         )
         return PathPoint(
             unknowns=unknowns,

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.impulse_response import impulse_response
 from grazemap_core.kernels import closing
 from grazemap_core.kernels.column import queue, settle_column
-from grazemap_core.kernels.judging import CODES, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
+from grazemap_core.kernels.judging import CODES, DOUBT, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
 from grazemap_core.kernels.lane_tables import lane_tables
 from grazemap_core.kernels.lane_tangents import ROOM, lane_tangents
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.lockstep import lanes
+from grazemap_core.kernels.proving import Chain, proving
 from grazemap_core.kernels.workspace import workspace
 from grazemap_core.modal import ModalModel
 from grazemap_core.oscillator import Oscillator
@@ -39,7 +41,9 @@ class Settling(NamedTuple):
     early : bool
         Whether a trajectory stops once its motion can be named.
     linearised : bool
-        Whether multipliers and exponents are wanted.
+        Whether exponents of motions that are not periodic are wanted, and multipliers of those that are not proven.
+    proven : bool
+        Whether motions are to be proven.
     follow : bool
         Whether a trajectory begins where that of the clearance before has ended.
     starts : (s, 2, N) or None
@@ -50,6 +54,7 @@ class Settling(NamedTuple):
     max_period: int
     early: bool = True
     linearised: bool = True
+    proven: bool = True
     follow: bool = False
     starts: Floats | None = None
 
@@ -61,6 +66,7 @@ class Settler:
         """Make room for lanes, rings and tangents; nothing is run."""
         size = oscillator.size
         self._models = trajectory_models(oscillator)
+        self._chain = _chain(self._models.free, task.proven)
         self._task = task
         self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
         room = ROOM if task.linearised else 0
@@ -68,6 +74,7 @@ class Settler:
         self._group = lanes(size, room)
         self._changes = lane_tangents(size, self._growth_halves)
         self._work, self._scratch = workspace(size, room), queue(size)
+        self._proving = proving(size)
         self._masses = (0,) * size
 
     def run(
@@ -114,11 +121,13 @@ class Settler:
             problem,
             held,
             lane_tables(problem, held.drag),
+            self._chain,
             job,
             self._group,
             self._ring,
             self._changes,
             self._work,
+            self._proving,
             self._scratch,
             found,
         )
@@ -127,7 +136,21 @@ class Settler:
         hidden = hidden_by_rounding(steady[:1], np.asarray(clearances))[:, 0]
         codes[hidden, :, :RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, REASON], codes[hidden, :, SETTLED_AFTER] = closing.HIDDEN, -1
+        codes[hidden, :, DOUBT] = closing.NAMED
         return codes, figures
+
+
+def _chain(model: ModalModel, wanted: bool) -> Chain:
+    """Return the blocks as mass 1 feels them."""
+    blocks = impulse_response(model)
+    return Chain(
+        decay=np.ascontiguousarray(blocks.decay),
+        discriminant=np.ascontiguousarray(blocks.discriminant),
+        frequency_squared=np.ascontiguousarray(blocks.frequency_squared),
+        frequency=np.sqrt(blocks.frequency_squared),
+        kick=np.stack([blocks.value, blocks.slope], axis=1),
+        provable=wanted and not bool(np.any(model.undamped)),
+    )
 
 
 def _in_blocks(model: ModalModel, states: Floats) -> Floats:

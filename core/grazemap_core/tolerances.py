@@ -130,8 +130,8 @@ SEPARATION: Final = 100.0
 (in units of omega * clearance) is this many times the distance to the limit."""
 
 APPROACH: Final = 1e-4
-"""Return, in units of the clearance, from which on a trajectory that comes ever closer to a periodic orbit is taken
-there by Newton's method. What it finds is judged by all that is said above."""
+"""Return, in units of the clearance, from which on the periodic orbit that a trajectory comes ever closer to is solved
+for. What is found counts only where it is proven."""
 
 APPROACH_RATE: Final = 0.99
 """Contraction per return above which a trajectory cannot be said to come closer."""
@@ -141,10 +141,7 @@ SPEED_APART: Final = 4.0
 most this many times its distance: it might touch the stop there, or not."""
 
 APPROACH_RETRY: Final = 1e-2
-"""What APPROACH is multiplied by where Newton's method has found nothing."""
-
-NEWTON_STEPS: Final = 5
-"""Steps of Newton's method: from 1e-4 three reach round-off, but for orbits close to a graze."""
+"""What APPROACH is multiplied by where nothing was proven."""
 
 CLEARED: Final = 1.0 - 1e-12
 """Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
@@ -233,6 +230,19 @@ a broken symmetry or a doubled period differ by the root of the distance from wh
 
 KANTOROVICH: Final = 0.5
 """Largest number of Newton and Kantorovich with which a solution is certain to exist, and to be one."""
+
+ORBIT_NEARBY: Final = 100.0
+"""Distance of impacts of an orbit from those of a trajectory, in units of what its returns extrapolate to, up to which
+the trajectory goes to that orbit: stiff modes and slow impacts stretch it."""
+
+MOST_PROVEN_IMPACTS: Final = 128
+"""Impacts of a motion up to which it is proven: the time that takes grows with their square."""
+
+PROOF_STEPS: Final = 8
+"""Newton steps from a trajectory to the motion that it is close to: three are used, more where an impact is slow."""
+
+SURELY_STABLE: Final = 1.0 - 1e-6
+"""Largest modulus of the multipliers of an orbit that is stable: two that meet are good to the root of round-off."""
 
 # --- branches of orbits -------------------------------------------------------------------------------------------
 

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.motion import kinds_of
+from grazemap_core.kernels.closing import NAMED
+from grazemap_core.kernels.judging import DOUBT
+from grazemap_core.motion import KINDS, kinds_of
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.settling import Settling, settle_grid
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
@@ -56,7 +58,8 @@ def unfolding_map_tile(
     Returns
     -------
     dict of arrays of shape (n, m), [clearance, omega]
-        kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`), period, impacts_right,
+        kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
+        periodic and not certified), certified (bool: the orbit is proven, `kernels.proving`), period, impacts_right,
         impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
         all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
         multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
@@ -112,10 +115,11 @@ def arrays_of(codes: NDArray[np.int64], figures: Floats) -> dict[str, NDArray[An
     """Return the arrays of `unfolding_map_tile` from codes (CODES, ...) and figures (FIGURES, ...)."""
     reason, period, right, left, symmetric, after, sticking, growth = codes[:8]
     least_velocity, multiplier, lyapunov = figures[:3]
-    kind, reason = kinds_of(reason, growth)
+    kind, reason = kinds_of(reason, growth, codes[DOUBT])
     return {
         "kind": kind,
         "reason": reason,
+        "certified": (kind == KINDS.index("periodic")) & (reason == NAMED),
         "period": period.astype(np.int32),
         "impacts_right": right.astype(np.int32),
         "impacts_left": left.astype(np.int32),
@@ -145,7 +149,7 @@ def _most_frequent(codes: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats,
         Different motions that are known.
     """
     reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
-    kind, _ = kinds_of(reason, growth)
+    kind, _ = kinds_of(reason, growth, codes[DOUBT])
     few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
     keys = np.stack([kind, period, few, many, symmetric, sticking], axis=-1)
     chosen = np.zeros(kind.shape[:2], dtype=np.int64)

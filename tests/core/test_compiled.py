@@ -27,12 +27,13 @@ from grazemap_core.kernels import (
     lanes,
     lockstep,
     lyapunov,
-    newton,
     orbit_batches,
     orbit_contacts,
     orbit_equations,
     orbit_multipliers,
     orbit_newton,
+    orbit_shooting,
+    proving,
     simulate,
     sticking,
     tangent,
@@ -43,8 +44,9 @@ from grazemap_core.kernels.parts import Kernel
 from grazemap_core.kernels.references import reference
 
 MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, dense, eigenvalues, events, held,
-           judging, lane_tangents, lanes, lockstep, lyapunov, newton, orbit_batches, orbit_contacts, orbit_equations,
-           orbit_multipliers, orbit_newton, simulate, sticking, tangent, walk, workspace)  # fmt: skip
+           judging, lane_tangents, lanes, lockstep, lyapunov, orbit_batches, orbit_contacts, orbit_equations,
+           orbit_multipliers, orbit_newton, orbit_shooting, proving, simulate, sticking, tangent, walk,
+           workspace)  # fmt: skip
 ALLOCATES = {"run_recorded"}  # called from Python, for one trajectory
 
 

@@ -91,12 +91,12 @@ def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[t
     assert found["settled_after"][0, 0] == -1
 
 
-def test_newtons_method_leads_where_waiting_does() -> None:
+def test_a_proof_leads_where_waiting_does() -> None:
     rng = np.random.default_rng(3)
     clearances = np.sort(rng.uniform(1.2, 2.1, 96))
     omegas = rng.uniform(0.26, 0.32, 5)
     quick, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32))
-    slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, linearised=False))
+    slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, proven=False))
     named = (quick[judging.REASON] == 0) & (slow[judging.REASON] == 0)
     assert named.mean() > 0.8
     assert (quick[judging.REASON] == 0).sum() >= (slow[judging.REASON] == 0).sum()

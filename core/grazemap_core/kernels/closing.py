@@ -65,6 +65,24 @@ OVERFLOWS = 6
 HIDDEN = 7
 """Round-off of the steady motion hides what happens between the stops."""
 
+# why a motion that was named is not proven (`proving`)
+NOT_SOUGHT = 8
+"""No proof was asked for, or the chain has an undamped mode or ill-conditioned ones."""
+RESTS = 9
+"""Mass 1 rests on a stop or chatters: no finite sequence of impacts."""
+SEQUENCE_UNKNOWN = 10
+"""There are more impacts than a proof is sought for, or a graze among them."""
+NOT_SOLVED = 11
+"""Newton's method finds no orbit close to the trajectory."""
+NOT_ISOLATED = 12
+"""The orbit is not certain to be the only one nearby."""
+TOUCHES_OR_NOT = 13
+"""An impact, or a passage of a stop, is so close to a graze that round-off hides which it is."""
+NOT_STABLE = 14
+"""A multiplier is on the unit circle or too close to it."""
+NOT_TOLD_APART = 15
+"""The orbit is too close to one of a shorter period, or to its mirror image."""
+
 INFINITE = -2
 """In place of a number of impacts: infinitely many."""
 

@@ -20,11 +20,11 @@ from grazemap_core.kernels.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.judging import (
     AT,
+    BEGAN,
     COUNTED,
     COUNTS,
     DUE,
     FOLLOWED,
-    FRESH,
     GOAL,
     GROWS,
     LEAVES,
@@ -32,7 +32,6 @@ from grazemap_core.kernels.judging import (
     RUN,
     SETTLES,
     SIZES,
-    STARTED,
     STRUCK,
     Found,
     Job,
@@ -51,6 +50,7 @@ from grazemap_core.kernels.lane_tangents import (
 )
 from grazemap_core.kernels.lanes import COLUMNS, LANES, Masses
 from grazemap_core.kernels.lockstep import RESTING, Lanes, begin, begin_on_stop, idle, run_half
+from grazemap_core.kernels.proving import Chain, Proving
 from grazemap_core.kernels.references import reference
 from grazemap_core.kernels.simulate import counted
 from grazemap_core.kernels.workspace import FOLLOWED as TALLIED
@@ -193,11 +193,13 @@ def settle_column(
     problem: CellProblem,
     held: HeldProblem,
     tables: LaneTables,
+    chain: Chain,
     job: Job,
     group: Lanes,
     ring: Orbit,
     changes: LaneTangents,
     work: Workspace,
+    room: Proving,
     scratch: Queue,
     found: Found,
 ) -> None:
@@ -206,7 +208,7 @@ def settle_column(
     Parameters
     ----------
     masses : tuple of length N
-    group, ring, changes, work, scratch
+    group, ring, changes, work, room, scratch
         Scratch; overwritten. Lanes and work with room for ROOM events, or for none when changes are not carried along;
         changes with room for job.growth_halves.
     found : Found
@@ -214,7 +216,7 @@ def settle_column(
     """
     problem, held, tables, job = reference(problem), reference(held), reference(tables), reference(job)
     group, ring, changes, work = reference(group), reference(ring), reference(changes), reference(work)
-    scratch, found = reference(scratch), reference(found)
+    chain, room, scratch, found = reference(chain), reference(room), reference(scratch), reference(found)
     codes = found.codes
     growth_halves = job.growth_halves
     starts = job.directions.shape[0]
@@ -250,7 +252,7 @@ def settle_column(
                             for c in range(2):
                                 u[j, c] = job.base[j, c] + clearance * job.directions[queued % starts, j, c]
                         begin(group, lane, problem, u, clearance)
-                    enter_lane(notes, lane, queued, k, job)
+                    enter_lane(notes, lane, queued, k, job, chain.provable)
                     queued += 1
                     used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
         if linearised:
@@ -268,7 +270,7 @@ def settle_column(
         if look:
             for lane in range(used):
                 bound[lane] = sizes[lane, GOAL] * group.clearance[lane]
-                known[lane] = k - counts[lane, FRESH]
+                known[lane] = k - counts[lane, BEGAN]
             nearest_returns(problem, ring, k, 2 * job.max_period, bound, known, length, nearest, distance, used)
         for lane in range(used):
             if counts[lane, POINT] < 0:
@@ -282,7 +284,9 @@ def settle_column(
                     continue
             returned = int(length[lane]) if look else 0
             closed = look and nearest[lane] <= CLOSING_GOAL * group.clearance[lane]
-            if not judge(problem, job, group, ring, changes, notes, lane, k, returned, closed, skipped, found, u):
+            if not judge(
+                problem, held, chain, room, job, group, ring, changes, notes, lane, k, returned, closed, skipped, found
+            ):
                 continue
             if job.follow:
                 rested = group.regime[lane] == RESTING
@@ -292,7 +296,7 @@ def settle_column(
                 if group.status[lane] != OK:
                     copy_matrix(handed_on, job.base)
                     rested = False
-            codes[counts[lane, POINT], RUN] = k - counts[lane, STARTED]
+            codes[counts[lane, POINT], RUN] = k - counts[lane, BEGAN]
             codes[counts[lane, POINT], STRUCK] = int(sizes[lane, FOLLOWED])
             counts[lane, POINT] = -1
             counts[lane, AT] = LEAVES
@@ -302,19 +306,20 @@ def settle_column(
             if job.follow:
                 k = int(np.int64(0))  # the next one begins at once
         if queued == n and done < n and used - (n - done) >= 2 * COLUMNS:
-            # nothing waits, and lanes lie idle: close the ranks
-            target = 0
-            for source in range(used):
-                if counts[source, POINT] < 0:
-                    continue
-                while target < source and counts[target, POINT] >= 0:
+            # nothing waits, and lanes lie idle: those furthest out take their places
+            target, source = 0, used - 1
+            while True:
+                while target < used and counts[target, POINT] >= 0:
                     target += 1
-                if target < source:
-                    _move(group, ring, source, target)
-                    if linearised:
-                        move_changes(changes, source, target)
-                    copy_vector(counts[target], counts[source])
-                    copy_vector(sizes[target], sizes[source])
-                    counts[source, POINT] = -1
-                    counts[source, AT] = LEAVES
+                while source >= 0 and counts[source, POINT] < 0:
+                    source -= 1
+                if target >= source:
+                    break
+                _move(group, ring, source, target)
+                if linearised:
+                    move_changes(changes, source, target)
+                copy_vector(counts[target], counts[source])
+                copy_vector(sizes[target], sizes[source])
+                counts[source, POINT] = -1
+                counts[source, AT] = LEAVES
             used = (n - done + COLUMNS - 1) // COLUMNS * COLUMNS

@@ -59,12 +59,8 @@ class LaneTangents(NamedTuple):
         Columns of a matrix, and of an exponent's pair.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
-    begin, back : (LANES, 2 N)
-        In the frame of z: where a run of Newton's method began; where the trajectory stood before it.
     state, cursor, near, resting, since : (LANES, N, 2), (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
         Where every lane began the half period, as in `lockstep.Lanes`.
-    solving : (2 N, 2 N + 1)
-        Scratch.
     scratch : Tangents
         All else that `lyapunov` needs.
     work : Workspace
@@ -77,14 +73,11 @@ class LaneTangents(NamedTuple):
     pair: FloatArray
     growth: FloatArray
     moments: FloatArray
-    begin: FloatArray
-    back: FloatArray
     state: FloatArray
     cursor: IntArray
     near: FloatArray
     resting: FloatArray
     since: FloatArray
-    solving: FloatArray
     scratch: Tangents
     work: Workspace
 
@@ -99,14 +92,11 @@ def lane_tangents(masses: int, halves: int) -> LaneTangents:
         pair=np.zeros((LANES, size, 2)),
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
-        begin=np.zeros((LANES, size)),
-        back=np.zeros((LANES, size)),
         state=np.zeros((LANES, masses, 2)),
         cursor=np.zeros((LANES, 4), dtype=np.int64),
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
-        solving=np.zeros((size, size + 1)),
         scratch=tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_ROOM),
     )
@@ -139,8 +129,6 @@ def move_changes(changes: LaneTangents, source: int, target: int) -> None:
     copy_matrix(changes.growth[target], changes.growth[source])
     for part in range(2):
         copy_matrix(changes.moments[target, part], changes.moments[source, part])
-    copy_vector(changes.begin[target], changes.begin[source])
-    copy_vector(changes.back[target], changes.back[source])
 
 
 @kernel

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.orbit_contacts import GIVEN_UP, STACK, nearest_contact
-from grazemap_core.kernels.orbit_equations import OrbitProblem, assemble
+from grazemap_core.kernels.orbit_equations import OrbitProblem
 from grazemap_core.kernels.orbit_multipliers import orbit_multipliers
 from grazemap_core.kernels.orbit_newton import CONVERGED, OrbitWork, certificate, solve_orbit
 from grazemap_core.kernels.references import reference
@@ -48,10 +48,19 @@ class OrbitResults(NamedTuple):
 
 
 class OrbitScratch(NamedTuple):
-    """Scratch for k impacts and N blocks: state (N, 2), stack (STACK, 2), here (3, 5), matrix (2 N, 2 N)."""
+    """Scratch for k impacts and N blocks.
+
+    Attributes
+    ----------
+    newton : OrbitWork
+    states, flow, stack, here : (4, N, 2), (N, 4), (STACK, 2), (3, 4)
+        Of `orbit_contacts.nearest_contact`.
+    matrix : (2 N, 2 N)
+    """
 
     newton: OrbitWork
-    state: FloatArray
+    states: FloatArray
+    flow: FloatArray
     stack: FloatArray
     here: FloatArray
     matrix: FloatArray
@@ -87,7 +96,12 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
         before=np.zeros((count, 3)),
     )
     return OrbitScratch(
-        newton, np.zeros((blocks, 2)), np.zeros((STACK, 2)), np.zeros((3, 5)), np.zeros((2 * blocks,) * 2)
+        newton,
+        np.zeros((4, blocks, 2)),
+        np.zeros((blocks, 4)),
+        np.zeros((STACK, 2)),
+        np.zeros((3, 4)),
+        np.zeros((2 * blocks,) * 2),
     )
 
 
@@ -116,17 +130,16 @@ def solve_orbits(
     chain, told, room = reference(problem), reference(results), reference(scratch)
     work = room.newton
     for i in range(clearances.shape[0]):
-        status, steps, residual = solve_orbit(chain, stops, clearances[i], phases[i], speeds[i], work)
+        status, steps, residual, terms = solve_orbit(chain, stops, clearances[i], phases[i], speeds[i], work)
         told.status[i], told.steps[i], told.residual[i] = status, steps, residual
         told.contact[i], told.stop[i] = GIVEN_UP, 0
         if status != CONVERGED:
             for j in range(told.real.shape[1]):
                 told.real[i, j], told.imaginary[i, j] = math.nan, math.nan
             continue
-        terms = assemble(chain, stops, clearances[i], phases[i], speeds[i], work.residual, work.jacobian, work.before)
         told.kantorovich[i], told.radius[i] = certificate(chain, speeds[i], terms, work)
         told.contact[i], told.excess[i], told.phase[i], told.stop[i] = nearest_contact(
-            chain, stops, clearances[i], phases[i], speeds[i], floor, room.state, room.stack, room.here
+            chain, stops, clearances[i], phases[i], speeds[i], floor, room.states, room.flow, room.stack, room.here
         )
         orbit_multipliers(chain, phases[i], speeds[i], work.before, room.matrix, told.real[i], told.imaginary[i])
         for k in range(stops.shape[0]):

@@ -59,10 +59,21 @@ def state_behind(problem: OrbitProblem, phases: FloatArray, speeds: FloatArray, 
 
 
 @kernel
-def _look(problem: OrbitProblem, state: FloatArray, start: float, angle: float, here: FloatArray) -> None:
-    """Write into here (5,): mass 1, its first two derivatives, a bound on the third from then on, and its terms.
+def _carry(problem: OrbitProblem, start: FloatArray, angle: float, end: FloatArray) -> None:
+    """Write into end (N, 2) where the blocks are an angle later than start (N, 2)."""
+    for j in range(start.shape[0]):
+        e11, e12, e21, e22 = block_flow(
+            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], angle / problem.omega
+        )
+        y, rate = start[j, 0], start[j, 1]
+        end[j, 0], end[j, 1] = e11 * y + e12 * rate, e21 * y + e22 * rate
 
-    `start` is the phase of the impact that `state` is behind of, `angle` how much later it is.
+
+@kernel
+def _look(problem: OrbitProblem, state: FloatArray, start: float, angle: float, here: FloatArray) -> None:
+    """Write into here (4,): mass 1, its first two derivatives, and its terms.
+
+    `state` (N, 2) is where the blocks are, `angle` behind an impact at the phase `start`.
     """
     omega = problem.omega
     time = angle / omega
@@ -70,20 +81,30 @@ def _look(problem: OrbitProblem, state: FloatArray, start: float, angle: float, 
     size = math.hypot(problem.gain_real, problem.gain_imag)
     value = problem.gain_real * sine + problem.gain_imag * cosine
     slope = problem.gain_real * cosine - problem.gain_imag * sine
-    bend, bound, terms = -value, size, size * (1.0 + abs(start) + angle)
+    bend, terms = -value, size * (1.0 + abs(start) + angle)
     for j in range(state.shape[0]):
         square, twice, frequency = problem.frequency_squared[j], 2.0 * problem.decay[j], problem.frequency[j]
-        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
-        y = e11 * state[j, 0] + e12 * state[j, 1]
-        rate = e21 * state[j, 0] + e22 * state[j, 1]
+        y, rate = state[j, 0], state[j, 1]
         second = -square * y - twice * rate
-        third = -square * rate - twice * second
         value += y
         slope += rate / omega
         bend += second / (omega * omega)
-        bound += math.sqrt(square * second * second + third * third) / (omega * omega * omega)
         terms += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
-    here[0], here[1], here[2], here[3], here[4] = value, slope, bend, bound * BOUND_SAFETY, terms
+    here[0], here[1], here[2], here[3] = value, slope, bend, terms
+
+
+@kernel
+def _third_derivative(problem: OrbitProblem, state: FloatArray) -> float:
+    """Bound the third derivative of mass 1's place from where the blocks are at `state` (N, 2) to the next impact."""
+    bound = 0.0
+    for j in range(state.shape[0]):
+        square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
+        second = -square * state[j, 0] - twice * state[j, 1]
+        third = -square * state[j, 1] - twice * second
+        bound += math.sqrt(square * second * second + third * third)
+    size = math.hypot(problem.gain_real, problem.gain_imag)
+    total: float = (size + bound / (problem.omega * problem.omega * problem.omega)) * BOUND_SAFETY
+    return total
 
 
 @kernel
@@ -94,7 +115,8 @@ def nearest_contact(
     phases: FloatArray,
     speeds: FloatArray,
     floor: float,
-    state: FloatArray,
+    states: FloatArray,
+    flow: FloatArray,
     stack: FloatArray,
     here: FloatArray,
 ) -> tuple[int, float, float, int]:
@@ -104,9 +126,9 @@ def nearest_contact(
     ----------
     floor : float
         Maxima that stay below a stop by more than this are not looked for; minus infinity for all.
-    state : (N, 2)
+    states : (4, N, 2), flow : (N, 4)
     stack : (STACK, 2)
-    here : (3, 5)
+    here : (3, 4)
         Scratch.
 
     Returns
@@ -125,16 +147,32 @@ def nearest_contact(
     best, phase, which, noise_there = floor, math.nan, 0, 0.0
     cells = 0
     at_left, at_middle, at_point = here[0], here[1], here[2]
+    # behind the impact; where a cell that is not halved begins, and its middle; anywhere
+    state, left_state, middle_state, point_state = states[0], states[1], states[2], states[3]
+    blocks = state.shape[0]
     state_behind(problem, phases, speeds, state)
     for i in range(count):
         last = i == count - 1
         end = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
         meets = problem.sign * stops[0] if last else stops[i + 1]
         parts = math.ceil(end * CONTACT_CELLS / math.pi)
+        for j in range(blocks):
+            left_state[j, 0], left_state[j, 1] = state[j, 0], state[j, 1]
+            flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
+                problem.decay[j],
+                problem.discriminant[j],
+                problem.frequency_squared[j],
+                0.5 * end / (parts * problem.omega),
+            )
         for part in range(parts):
+            for j in range(blocks):
+                y, rate = left_state[j, 0], left_state[j, 1]
+                middle_state[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
+                middle_state[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
             stack[0, 0] = part * end / parts
             stack[0, 1] = (part + 1) * end / parts if part + 1 < parts else end
             top = 1
+            whole = True
             while top > 0:
                 cells += 1
                 if cells > MAX_CELLS:
@@ -142,10 +180,12 @@ def nearest_contact(
                 top -= 1
                 left, right = stack[top, 0], stack[top, 1]
                 middle, radius = 0.5 * (left + right), 0.5 * (right - left)
-                _look(problem, state, phases[i], left, at_left)
-                _look(problem, state, phases[i], middle, at_middle)
-                third = at_left[3]
-                noise = CONTACT_ROUNDOFF * (at_middle[4] + place)
+                if not whole:
+                    _carry(problem, state, left, left_state)
+                    _carry(problem, state, middle, middle_state)
+                _look(problem, middle_state, phases[i], middle, at_middle)
+                third = _third_derivative(problem, left_state)
+                noise = CONTACT_ROUNDOFF * (at_middle[3] + place)
                 halve = False
                 for side in range(2):
                     stop = 1.0 - 2.0 * side
@@ -167,10 +207,12 @@ def nearest_contact(
                     at_end = right == end and stop == meets
                     point = middle
                     if steepest < 0.0:
+                        _look(problem, left_state, phases[i], left, at_left)
                         first = stop * at_left[1]
                         if first < 0.0 or (at_start and first <= noise):
                             continue
-                        _look(problem, state, phases[i], right, at_point)
+                        _carry(problem, state, right, point_state)
+                        _look(problem, point_state, phases[i], right, at_point)
                         if stop * at_point[1] > (-noise if at_end else 0.0):
                             continue
                         low, high = left, right
@@ -185,21 +227,31 @@ def nearest_contact(
                             if abs(following - point) <= 4.0 * EPSILON * end:
                                 break
                             point = following
-                            _look(problem, state, phases[i], point, at_point)
+                            _carry(problem, state, point, point_state)
+                            _look(problem, point_state, phases[i], point, at_point)
                             slope, bend = stop * at_point[1], stop * at_point[2]
                     if (at_start or at_end) and min(point, end - point) <= 64.0 * EPSILON * end:
                         continue
-                    _look(problem, state, phases[i], point, at_point)
+                    _carry(problem, state, point, point_state)
+                    _look(problem, point_state, phases[i], point, at_point)
                     value = stop * at_point[0] - place
                     if value > best:
                         best, phase, which = value, phases[i] + point, int(stop)
-                        noise_there = CONTACT_ROUNDOFF * (at_point[4] + place)
+                        noise_there = CONTACT_ROUNDOFF * (at_point[3] + place)
                 if halve:
                     if top + 2 > STACK:
                         return GIVEN_UP, math.inf, math.nan, 0
                     stack[top, 0], stack[top, 1] = middle, right
                     stack[top + 1, 0], stack[top + 1, 1] = left, middle
                     top += 2
+                    whole = False
+            if whole:
+                for j in range(blocks):
+                    y, rate = middle_state[j, 0], middle_state[j, 1]
+                    left_state[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
+                    left_state[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
+            else:
+                _carry(problem, state, (part + 1) * end / parts, left_state)
         if not last:
             for j in range(state.shape[0]):
                 e11, e12, e21, e22 = block_flow(

@@ -92,7 +92,7 @@ def solve_orbit(
     phases: FloatArray,
     speeds: FloatArray,
     work: OrbitWork,
-) -> tuple[int, int, float]:
+) -> tuple[int, int, float, float]:
     """Move a guess, phases (k,) and speeds (k,), onto the motion.
 
     Returns
@@ -101,7 +101,9 @@ def solve_orbit(
         CONVERGED, NOT_CONVERGED, OUT_OF_ORDER or SINGULAR.
     steps : int
     residual : float
-        Largest one left, in lengths. `work` holds residual, matrix and states for what is left in phases and speeds.
+        Largest one left, in lengths.
+    terms : float
+        As `assemble` returns it. Once converged, `work` holds residual, matrix and states of the motion.
     """
     count = stops.shape[0]
     size = 2 * count
@@ -112,15 +114,16 @@ def solve_orbit(
     settled = False
     for steps in range(ORBIT_NEWTON_STEPS):
         if not np.isfinite(norm):
-            return NOT_CONVERGED, steps, norm
+            return NOT_CONVERGED, steps, norm, terms
         if settled or norm <= RESPONSE_ROUNDOFF * terms * 0.01:
-            return CONVERGED if norm <= ORBIT_RESIDUAL * max(1.0, terms) else NOT_CONVERGED, steps, norm
+            converged = norm <= ORBIT_RESIDUAL * max(1.0, terms)
+            return CONVERGED if converged else NOT_CONVERGED, steps, norm, terms
         for i in range(size):
             for j in range(size):
                 system[i, j] = jacobian[i, j]
             system[i, size] = -work.residual[i]
         if eliminate(system[:, : size + 1], size) == 0.0:
-            return SINGULAR, steps, norm
+            return SINGULAR, steps, norm, terms
         for i in range(count):
             step[0, i] = system[i, size]
             step[1, i] = system[count + i, size]
@@ -128,7 +131,7 @@ def solve_orbit(
         if share < 1.0:
             shortened += 1
             if shortened > ORBIT_HALVINGS:
-                return OUT_OF_ORDER, steps, norm
+                return OUT_OF_ORDER, steps, norm, terms
         length = max(_norm(step[0]), _norm(step[1]))
         before = norm
         for _ in range(ORBIT_HALVINGS):
@@ -141,13 +144,13 @@ def solve_orbit(
                 break
             share *= 0.5
         if not (norm < before or norm <= RESPONSE_ROUNDOFF * terms):
-            return NOT_CONVERGED, steps, norm
+            return NOT_CONVERGED, steps, norm, terms
         for i in range(count):
             phases[i] = trial[0, i]
             speeds[i] = trial[1, i]
         # after a step this short the next would be round-off, and so was this one where the residual was before
         settled = (share == 1.0 and length <= ORBIT_SETTLED) or before <= RESPONSE_ROUNDOFF * terms
-    return NOT_CONVERGED, ORBIT_NEWTON_STEPS, norm
+    return NOT_CONVERGED, ORBIT_NEWTON_STEPS, norm, terms
 
 
 @kernel

@@ -21,6 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from grazemap_core.kernels.compiled import kernel
 from grazemap_core.tolerances import BOUND_SAFETY, RESPONSE_ROUNDOFF
 
 Floats = NDArray[np.float64]
@@ -33,7 +34,7 @@ ALTERNATING = 2
 """h_s(tau) = sum (-1)^k g(k tau)."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def block_sum(
     kind: int, decay: float, discriminant: float, frequency_squared: float, shift: float, tau: float
 ) -> tuple[float, float, float]:

@@ -1,0 +1,345 @@
+"""The equations of a periodic motion with impacts, walked from impact to impact: cost linear in their number.
+
+They are those of `orbit_equations`, unknown the phases and speeds of all impacts, units as there. That room sums the
+answers to all impacts at every impact, which is regular for impacts of velocity 0 and costs the square of their number,
+its matrix the cube. Here the state itself is carried around: what its changes come to in one turn is a matrix of the
+size of the chain, in which a velocity is divided by. So this room is for motions whose impacts all have one, as those
+that trajectories settle to do.
+
+Phases and speeds flow in; out flow residuals, the Newton step, the norm of the inverse matrix and the Floquet matrix.
+
+The change of a state just before impact i, d, becomes behind it
+
+    d - (1 + R) w (s' k - s p' T k/w),     p' = (r - c d)/v,    s' = c' d/w + a p' - q
+
+with p', s' the changes of phase and speed that keep the equations' residuals at r and q, k the kick, T the blocks'
+generator, c and c' what the state is in place and velocity of mass 1, v and a its velocity and acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.kernels.compiled import fused_kernel, kernel
+from grazemap_core.kernels.dense import eliminate
+from grazemap_core.kernels.orbit_equations import OrbitProblem
+
+FloatArray = NDArray[np.float64]
+
+
+class Shooting(NamedTuple):
+    """Scratch for k impacts and N blocks.
+
+    Attributes
+    ----------
+    closing : (N, 2)
+        p and q with ``p + q T = sum_(j>=1) (sign E)^j``, E a block's flow over a span; set by who asks.
+    flow : (k, N, 4)
+        Each block's flow from an impact to the next one.
+    state : (k, N, 2)
+        Each block's part in displacement and velocity of mass 1 just before every impact.
+    before : (k, 3)
+        Displacement, velocity and acceleration of mass 1 there.
+    residual, step : (k, 2)
+        Of place and speed; of phase and speed.
+    turned : (2 N, 2 N + 1)
+        What changes before the first impact, and the residuals, come to in one turn.
+    system : (2 N, 4 N)
+        For elimination.
+    change : (2 N, 1)
+        The change of the state that goes with the step.
+    across : (4, 2 N + 1)
+        Of columns of changes at an impact: place, velocity, and changes of its phase and speed.
+    bend : (N,)
+        What a kick adds to each block's part in the acceleration of mass 1.
+    places, speeds : (2 N, k)
+        What a unit residual of place, or speed, at an impact comes to at the end of the turn.
+    rows, pair : (2 N + 2, 2 N), (2 N + 2, 2)
+    read, closed : (4, k), (2 N,)
+    """
+
+    closing: FloatArray
+    flow: FloatArray
+    state: FloatArray
+    before: FloatArray
+    residual: FloatArray
+    step: FloatArray
+    turned: FloatArray
+    system: FloatArray
+    change: FloatArray
+    across: FloatArray
+    bend: FloatArray
+    places: FloatArray
+    speeds: FloatArray
+    rows: FloatArray
+    pair: FloatArray
+    read: FloatArray
+    closed: FloatArray
+
+
+def shooting(count: int, blocks: int) -> Shooting:
+    """Return scratch for up to `count` impacts."""
+    size = 2 * blocks
+    return Shooting(
+        closing=np.zeros((blocks, 2)),
+        flow=np.zeros((count, blocks, 4)),
+        state=np.zeros((count, blocks, 2)),
+        before=np.zeros((count, 3)),
+        residual=np.zeros((count, 2)),
+        step=np.zeros((count, 2)),
+        turned=np.zeros((size, size + 1)),
+        system=np.zeros((size, 2 * size)),
+        change=np.zeros((size, 1)),
+        across=np.zeros((4, size + 1)),
+        bend=np.zeros(blocks),
+        places=np.zeros((size, count)),
+        speeds=np.zeros((size, count)),
+        rows=np.zeros((size + 2, size)),
+        pair=np.zeros((size + 2, 2)),
+        read=np.zeros((4, count)),
+        closed=np.zeros(size),
+    )
+
+
+@kernel
+def walk_orbit(
+    problem: OrbitProblem, stops: FloatArray, clearance: float, phases: FloatArray, speeds: FloatArray, room: Shooting
+) -> tuple[float, float]:
+    """Carry the state around, and write flow, state, before and residual.
+
+    Returns
+    -------
+    residual : float
+        The largest.
+    terms : float
+        As `orbit_equations.assemble`: of a sum, each term times the angles that round-off of its sines comes from. Here
+        of all parts of the way around, and of what they come to when the motion is closed.
+    """
+    count, blocks = stops.shape[0], problem.decay.shape[0]
+    omega, rebound = problem.omega, problem.rebound
+    flow, state = room.flow, room.state
+    walked = 0.0
+    for j in range(blocks):
+        decay, square, frequency = problem.decay[j], problem.frequency_squared[j], problem.frequency[j]
+        kick, drift = problem.kick[j, 0], problem.kick[j, 1]
+        y, rate, summed = 0.0, 0.0, 0.0
+        for i in range(count):
+            end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
+            time = (end - phases[i]) / omega
+            e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, time)
+            flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3] = e11, e12, e21, e22
+            strength = -rebound * omega * speeds[i]
+            y, rate = y + strength * kick, rate + strength * drift
+            summed += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
+            y, rate = e11 * y + e12 * rate, e21 * y + e22 * rate
+        # the state that comes back: what one turn adds, and what it comes to from turn to turn
+        p, q = 1.0 + room.closing[j, 0], room.closing[j, 1]
+        walked += summed * (abs(p) + abs(q) * (frequency + 2.0 * decay))
+        state[0, j, 0] = problem.sign * (p * y + q * rate)
+        state[0, j, 1] = problem.sign * (p * rate - q * (square * y + 2.0 * decay * rate))
+    size = math.hypot(problem.gain_real, problem.gain_imag)
+    place = clearance / problem.length
+    largest, terms = 0.0, 0.0
+    for i in range(count):
+        sine, cosine = math.sin(phases[i]), math.cos(phases[i])
+        x = problem.gain_real * sine + problem.gain_imag * cosine
+        v = problem.gain_real * cosine - problem.gain_imag * sine
+        a = -x
+        strength = -rebound * omega * speeds[i]
+        for j in range(blocks):
+            y, rate = state[i, j, 0], state[i, j, 1]
+            frequency = problem.frequency[j]
+            x += y
+            v += rate / omega
+            a -= (problem.frequency_squared[j] * y + 2.0 * problem.decay[j] * rate) / (omega * omega)
+            walked += abs(y) + abs(rate) / frequency
+            if i + 1 < count:
+                y, rate = y + strength * problem.kick[j, 0], rate + strength * problem.kick[j, 1]
+                state[i + 1, j, 0] = flow[i, j, 0] * y + flow[i, j, 1] * rate
+                state[i + 1, j, 1] = flow[i, j, 2] * y + flow[i, j, 3] * rate
+                time = (phases[i + 1] - phases[i]) / omega
+                walked += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
+        room.before[i, 0], room.before[i, 1], room.before[i, 2] = x, v, a
+        room.residual[i, 0], room.residual[i, 1] = x - stops[i] * place, v - speeds[i]
+        largest = max(largest, max(abs(room.residual[i, 0]), abs(room.residual[i, 1])))
+        terms = max(terms, size * (1.0 + abs(phases[i])) + place)
+    return largest, terms + walked
+
+
+@fused_kernel
+def _pass_impact(
+    problem: OrbitProblem, i: int, speed: float, bend: FloatArray, change: FloatArray, room: Shooting
+) -> None:
+    """Carry columns of changes (2 N, n) from just before impact i to just before the next one.
+
+    Changes of phase and speed make up for the residuals in the last column, and for none in the others.
+    """
+    flow, across = room.flow, room.across
+    omega, rebound = problem.omega, problem.rebound
+    blocks, columns = bend.shape[0], change.shape[1]
+    velocity, acceleration = room.before[i, 1], room.before[i, 2]
+    x, v, turned, faster = across[0], across[1], across[2], across[3]
+    for c in range(columns):
+        x[c], v[c] = 0.0, 0.0
+    x[columns - 1], v[columns - 1] = room.residual[i, 0], omega * room.residual[i, 1]
+    for j in range(blocks):
+        for c in range(columns):
+            x[c] += change[2 * j, c]
+            v[c] += change[2 * j + 1, c]
+    for c in range(columns):
+        turned[c] = -x[c] / velocity
+        faster[c] = v[c] / omega + acceleration * turned[c]
+    for j in range(blocks):
+        kick, drift, drag = problem.kick[j, 0], problem.kick[j, 1], bend[j]
+        e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
+        for c in range(columns):
+            strength, shift = -rebound * omega * faster[c], rebound * speed * turned[c]
+            y = change[2 * j, c] + strength * kick + shift * drift
+            rate = change[2 * j + 1, c] + strength * drift + shift * drag
+            change[2 * j, c] = e11 * y + e12 * rate
+            change[2 * j + 1, c] = e21 * y + e22 * rate
+
+
+@kernel
+def solve_step(problem: OrbitProblem, speeds: FloatArray, room: Shooting) -> float:
+    """Write the Newton step behind `walk_orbit`, and what changes come to in one turn. Returns its norm.
+
+    Infinity where the matrix is singular.
+    """
+    count, size = speeds.shape[0], 2 * problem.decay.shape[0]
+    turned, system, bend = room.turned, room.system, room.bend
+    for j in range(bend.shape[0]):
+        bend[j] = -(problem.frequency_squared[j] * problem.kick[j, 0] + 2.0 * problem.decay[j] * problem.kick[j, 1])
+    for row in range(size):
+        for column in range(size + 1):
+            turned[row, column] = 1.0 if row == column else 0.0
+    for i in range(count):
+        _pass_impact(problem, i, speeds[i], bend, turned, room)
+    for row in range(size):
+        for column in range(size):
+            system[row, column] = (problem.sign if row == column else 0.0) - turned[row, column]
+        system[row, size] = turned[row, size]
+    if eliminate(system[:, : size + 1], size) == 0.0:
+        return math.inf
+    for row in range(size):
+        room.change[row, 0] = system[row, size]
+    largest = 0.0
+    for i in range(count):
+        _pass_impact(problem, i, speeds[i], bend, room.change, room)
+        p, s = room.across[2, 0], room.across[3, 0]
+        room.step[i, 0], room.step[i, 1] = p, s
+        # not a number counts as infinite
+        largest = max(largest, max(abs(p), abs(s))) if abs(p) + abs(s) < math.inf else math.inf
+    return largest
+
+
+@fused_kernel
+def _back_over(problem: OrbitProblem, i: int, speed: float, bend: FloatArray, rows: FloatArray, room: Shooting) -> None:
+    """Turn columns that read a state just before impact i + 1 into those that read it just before impact i.
+
+    rows (2 N + 2, n); the last two receive what each reads of a unit residual of place, and of speed, at impact i.
+    """
+    flow = room.flow
+    omega, rebound = problem.omega, problem.rebound
+    blocks, columns = bend.shape[0], rows.shape[1]
+    velocity, acceleration = room.before[i, 1], room.before[i, 2]
+    place, faster = rows[2 * blocks], rows[2 * blocks + 1]
+    for c in range(columns):
+        place[c], faster[c] = 0.0, 0.0
+    for j in range(blocks):
+        kick, drift, drag = problem.kick[j, 0], problem.kick[j, 1], bend[j]
+        e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
+        for c in range(columns):
+            a, b = rows[2 * j, c], rows[2 * j + 1, c]
+            y, rate = a * e11 + b * e21, a * e12 + b * e22
+            rows[2 * j, c], rows[2 * j + 1, c] = y, rate
+            faster[c] -= rebound * omega * (y * kick + rate * drift)
+            place[c] += rebound * speed * (y * drift + rate * drag)
+    for c in range(columns):
+        place[c] = -(place[c] + acceleration * faster[c]) / velocity
+    for j in range(blocks):
+        for c in range(columns):
+            rows[2 * j, c] += place[c]
+            rows[2 * j + 1, c] += faster[c] / omega
+
+
+@fused_kernel
+def _sum_of_moduli(places: FloatArray, speeds: FloatArray, read: FloatArray, closed: FloatArray, count: int) -> float:
+    """Return the sum over m impacts of ``|read + closed (places or speeds)|``.
+
+    Parameters
+    ----------
+    places, speeds : (2 N, k)
+    read : (2, k)
+    closed : (2 N,)
+    """
+    total = 0.0
+    for m in range(count):
+        place, speed = read[0, m], read[1, m]
+        for c in range(closed.shape[0]):
+            place += closed[c] * places[c, m]
+            speed += closed[c] * speeds[c, m]
+        total += abs(place) + abs(speed)
+    return total
+
+
+@kernel
+def norm_of_inverse(problem: OrbitProblem, speeds: FloatArray, room: Shooting) -> float:
+    """Return the largest sum of moduli of a row of the inverse of the matrix of `solve_step`, which has been called.
+
+    Every phase and speed is followed back around to all residuals.
+    """
+    count, blocks = speeds.shape[0], problem.decay.shape[0]
+    size = 2 * blocks
+    system, places, faster, read, rows, pair, bend = (
+        room.system,
+        room.places,
+        room.speeds,
+        room.read,
+        room.rows,
+        room.pair,
+        room.bend,
+    )
+    for row in range(size):
+        for column in range(size):
+            system[row, column] = (problem.sign if row == column else 0.0) - room.turned[row, column]
+            system[row, size + column] = 1.0 if row == column else 0.0
+    if eliminate(system, size) == 0.0:
+        return math.inf
+    # each coordinate of the state at the end of the turn, followed back to the beginning
+    for row in range(size):
+        for c in range(size):
+            rows[row, c] = 1.0 if row == c else 0.0
+    for i in range(count - 1, -1, -1):
+        _back_over(problem, i, speeds[i], bend, rows, room)
+        for c in range(size):
+            places[c, i], faster[c, i] = rows[size, c], rows[size + 1, c]
+    largest = 0.0
+    for i in range(count):
+        velocity, acceleration = room.before[i, 1], room.before[i, 2]
+        for j in range(blocks):
+            pair[2 * j, 0], pair[2 * j + 1, 0] = -1.0 / velocity, 0.0
+            pair[2 * j, 1], pair[2 * j + 1, 1] = -acceleration / velocity, 1.0 / problem.omega
+        for unknown in range(2):
+            for m in range(i + 1, count):
+                read[2 * unknown, m], read[2 * unknown + 1, m] = 0.0, 0.0
+            # of the residuals at its own impact, besides those that are in the state
+            read[2 * unknown, i], read[2 * unknown + 1, i] = pair[0, unknown], float(unknown)
+        for m in range(i - 1, -1, -1):
+            _back_over(problem, m, speeds[m], bend, pair, room)
+            for unknown in range(2):
+                read[2 * unknown, m], read[2 * unknown + 1, m] = pair[size, unknown], pair[size + 1, unknown]
+        for unknown in range(2):
+            closed = room.closed
+            for c in range(size):
+                closed[c] = 0.0
+                for d in range(size):
+                    closed[c] += pair[d, unknown] * system[d, size + c]
+            total = _sum_of_moduli(places, faster, read[2 * unknown : 2 * unknown + 2], closed, count)
+            largest = total if not total <= largest else largest
+    return largest
