@@ -8,7 +8,7 @@ not among them: unlike the closed forms of `window_curves` this is a search, and
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,7 +94,7 @@ def motion_curves(
 
 
 def orbit_in_window(
-    oscillator: Oscillator, omega: Window, clearance: Window, period: int, stops: list[int]
+    oscillator: Oscillator, omega: Window, clearance: Window, period: int, stops: Sequence[int]
 ) -> PeriodicOrbit | None:
     """Return an orbit of a motion somewhere in a window, or None where none was met.
 
