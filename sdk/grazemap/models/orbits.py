@@ -14,6 +14,7 @@ from grazemap.models.process import MaxPeriod, ProcessRequest
 from grazemap.models.ranges import Interval
 from grazemap.models.states import InitialState
 
+MOST_IMPACTS = 256
 Stop = Annotated[Literal[1, -1], Listable]
 
 
@@ -26,7 +27,7 @@ class OrbitMotion(Request):
     """
 
     period: MaxPeriod
-    stops: Annotated[list[Stop], Field(min_length=1, max_length=256, fail_fast=True), Listable]
+    stops: Annotated[list[Stop], Field(min_length=1, max_length=MOST_IMPACTS, fail_fast=True), Listable]
     phases: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
     velocities: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)

@@ -16,7 +16,7 @@ EXAMPLES = {
         "value": {
             "omega": {"start": 0.26, "stop": 0.3},
             "clearance": {"start": 1.3, "stop": 2.05},
-            "motions": [{"period": 1, "stops": [1, 1, -1, -1]}],
+            "motions": [{"period": 1, "stops": [1, 1, -1, -1], "omega": 0.28, "clearance": 1.5}],
         }
     },
 }

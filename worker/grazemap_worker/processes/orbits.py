@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from grazemap.codec import Document
 from grazemap.models import OrbitBranchesRequest, PeriodicOrbitsRequest
+from grazemap.models.orbits import MOST_IMPACTS
+from grazemap.models.process import LONGEST_PERIOD
 from grazemap_worker.processes.core_objects import core_oscillator
 from grazemap_worker.processes.trajectories import motion_document
 
@@ -287,8 +289,17 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
         "impact": point.impact,
         "phases": whole.phases,
         "velocities": whole.velocities,
-        "beyond": [{"admissible": start.admissible, "request": _request(request, start)} for start in beyond],
+        "beyond": [
+            {"admissible": start.admissible, "request": _request(request, start)}
+            for start in beyond
+            if _can_be_asked(start.impacts.whole)
+        ],
     }
+
+
+def _can_be_asked(impacts: ImpactSequence) -> bool:
+    """Say whether a motion is within what requests may name: doubled ones may have too many impacts or periods."""
+    return len(impacts.stops) <= MOST_IMPACTS and impacts.period <= LONGEST_PERIOD
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:

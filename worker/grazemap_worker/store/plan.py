@@ -64,9 +64,10 @@ SEARCH_PERIODS = 1.2e4
 CURVE_POINT_SECONDS = 4.0e-5
 # One point of a branch, per mass, for few impacts.
 BRANCH_SECONDS = 2.0e-3
-# Points that a branch has as a rule, and all curves of a motion in a window together.
+# Points that a branch has as a rule; in a window those of two branches, and of all curves of a motion together.
 BRANCH_POINTS = 300
-CURVES_POINTS = 300
+WINDOW_BRANCH_POINTS = 100
+CURVES_POINTS = 200
 # Places of a window at which a motion is looked for.
 CURVES_PLACES = 9
 
@@ -249,7 +250,7 @@ def _curves_plan(request: BifurcationCurvesRequest) -> Plan:
         places *= 1 if motion.omega is not None and motion.clearance is not None else CURVES_PLACES
         periods += places * SEARCH_PERIODS
         point = BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
-        seconds += (2 * BRANCH_POINTS + CURVES_POINTS * (1.0 + impacts / 4.0)) * point
+        seconds += (WINDOW_BRANCH_POINTS + CURVES_POINTS * (1.0 + impacts / 4.0)) * point
     return Plan(estimate=Estimate(periods=periods, seconds=seconds + periods * cost / PERIODS_PER_SECOND))
 
 
