@@ -59,6 +59,15 @@ def test_a_motion_with_four_impacts_has_each_of_its_curves_once():
         points = [p for branch in found.branches for p in branch.special_points if lies_on(p, curve)]
         assert points
         assert not any(lies_on(p, other) for p in points for other in found.curves[:number])
+    # and every special point is on one of them, by its place in the plane too
+    for point in (p for branch in found.branches for p in branch.special_points if p.status == "converged"):
+        near = [
+            np.min(np.hypot(curve.omega - point.omega, curve.clearance - point.clearance))
+            for curve in found.curves
+            if lies_on(point, curve)
+        ]
+        assert len(near) == 1
+        assert near[0] < 0.02  # points of a curve are as far apart
     (turning,) = [c for c in found.curves if c.type == "NS" and np.all(c.admissible)]
     orbit = orbit_on(DEFAULT, turning, len(turning.omega) // 2)
     run = monodromy(

@@ -15,6 +15,7 @@ CASES = {
     # restitution, omega, clearance, phase, impacts on either stop, rests at phase 0
     "chatter": (0.8, 0.226, 0.799, 0.4, INFINITE, False),
     "chatter over the section": (0.6, 0.469, 0.35, -1.0, INFINITE, True),
+    "rests longer than flights": (0.6, 0.11, 0.393, 1.0, INFINITE, False),
     "one impact and a rest": (0.0, 0.262, 1.171, 2.5, 1, False),
     "two impacts and a rest": (0.0, 0.148, 1.253, 0.0, 2, False),
 }

@@ -34,7 +34,7 @@ def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
         ax.plot(points.real, points.imag, linestyle="none", marker="o", markersize=5, color=colour)
     name = result.motion.label or "no orbit"
     ax.set_title(f"Multipliers of {name}, {result.said}", fontsize=10)
-    if result.reason:
+    if result.reason and not result.converged:
         ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
     return ax
 
