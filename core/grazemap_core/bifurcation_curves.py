@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap_core.branch_switching import with_graze
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing import checked_order
-from grazemap_core.impact_sequences import ImpactSequence
 from grazemap_core.kernels.orbit_contacts import CLEAR
 from grazemap_core.orbit_family import OrbitFamily
 from grazemap_core.orbit_paths import OrbitPath, PathPoint
@@ -70,7 +70,7 @@ class SpecialPath(OrbitPath):
 
     def __init__(self, family: OrbitFamily, point: SpecialPoint, stops: NDArray[np.int64], impact: int | None) -> None:
         """Take the kind of the condition, and of a GR which impact's speed is 0."""
-        fixed = {"clearance": point.clearance, "omega": point.omega}
+        fixed = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
         super().__init__(family, stops, ("clearance", "omega"), fixed)
         self.kind, self.impact = point.type, impact
 
@@ -119,7 +119,7 @@ def bifurcation_curve(
     ----------
     oscillator : Oscillator
     point : SpecialPoint
-        Of a branch of this oscillator, converged.
+        Of a branch of this oscillator, converged; its restitution, if it varied there, is that of the curve.
     omega, clearance : (float, float)
         Ranges, 0 < least < largest, with the point in them.
     longest_step : float
@@ -144,12 +144,14 @@ def bifurcation_curve(
     checked_order("max_points", max_points, 1)
     impacts, impact = point.impacts, point.impact
     if point.type == "GR" and impact is None:
-        impacts, impact = with_graze(point)
+        impacts, impact = with_graze(impacts, float(point.phase or 0.0), int(point.stop or 1))
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     path = SpecialPath(family, point, impacts.stops, impact)
     start = path.unknowns(impacts, path.fixed)
-    first = path.look(start)
     tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
+    refined = path.correct(start, tangent)  # points at which a branch ends on another one are known to its root only
+    start = start if refined is None else refined[0]
+    first = path.look(start)
     last = len(start) - 1
     limits = [
         (last - 1, clearance[0] / point.clearance, clearance[1] / point.clearance),
@@ -175,28 +177,6 @@ def bifurcation_curve(
             break
     whole = [*reversed(sides[1]), first, *sides[0]]
     return _curve(path, point.type, impact, whole, (ends[1], ends[0]))
-
-
-def with_graze(point: SpecialPoint) -> tuple[ImpactSequence, int]:
-    """Return the impacts of a GR at which a further contact appears, with that contact among them, and its number."""
-    impacts = point.impacts
-    phase, stop = float(point.phase or 0.0), int(point.stop or 1)
-    turn = math.pi * impacts.period * (1 if impacts.symmetric else 2)
-    spans = math.floor((phase - impacts.phases[0]) / turn)
-    phase -= spans * turn
-    if impacts.symmetric and spans % 2:
-        stop = -stop
-    place = int(np.searchsorted(impacts.phases, phase))
-    return (
-        ImpactSequence(
-            impacts.period,
-            np.insert(impacts.stops, place, stop),
-            np.insert(impacts.phases, place, phase),
-            np.insert(impacts.velocities, place, 0.0),
-            impacts.symmetric,
-        ),
-        place,
-    )
 
 
 def _curve(

@@ -1,4 +1,4 @@
-"""Branches of periodic motions with impacts, over clearance or frequency, through grazes and saddle-nodes.
+"""Branches of periodic motions with impacts, over a parameter, through grazes and saddle-nodes.
 
 An orbit and a range of the parameter flow in. The branch is followed both ways by pseudo-arclength continuation
 (theory, "Any impacting orbit"); out flow its orbits, special points, and why it ends where it does.
@@ -33,10 +33,10 @@ class OrbitBranch:
 
     Attributes
     ----------
-    parameter : {"clearance", "omega"}
+    parameter : {"clearance", "omega", "restitution"}
     values : (m,)
         Of the parameter.
-    clearance, omega : (m,)
+    clearance, omega, restitution : (m,)
     phases, velocities : (m, k)
         Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; of
         symmetric motions those of half the period. An impact is virtual where its velocity has not its stop's sign.
@@ -62,6 +62,7 @@ class OrbitBranch:
     values: Floats
     clearance: Floats
     omega: Floats
+    restitution: Floats
     phases: Floats
     velocities: Floats
     stops: NDArray[np.int64]
@@ -93,8 +94,8 @@ def orbit_branch(
     orbit : PeriodicOrbit
         Converged; a symmetric one is continued as such.
     start, stop : float
-        Range of the parameter, 0 < start < stop, with the orbit's value in it.
-    parameter : {"clearance", "omega"}
+        Range of the parameter, 0 < start < stop, with the orbit's value in it; of restitution 0 <= start < stop <= 1.
+    parameter : {"clearance", "omega", "restitution"}
         What varies.
     longest_step : float
         Of the continuation, in radians of phase, units of speed, and the parameter's value at the start, together.
@@ -109,13 +110,18 @@ def orbit_branch(
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`; along the way too, when the frequency varies.
     """
-    if parameter not in ("clearance", "omega"):
-        raise ParameterError("parameter", "must be clearance or omega")
+    if parameter not in ("clearance", "omega", "restitution"):
+        raise ParameterError("parameter", "must be clearance, omega or restitution")
     if not orbit.converged:
         raise ParameterError("orbit", "has not converged")
-    values = {"clearance": orbit.clearance, "omega": orbit.omega}
-    if not (0.0 < start < stop < math.inf and start <= values[parameter] <= stop):
-        raise ParameterError("start", "must be greater than 0, below stop, and the orbit's value between them")
+    values = {"clearance": orbit.clearance, "omega": orbit.omega, "restitution": oscillator.restitution}
+    if parameter == "restitution":
+        if not 0.0 <= start < stop <= 1.0:
+            raise ParameterError("start", "must be below stop, both between 0 and 1")
+    elif not 0.0 < start < stop < math.inf:
+        raise ParameterError("start", "must be greater than 0 and below stop")
+    if not start <= values[parameter] <= stop:
+        raise ParameterError("start", "must not be above the orbit's value, nor stop below it")
     if not 0.0 < longest_step <= 1.0:
         raise ParameterError("longest_step", "must lie between 0 and 1")
     checked_order("max_points", max_points, 1)
@@ -123,7 +129,7 @@ def orbit_branch(
     impacts = orbit.impacts.half() if orbit.symmetric else orbit.impacts
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     path = OrbitPath(family, impacts.stops, (parameter,), values)
-    bounds = (start / values[parameter], stop / values[parameter])
+    bounds = (start / path.units[parameter], stop / path.units[parameter])
     unknowns = path.unknowns(impacts, values)
     first = path.look(unknowns)
     rising = np.zeros(len(unknowns))
@@ -177,15 +183,17 @@ def _branch(
     unknowns = np.array([point.unknowns for point in points])
     clearance = np.array([point.clearance for point in points])
     omega = np.array([point.omega for point in points])
+    restitution = np.array([point.restitution for point in points])
     multipliers = np.array([point.multipliers for point in points])
     if path.family.pattern.symmetric:
         with np.errstate(invalid="ignore", over="ignore"):
             multipliers = multipliers * multipliers
     return OrbitBranch(
         parameter=parameter,
-        values=clearance if parameter == "clearance" else omega,
+        values={"clearance": clearance, "omega": omega, "restitution": restitution}[parameter],
         clearance=clearance,
         omega=omega,
+        restitution=restitution,
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
         stops=path.stops.astype(np.int64),

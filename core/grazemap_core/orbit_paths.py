@@ -1,8 +1,8 @@
 """One-parameter families of periodic motions with impacts as curves: their points, tangents, and Newton's method.
 
-A family of orbits with a parameter, clearance or frequency, flows in. A point of the curve holds the phases of the
-impacts, their speeds and the parameter, all in units in which they are of one size. The curve is smooth through grazing
-(speeds of 0) and through saddle-nodes (where the parameter turns).
+A family of orbits with a parameter, clearance, frequency or restitution, flows in. A point of the curve holds the
+phases of the impacts, their speeds and the parameter, all in units in which they are of one size. The curve is smooth
+through grazing (speeds of 0) and through saddle-nodes (where the parameter turns).
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ from grazemap_core.orbit_states import multipliers_of
 from grazemap_core.oscillator import Floats
 from grazemap_core.tolerances import ORBIT_RESIDUAL, ORBIT_SETTLED, PATH_NEWTON_STEPS, RESPONSE_ROUNDOFF
 
-Parameter = Literal["clearance", "omega"]
+Parameter = Literal["clearance", "omega", "restitution"]
+
+_ABOVE = {"clearance": 0.0, "omega": 0.0, "restitution": -1.0}
+"""Newton's method may try any value above these: the equations are analytic in a restitution beyond [0, 1] too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +40,7 @@ class PathPoint:
     ----------
     unknowns : (2 k + p,)
         Phases, speeds and the p parameters, in the path's units.
-    clearance, omega : float
+    clearance, omega, restitution : float
     residual : float
         Largest one, relative to its terms' unit.
     multipliers : complex (2 N,)
@@ -54,6 +57,7 @@ class PathPoint:
     unknowns: Floats
     clearance: float
     omega: float
+    restitution: float
     residual: float
     multipliers: NDArray[np.complex128]
     same: float
@@ -70,7 +74,7 @@ class PathPoint:
 
 
 class OrbitPath:
-    """Orbits of one sequence of stops over clearance, frequency, or both.
+    """Orbits of one sequence of stops over one parameter or several.
 
     Attributes
     ----------
@@ -78,6 +82,8 @@ class OrbitPath:
     stops : (k,)
     parameters : tuple of str
         What varies; what does not keeps its value in `fixed`.
+    units : dict of str to float
+        The unknown of a parameter is its value over this.
     length : float
         Unit of length; that of speeds is omega times it.
     """
@@ -85,11 +91,15 @@ class OrbitPath:
     def __init__(
         self, family: OrbitFamily, stops: NDArray[np.int64], parameters: tuple[Parameter, ...], fixed: dict[str, float]
     ) -> None:
-        """Take the values of both parameters at the start as fixed; they are units too."""
+        """Take the values of the parameters at the start, which are units too; restitution, without one, has 1.
+
+        A restitution that is left out of `fixed` is the family's.
+        """
         self.family = family
         self.stops = stops.astype(np.float64)
         self.parameters = parameters
-        self.fixed = fixed
+        self.fixed = {"restitution": family.oscillator.restitution, **fixed}
+        self.units = {**self.fixed, "restitution": 1.0}
         self.count = len(stops)
         self.length = max(abs(family.steady(fixed["omega"])[0]), fixed["clearance"])
         self._problem: OrbitProblem | None = None
@@ -100,20 +110,27 @@ class OrbitPath:
 
     def unknowns(self, impacts: ImpactSequence, values: dict[str, float]) -> Floats:
         """Return the unknowns of an orbit whose parameters have these values."""
-        parameters = [values[name] / self.fixed[name] for name in self.parameters]
+        parameters = [values[name] / self.units[name] for name in self.parameters]
         return np.concatenate([impacts.phases, impacts.velocities / (values["omega"] * self.length), parameters])
 
     def value(self, unknowns: Floats, name: str) -> float:
         """Return the value of a parameter."""
         if name not in self.parameters:
             return self.fixed[name]
-        return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.fixed[name]
+        return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
 
-    def problem(self, omega: float) -> OrbitProblem:
-        """Return the kernels' view at a frequency; the last one is kept."""
+    def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
+        """Return the kernels' view at a frequency and a restitution, that of `fixed` if left out; one is kept."""
         if self._problem is None or self._problem.omega != omega:
             self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
+        value = self.fixed["restitution"] if restitution is None else restitution
+        if self._problem.restitution != value:
+            self._problem = self._problem._replace(restitution=value, rebound=1.0 + value)
         return self._problem
+
+    def problem_at(self, unknowns: Floats) -> OrbitProblem:
+        """Return the kernels' view at a point."""
+        return self.problem(self.value(unknowns, "omega"), self.value(unknowns, "restitution"))
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual, derivatives and terms of all equations that the path obeys: those of its orbits."""
@@ -122,9 +139,9 @@ class OrbitPath:
     def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
         count, work = self.count, self._scratch.newton
-        omega = self.value(unknowns, "omega")
+        problem = self.problem_at(unknowns)
         terms = assemble(
-            self.problem(omega),
+            problem,
             self.stops,
             self.value(unknowns, "clearance"),
             unknowns[:count],
@@ -136,8 +153,11 @@ class OrbitPath:
         derivatives = np.empty((2 * count, 2 * count + len(self.parameters)))
         derivatives[:, : 2 * count] = work.jacobian[:, : 2 * count]
         for i, name in enumerate(self.parameters):
+            if name == "restitution":
+                derivatives[:, 2 * count + i] = _by_restitution(problem, unknowns[:count], work.before)
+                continue
             column = 2 * count + (0 if name == "clearance" else 1)
-            derivatives[:, 2 * count + i] = work.jacobian[:, column] * self.fixed[name]
+            derivatives[:, 2 * count + i] = work.jacobian[:, column] * self.units[name]
         return work.residual.copy(), derivatives, terms
 
     def tangent(self, unknowns: Floats, along: Floats) -> Floats | None:
@@ -161,7 +181,7 @@ class OrbitPath:
         offset = float(normal @ guess)
         settled = False
         for steps in range(PATH_NEWTON_STEPS + 1):
-            if not all(self.value(unknowns, name) > 0.0 for name in self.parameters):
+            if not all(self.value(unknowns, name) > _ABOVE[name] for name in self.parameters):
                 return None
             residual, derivatives, terms = self.equations(unknowns)
             norm = float(np.max(np.abs(residual)))
@@ -173,7 +193,7 @@ class OrbitPath:
             except np.linalg.LinAlgError:
                 return None
             length = float(np.max(np.abs(step)))
-            problem = self.problem(self.value(unknowns, "omega"))
+            problem = self.problem_at(unknowns)
             if not (length < 1.0 and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
                 return None
             unknowns = unknowns - step
@@ -191,7 +211,15 @@ class OrbitPath:
     def determinants(self, unknowns: Floats) -> tuple[float, float]:
         """Return the test functions for multipliers +1 and -1, `PathPoint.same` and `PathPoint.doubled`."""
         _, derivatives, _ = self.of_orbit(unknowns)
-        return self._determinants(self.problem(self.value(unknowns, "omega")), unknowns, derivatives)
+        return self._determinants(self.problem_at(unknowns), unknowns, derivatives)
+
+    def doubled(self, unknowns: Floats) -> Floats:
+        """Return the matrix (2 k, 2 k) of changes that come back with the opposite sign, `PathPoint.doubled`'s."""
+        self.of_orbit(unknowns)
+        matrix = np.empty((2 * self.count, 2 * self.count))
+        phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
+        double_up(self.problem_at(unknowns), phases, speeds, self._scratch.newton.before, matrix)
+        return matrix
 
     def _determinants(self, problem: OrbitProblem, unknowns: Floats, derivatives: Floats) -> tuple[float, float]:
         count = self.count
@@ -207,7 +235,7 @@ class OrbitPath:
         residual, derivatives, _ = self.of_orbit(unknowns)
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
         omega, clearance = self.value(unknowns, "omega"), self.value(unknowns, "clearance")
-        problem = self.problem(omega)
+        problem = self.problem_at(unknowns)
         same, doubled = self._determinants(problem, unknowns, derivatives)
         contact, excess, phase, stop = nearest_contact(
             problem, self.stops, clearance, phases, speeds, -math.inf, room.states, room.flow, room.stack, room.here
@@ -216,6 +244,7 @@ class OrbitPath:
             unknowns=unknowns,
             clearance=clearance,
             omega=omega,
+            restitution=self.value(unknowns, "restitution"),
             residual=float(np.max(np.abs(residual))),
             multipliers=multipliers_of(problem, phases, speeds, room.newton.before),
             same=same,
@@ -225,3 +254,11 @@ class OrbitPath:
             excess_phase=float(phase),
             excess_stop=int(stop),
         )
+
+
+def _by_restitution(problem: OrbitProblem, phases: Floats, before: Floats) -> Floats:
+    """Return the residuals' derivatives (2 k,): all but the steady motion is proportional to 1 + R."""
+    sine, cosine = np.sin(phases), np.cos(phases)
+    place = problem.gain_real * sine + problem.gain_imag * cosine
+    rate = problem.gain_real * cosine - problem.gain_imag * sine
+    return np.concatenate([before[:, 0] - place, before[:, 1] - rate]) / problem.rebound

@@ -33,7 +33,7 @@ class SpecialPoint:
     Attributes
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
-    clearance, omega : float
+    clearance, omega, restitution : float
     status : {"converged", "guess"}
         "guess": a test function changes its sign there, but does not vanish to round-off. So it is where a branch ends
         on another one, for lack of a tangent; the parameter is good to round-off there, the orbit to its root.
@@ -55,6 +55,7 @@ class SpecialPoint:
     type: SpecialType
     clearance: float
     omega: float
+    restitution: float
     status: Literal["converged", "guess"]
     test: float
     admissible: bool
@@ -130,6 +131,7 @@ class Segment:
                         type=kind,
                         clearance=point.clearance,
                         omega=point.omega,
+                        restitution=point.restitution,
                         status="converged" if converged else "guess",
                         test=left,
                         admissible=admissible,

@@ -282,6 +282,15 @@ PATH_MERGED: Final = 1e-4
 """Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
 another one: along it the difference is of first order, and the turn is found to about the root of round-off."""
 
+SWITCH_STEPS: Final = (1e-2, 1e-3, 1e-4)
+"""Distances from a special point, in a path's units, at which an orbit of another branch is looked for, one after the
+other. The matrix, singular at the point, has a smallest singular value of about this at it, and a prediction errs by
+its square, so that Newton's method converges; shorter ones serve where another special point, or impact, is as near."""
+
+SAME_CURVE: Final = 5e-3
+"""Distance from the polyline of a curve at which a special point of its type, all its impacts compared, is on it. Steps
+of 0.05 over turns of up to `PATH_STRAIGHT` leave a fourth of it between a curve and its chords."""
+
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500

@@ -294,10 +294,11 @@ class AsyncClient:
         clearance: tuple[float, float],
         max_multiple: int = 2,
         points: int = 400,
+        motions: Sequence[MotionLike] | None = None,
         progress: bool = True,
     ) -> BifurcationCurves:
         """As `Client.bifurcation_curves`."""
-        request = questions.bifurcation_curves(oscillator, omega, clearance, max_multiple, points)
+        request = questions.bifurcation_curves(oscillator, omega, clearance, max_multiple, points, motions)
         return await self._answer(BifurcationCurves, request, progress)
 
     async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:

@@ -451,9 +451,10 @@ class Client:
         ----------
         oscillator : Oscillator or mapping, optional
         omega, clearance : float
-        motion : (period, stops) or mapping, optional
-            Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping also phases and velocities,
-            where Newton's method begins. Left out: what the trajectory from `initial`, or from rest, settles to.
+        motion : (period, stops), mapping or PeriodicOrbit, optional
+            Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping, or an orbit that was found,
+            also phases and velocities, where Newton's method begins. Left out: what the trajectory from `initial`, or
+            from rest, settles to.
         initial : State, InitialState or mapping, optional
         transient_periods, max_period : int
             Forcing periods that the trajectory has to settle, and the longest period looked for.
@@ -481,15 +482,18 @@ class Client:
         max_points: int = 2000,
         progress: bool = True,
     ) -> OrbitBranch:
-        """Follow the branch of a periodic motion over clearance or omega.
+        """Follow the branch of a periodic motion over clearance, omega or restitution.
+
+        What lies beyond its special points is a question of its own: ``client.orbit_branch(**point.beyond[0].request,
+        range=...)`` is the branch of twice the period, of lost symmetry, or beyond a graze.
 
         Parameters
         ----------
         oscillator, omega, clearance, motion, initial, transient_periods, max_period, progress
             As for `periodic_orbit`: an orbit of the branch.
-        vary : {"clearance", "omega"}
+        vary : {"clearance", "omega", "restitution"}
         range : (start, stop)
-            Of the parameter that varies; holds the orbit's value.
+            Of the parameter that varies; holds the orbit's value. Of restitution within [0, 1].
         max_points : int
             In either direction.
 
@@ -510,6 +514,7 @@ class Client:
         clearance: tuple[float, float],
         max_multiple: int = 2,
         points: int = 400,
+        motions: Sequence[MotionLike] | None = None,
         progress: bool = True,
     ) -> BifurcationCurves:
         """Compute the curves of saddle-nodes, period doublings, symmetry breakings and grazes in a window of the plane.
@@ -522,13 +527,16 @@ class Client:
             Of motions with one impact in up to so many forcing periods, or one on either stop.
         points : int
             Frequencies across the window.
+        motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
+            The curves of these instead, by continuation, NS too. A mapping may say with omega and clearance where in
+            the window an orbit is, and with phases and velocities where Newton's method begins.
         progress : bool
 
         Raises
         ------
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = questions.bifurcation_curves(oscillator, omega, clearance, max_multiple, points)
+        request = questions.bifurcation_curves(oscillator, omega, clearance, max_multiple, points, motions)
         return self._answer(BifurcationCurves, request, progress)
 
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:

@@ -308,12 +308,14 @@ def _curves(result: BifurcationCurves) -> tuple[Variables, Variables]:
 
 def _orbit(result: PeriodicOrbit) -> tuple[Variables, Variables]:
     """Return impacts and multipliers as columns; what is one number, or one of few words, without dimensions."""
-    alone = ("omega", "clearance", "converged", "certified", "residual", "kantorovich", "radius", "period", "stable",
-             "physical", "admissible", "contacts", "excess", "excess_phase", "excess_stop")  # fmt: skip
+    alone = ("omega", "clearance", "converged", "found_by", "certified", "residual", "kantorovich", "radius", "period",
+             "stable", "physical", "admissible", "contacts", "excess", "excess_phase", "excess_stop")  # fmt: skip
     variables: Variables = {
         **{name: ((), np.array(getattr(result, name))) for name in alone},
         **{f"impact_{name}": (("impact",), getattr(result, name)) for name in ("stops", "phases", "times")},
         "impact_velocity": (("impact",), result.velocities),
+        **{f"sticking_{name}": (("interval",), getattr(result.sticking, name)) for name in ("start", "stop_time")},
+        "sticking_stop": (("interval",), result.sticking.stop),
         "multipliers_real": (("multiplier",), result.multipliers.real),
         "multipliers_imaginary": (("multiplier",), result.multipliers.imag),
         "start_displacement": (("mass",), result.start.displacement),
@@ -326,15 +328,17 @@ def _orbit(result: PeriodicOrbit) -> tuple[Variables, Variables]:
 def _branch(result: OrbitBranch) -> tuple[Variables, Variables]:
     along, each = ("point",), ("point", "impact")
     variables: Variables = {
-        **{name: (along, getattr(result, name)) for name in ("omega", "clearance", "stable", "admissible")},
-        **{name: (along, getattr(result, name)) for name in ("excess", "residual")},
+        **{
+            name: (along, getattr(result, name)) for name in ("omega", "clearance", "restitution", "excess", "residual")
+        },
+        **{name: (along, getattr(result, name)) for name in ("stable", "admissible")},
         **{name: (each, getattr(result, name)) for name in ("phases", "velocities")},
         "multipliers_real": (("point", "multiplier"), result.multipliers.real),
         "multipliers_imaginary": (("point", "multiplier"), result.multipliers.imag),
         "stops": (("impact",), result.stops),
         "special_type": (("special",), np.array([point.type for point in result.special_points], dtype="U2")),
     }
-    for name in ("clearance", "omega"):
+    for name in ("clearance", "omega", "restitution"):
         values = np.array([getattr(point, name) for point in result.special_points], dtype=np.float64)
         variables[f"special_{name}"] = (("special",), values)
     return variables, {"parameter": (along, result.parameter)}

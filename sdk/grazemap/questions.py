@@ -13,6 +13,7 @@ from grazemap.models import (
     BasinsRequest,
     BifurcationCurvesRequest,
     BifurcationDiagramsRequest,
+    BranchInterval,
     CodimensionTwoPointsRequest,
     CoordinateRange,
     DiscontinuityMappingsRequest,
@@ -28,7 +29,7 @@ from grazemap.models import (
     TrajectoriesRequest,
     UnfoldingMapsRequest,
 )
-from grazemap.results import State
+from grazemap.results import PeriodicOrbit, State
 from grazemap.validation import parameter_error, validated
 
 R = TypeVar("R", bound=ProcessRequest)
@@ -38,8 +39,9 @@ StateLike = InitialState | State | Mapping[str, Any]
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
 
-MotionLike = OrbitMotion | Mapping[str, Any] | tuple[int, Sequence[int]]
-"""A motion with impacts: (period, stops), or the same and phases and velocities as a mapping or a wire model."""
+MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
+"""A motion with impacts: (period, stops), the same and phases and velocities as a mapping or a wire model, or an orbit
+that was found; of curves in a window a mapping, or the orbit, says too where in it the motion is."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
@@ -227,6 +229,7 @@ def bifurcation_curves(
     clearance: tuple[float, float],
     max_multiple: int,
     points: int,
+    motions: Sequence[MotionLike] | None = None,
 ) -> BifurcationCurvesRequest:
     """Return the question for the bifurcation curves of a window. Raises ParameterError."""
     body = {
@@ -235,6 +238,9 @@ def bifurcation_curves(
         "max_multiple": max_multiple,
         "points": points,
     }
+    if motions is not None:
+        several = isinstance(motions, Sequence) and not isinstance(motions, str | bytes)
+        body["motions"] = [_motion(motion, in_window=True) for motion in motions] if several else motions
     return _request(BifurcationCurvesRequest, "bifurcation-curves", oscillator, body)
 
 
@@ -247,13 +253,21 @@ def _orbit(
         "transient_periods": transient_periods,
         "max_period": max_period,
     }
-    if isinstance(motion, tuple | list) and len(motion) == 2:
-        motion = {"period": motion[0], "stops": _plain(motion[1])}
     if motion is not None:
-        body["motion"] = _plain(motion)
+        body["motion"] = _motion(motion)
     if initial is not None:
         body["initial"] = _state(initial)
     return body
+
+
+def _motion(motion: Any, in_window: bool = False) -> Any:
+    """Return a motion as the models take it; those in a window say where in it they are, if that is known."""
+    if isinstance(motion, tuple | list) and len(motion) == 2:
+        return {"period": motion[0], "stops": _plain(motion[1])}
+    if isinstance(motion, PeriodicOrbit):
+        named = {"period": motion.period, **{name: getattr(motion, name) for name in ("stops", "phases", "velocities")}}
+        return named | ({"omega": motion.omega, "clearance": motion.clearance} if in_window else {})
+    return motion.model_dump(exclude_none=True) if isinstance(motion, OrbitMotion) else _plain(motion)
 
 
 def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:
@@ -303,8 +317,10 @@ def _grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
 
 
 def _interval(name: str, values: Any) -> Any:
+    if isinstance(values, Interval | BranchInterval):
+        return values.model_dump()
     values = _plain(values)
-    if isinstance(values, dict | Interval):
+    if isinstance(values, dict):
         return values
     if not isinstance(values, list) or len(values) != 2:
         raise parameter_error(f"/{name}", f"{name} is not an interval", "(start, stop) with stop > start > 0")

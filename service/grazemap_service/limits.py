@@ -10,6 +10,7 @@ import numpy as np
 
 from grazemap.models import (
     BasinsRequest,
+    BifurcationCurvesRequest,
     BifurcationDiagramsRequest,
     CoordinateRange,
     DiscontinuityMappingsRequest,
@@ -137,6 +138,8 @@ def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
             least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
         case TrajectoriesRequest() | BasinsRequest() | DiscontinuityMappingsRequest() | PeriodicOrbitsRequest():
             least = request.omega
+        case BifurcationCurvesRequest() if request.motions is not None:
+            least = request.omega.start
         case _:
             return
     with np.errstate(all="ignore"):

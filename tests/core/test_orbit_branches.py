@@ -302,7 +302,7 @@ def test_a_closed_branch_comes_back_to_where_it_began():
         ("start", {"start": 1.7}),
         ("start", {"start": -1.0}),
         ("start", {"stop": math.inf}),
-        ("parameter", {"parameter": "restitution"}),
+        ("parameter", {"parameter": "damping"}),
         ("longest_step", {"longest_step": 0.0}),
         ("max_points", {"max_points": 0}),
     ],

@@ -74,6 +74,15 @@ POINTS: list[dict[str, Any]] = [
 
 MANY = "trajectories of many"
 """The process trajectories asked with a list of states."""
+MOTIONS = "bifurcation-curves of motions"
+"""The process bifurcation-curves asked with motions."""
+REQUESTS[MOTIONS] = {
+    **REQUESTS["bifurcation-curves"],
+    "motions": [{"period": 1, "stops": [1, 1, -1, -1]}, {"period": 1, "stops": [1, 1, 1]}],
+}
+RESTED = "periodic-orbits by simulation"
+"""The process periodic-orbits where mass 1 rests on a stop."""
+REQUESTS[RESTED] = {"omega": 0.27, "clearance": 0.85}
 REQUESTS[MANY] = {**REQUESTS["trajectories"], "initial": [{}, {"phase": 1.0}, {"velocity": [0.0, 0.0, 0.5]}]}
 
 
@@ -89,7 +98,9 @@ def document(process: str) -> dict[str, Any]:
         "unfolding-maps": _map,
         "basins": _basins,
         "bifurcation-curves": _curves,
+        "bifurcation-curves of motions": _curves_of_motions,
         "periodic-orbits": _orbit,
+        "periodic-orbits by simulation": _rested,
         "orbit-branches": _branch,
     }[process]()
 
@@ -150,12 +161,14 @@ def _orbit() -> dict[str, Any]:
         "omega": 0.27,
         "clearance": 1.85,
         "converged": True,
+        "found_by": "equations",
         "reason": None,
         "period": 1,
         "stops": np.array([1, -1]),
         "phases": np.array([0.5, 0.5 + np.pi]),
         "times": np.array([1.0, 12.0]),
         "velocities": np.array([0.25, -0.25]),
+        "sticking": {"start": np.zeros(0), "stop_time": np.zeros(0), "stop": np.zeros(0, dtype=np.int64)},
         "residual": 1e-16,
         "kantorovich": 1e-12,
         "radius": 1e-15,
@@ -173,14 +186,31 @@ def _orbit() -> dict[str, Any]:
     }
 
 
+def _rested() -> dict[str, Any]:
+    rests = {"start": np.array([3.0, 14.0]), "stop_time": np.array([5.0, 16.0]), "stop": np.array([1, -1])}
+    unknown = dict.fromkeys(("kantorovich", "radius", "excess", "excess_phase"), np.nan)
+    said = {"certified": False, "reason": "found by simulation"}
+    orbit = _orbit()
+    motion = {**orbit["motion"], "sticking": True, **said}
+    return {**orbit, "found_by": "simulation", "sticking": rests, "stable": True, **unknown, **said, "motion": motion}
+
+
 def _branch() -> dict[str, Any]:
-    graze = {"clearance": 1.89, "omega": 0.27, "status": "converged", "admissible": True, "segment": 2}
+    graze = {"clearance": 1.89, "omega": 0.27, "restitution": 0.8, "status": "converged", "admissible": True}
+    graze["segment"] = 2
+    request = {
+        "oscillator": {"masses": [1.0, 10.0, 10.0], "restitution": 0.8, "damping": 0.05},
+        "omega": 0.27,
+        "clearance": 1.86,
+        "motion": {"period": 1, "stops": [1, -1], "phases": [0.5, 3.5], "velocities": [0.1, -0.2]},
+    }
     impacts = {"phases": np.array([0.5, 0.5 + np.pi]), "velocities": np.array([0.1, -0.1])}
     nothing = {"stop": None, "phase": None, "impact": None}
     return {
         "parameter": np.array([1.8, 1.85, 1.88, 1.86]),
         "omega": np.full(4, 0.27),
         "clearance": np.array([1.8, 1.85, 1.88, 1.86]),
+        "restitution": np.full(4, 0.8),
         "stops": np.array([1, -1]),
         "period": 1,
         "symmetric": True,
@@ -192,8 +222,17 @@ def _branch() -> dict[str, Any]:
         "excess": np.array([-0.1, -0.1, -0.05, 0.1]),
         "residual": np.full(4, 1e-16),
         "special_points": [
-            {"type": "SN", "parameter": 1.885, **graze, **impacts, **nothing},
-            {"type": "GR", "parameter": 1.87, **graze, **impacts, "stop": -1, "phase": 2.5, "impact": 0},
+            {"type": "SN", "parameter": 1.885, **graze, **impacts, **nothing, "beyond": []},
+            {
+                "type": "GR",
+                "parameter": 1.87,
+                **graze,
+                **impacts,
+                "stop": -1,
+                "phase": 2.5,
+                "impact": 0,
+                "beyond": [{"admissible": True, "request": request}, {"admissible": False, "request": request}],
+            },
         ],
         "ends": np.array(["a parameter reaches the end of its range", "steps become too short"]),
         "reason": None,
@@ -209,7 +248,38 @@ def _curves() -> dict[str, Any]:
             {**one, "type": "SN", "admissible": True, **line, **speed, "ends": ["window", "grazing"]},
             {**one, "type": "GR", "admissible": True, **line, **speed, "ends": ["window", "none"], "stop": -1},
             {**one, "type": "PD", "admissible": False, **line, **speed, "ends": ["admissible", "none"]},
-        ]
+        ],
+        "motions": [],
+    }
+
+
+def _curves_of_motions() -> dict[str, Any]:
+    four = {"period": 1, "impacts_right": 2, "impacts_left": 2, "motion": "1-2r-2l", "symmetric": True}
+    line = {"omega": np.array([0.2, 0.25]), "clearance": np.array([1.5, 1.55])}
+    impacts = {
+        "stops": [1, 1, -1, -1],
+        "phases": np.array([[0.5, 1.0, 3.5, 4.0], [0.6, 1.1, 3.6, 4.1]]),
+        "velocities": np.array([[0.1, 0.2, -0.1, -0.2], [0.1, 0.0, -0.1, 0.0]]),
+    }
+    rest = {**line, "impact_velocity": np.array([0.1, 0.05]), **impacts, "of_motion": 0, "admissible": True}
+    lost = {"omega": None, "clearance": None, "label": None, "admissible": False, "reason": "not met"}
+    return {
+        "curves": [
+            {**four, "type": "NS", "stop": 0, **rest, "impact": None, "ends": ["real", "window"]},
+            {**four, "type": "GR", "stop": 1, **rest, "impact": 1, "ends": ["window", "admissible"]},
+        ],
+        "motions": [
+            {
+                "period": 1,
+                "stops": [1, 1, -1, -1],
+                "omega": 0.25,
+                "clearance": 1.55,
+                "label": "1-2r-2l",
+                "admissible": True,
+                "reason": None,
+            },
+            {"period": 1, "stops": [1, 1, 1], **lost},
+        ],
     }
 
 

@@ -289,6 +289,23 @@ def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():
     assert outside.get_xdata().tolist() == [-1.5]
 
 
+def test_multipliers_along_a_branch_are_coloured_by_its_parameter():
+    ax = decode_result(npz("orbit-branches")).plot_multipliers()
+    pale, motions = ax.collections
+    assert (pale.get_alpha(), len(pale.get_offsets()), len(motions.get_offsets())) == (0.3, 6, 18)
+    assert motions.get_clim() == (1.8, 1.88)
+    assert r"$\omega$ = 0.27" in ax.get_title()
+    far = npz("orbit-branches", {"multipliers": np.full((4, 6, 2), 1e9)})
+    assert sum(len(points.get_offsets()) for points in decode_result(far).plot_multipliers().collections) == 0
+
+
+def test_curves_of_motions_are_named_by_them():
+    curves = decode_result(npz("bifurcation-curves of motions"))
+    ax = curves.plot()
+    assert ax.get_title() == "Bifurcation curves of 1-2r-2l, a motion not found"
+    assert legend(ax) == ["Neimark-Sacker (NS), 1-2r-2l", "graze (GR), 1-2r-2l"]
+
+
 def test_curves_that_are_no_borders_are_drawn_when_asked_for():
     curves = decode_result(npz("bifurcation-curves"))
     assert legend(curves.plot()) == ["saddle-node (SN), 1-1r-(-1)l", "graze (GR), 1-1r-(-1)l"]

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 import xarray
 from pydantic import ValidationError
+from sdk_documents import npz
 
 from grazemap import Oscillator, questions
 from grazemap.errors import ParameterError
-from grazemap.models import Range, UnfoldingMapsRequest, canonical, job_id
+from grazemap.models import Interval, Range, UnfoldingMapsRequest, canonical, job_id
+from grazemap.results import decode_result
 from grazemap.validation import validated
 
 
@@ -176,6 +178,35 @@ def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
     assert basins() == basins(initial={"phase": 0})
 
 
+def curves(motions):
+    return questions.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 2, 400, motions)
+
+
+def test_motions_of_a_window_are_given_in_several_ways():
+    found = decode_result(npz("periodic-orbits"))
+    asked = curves([(1, [1, -1]), {"period": 1, "stops": np.array([1, -1]), "label": "1-1r-1l"}, found])
+    first, second, third = asked.motions
+    assert first.model_dump() == second.model_dump()  # a label adds nothing
+    assert (third.omega, third.clearance, third.stops) == (0.27, 1.85, [1, -1])
+    assert third.velocities == [0.25, -0.25]
+    assert orbit(motion=found).motion.phases == third.phases
+    # the numbers of closed forms are no part of a question for motions, and the other way round
+    texts = [canonical(curves(None)), canonical(asked)]
+    assert [sorted({"motions", "max_multiple", "points"} & set(text)) for text in texts] == [
+        ["max_multiple", "points"],
+        ["motions"],
+    ]
+    wider = questions.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 9, 50, [(1, [1, -1]), (1, [1, -1]), found])
+    assert canonical(wider) == canonical(asked)
+
+
+def test_an_interval_of_a_model_is_one_of_a_branch():
+    given = questions.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "clearance", Interval(start=1.0, stop=2.0), 9)
+    assert (given.range.start, given.range.stop) == (1.0, 2.0)
+    zero = questions.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "restitution", (0, 1), 9)
+    assert zero.range.start == 0.0
+
+
 @pytest.mark.parametrize(
     ("call", "pointer"),
     [
@@ -205,6 +236,18 @@ def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
         (lambda: orbit(motion=(1, [1]), initial={"phase": 1}), "/initial"),
         (lambda: orbit(initial={"velocity": [1]}), "/initial/velocity"),
         (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (1.6, 1.9), 9), "/range"),
+        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (0, 1.9), 9), "/range/start"),
+        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 1.1), 9), "/range/stop"),
+        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 0.7), 9), "/range"),
+        (lambda: orbit(motion={"period": 1, "stops": [1, -1], "label": "1-2r-1l"}), "/motion/label"),
+        (lambda: curves([(1, [1, 2])]), "/motions/0/stops/1"),
+        (lambda: curves([]), "/motions"),
+        (lambda: curves("1-1r-1l"), "/motions"),
+        (lambda: curves([(1, [1]), {"period": 1, "stops": [1], "omega": 0.4}]), "/motions/1/omega"),
+        (
+            lambda: curves([{"period": 1, "stops": [1], "phases": [1], "velocities": [1], "omega": 0.25}]),
+            "/motions/0/clearance",
+        ),
         (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "phase", (1.4, 1.9), 9), "/vary"),
         (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", 1.4, 9), "/range"),
         (lambda: questions.bifurcation_diagram(None, 0.3, 1.5, None, "rest", 1, 0, 8), "/range"),

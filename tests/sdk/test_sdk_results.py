@@ -11,6 +11,7 @@ import pytest
 from sdk_documents import MANY, POINTS, REQUESTS, document, npz
 
 import grazemap
+from grazemap import questions
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
 from grazemap.results import Family, decode_result, load
@@ -44,6 +45,8 @@ def same(one, other):
         for field in dataclasses.fields(one):
             if field.name != "_document":
                 same(getattr(one, field.name), getattr(other, field.name))
+    elif isinstance(one, float):
+        np.testing.assert_equal(one, other)  # NaN is NaN
     else:
         assert one == other
 
@@ -103,6 +106,30 @@ def test_an_orbit_that_was_not_found_says_why(tmp_path):
         assert "no motion with these stops" in repr(result)
 
 
+def test_a_motion_with_rests_says_how_it_was_found(tmp_path):
+    path = decode_result(npz("periodic-orbits by simulation")).save(tmp_path / "orbit.json")
+    for result in (decode_result(npz("periodic-orbits by simulation")), load(path)):
+        assert (result.found_by, result.certified, result.reason) == ("simulation", False, "found by simulation")
+        assert result.sticking.start.tolist() == [3.0, 14.0]
+        assert result.sticking.stop.tolist() == [1, -1]
+        assert repr(result) == "<PeriodicOrbit: 1-1r-1l, stable, by simulation>"
+        assert result.to_xarray()["sticking_stop_time"].values.tolist() == [5.0, 16.0]
+    assert len(decode_result(npz("periodic-orbits")).sticking) == 0
+
+
+def test_what_lies_beyond_a_special_point_is_a_question(tmp_path):
+    path = decode_result(npz("orbit-branches")).save(tmp_path / "branch.json")
+    for result in (decode_result(npz("orbit-branches")), load(path)):
+        saddle, graze = result.special_points
+        assert saddle.beyond == ()
+        assert [beyond.admissible for beyond in graze.beyond] == [True, False]
+        asked = questions.periodic_orbit(**graze.beyond[0].request, initial=None, transient_periods=1000, max_period=32)
+        assert (asked.omega, asked.clearance, asked.motion.phases) == (0.27, 1.86, [0.5, 3.5])
+        assert asked.oscillator.restitution == 0.8
+        assert result.restitution.tolist() == [0.8] * 4
+        assert graze.restitution == 0.8
+
+
 def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
     path = decode_result(npz("orbit-branches")).save(tmp_path / "branch.json")
     for result in (decode_result(npz("orbit-branches")), load(path)):
@@ -116,7 +143,7 @@ def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
         assert (row["period"], row["stops"], row["velocities"]) == (1, [1, -1], [0.25, -0.25])
         assert result.ends[1] == "steps become too short"
     empty = {
-        **dict.fromkeys(("parameter", "omega", "clearance", "excess", "residual"), np.zeros(0)),
+        **dict.fromkeys(("parameter", "omega", "clearance", "restitution", "excess", "residual"), np.zeros(0)),
         **dict.fromkeys(("phases", "velocities"), np.zeros((0, 0))),
         **dict.fromkeys(("stable", "admissible"), np.zeros(0, dtype=bool)),
         "stops": np.zeros(0, dtype=int),
@@ -128,6 +155,7 @@ def test_a_branch_has_its_special_points_and_its_ends(tmp_path):
     for result in (decode_result(npz("orbit-branches", empty)), load(path)):
         assert repr(result) == "<OrbitBranch: no points: lost>"
         assert result.plot().get_title().startswith("Branch of period 1")
+        assert result.plot_multipliers().get_title().startswith("Multipliers along a branch of period 1")
 
 
 def test_bifurcation_curves_are_pieces_with_their_motion_and_ends(tmp_path):
@@ -137,9 +165,27 @@ def test_bifurcation_curves_are_pieces_with_their_motion_and_ends(tmp_path):
         assert (first.type, first.motion, first.ends) == ("SN", "1-1r-(-1)l", ("window", "grazing"))
         assert first.omega.tolist() == [0.2, 0.25, 0.3]
         assert result.to_xarray()["point_curve"].values.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+        assert result.motions == ()
+        with pytest.raises(ValueError, match="no phases"):
+            first.orbit(0)
     nothing = decode_result(npz("bifurcation-curves", {"curves": []}))
     assert nothing.curves == ()
     assert nothing.to_xarray()["omega"].size == 0
+
+
+def test_curves_of_motions_have_their_orbits_and_what_was_not_found(tmp_path):
+    path = decode_result(npz("bifurcation-curves of motions")).save(tmp_path / "curves.json")
+    for result in (decode_result(npz("bifurcation-curves of motions")), load(path)):
+        turning, graze = result.curves
+        assert (turning.type, turning.of_motion, turning.impact, turning.ends) == ("NS", 0, None, ("real", "window"))
+        assert (graze.impact, graze.stop, graze.stops) == (1, 1, (1, 1, -1, -1))
+        point = graze.orbit(1)
+        assert (point["omega"], point["clearance"]) == (0.25, 1.55)
+        assert point["motion"]["velocities"] == [0.1, 0.0, -0.1, 0.0]
+        found, lost = result.motions
+        assert (found.label, found.omega, found.reason) == ("1-2r-2l", 0.25, None)
+        assert (lost.label, lost.omega, lost.stops, lost.reason) == (None, None, (1, 1, 1), "not met")
+        assert repr(result) == "<BifurcationCurves: 2 pieces of curves, 1 motions not found>"
 
 
 def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):

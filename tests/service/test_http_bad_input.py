@@ -19,6 +19,7 @@ TRAJECTORY = {"omega": 0.29, "clearance": 1.6, "periods": 2}
 MAPPING = {"omega": 0.29, "overshoot": [1e-4]}
 DIAGRAM = {"vary": "clearance", "range": RANGE, "omega": 0.29}
 ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
+WINDOW = {"omega": {"start": 0.2, "stop": 0.3}, "clearance": {"start": 1, "stop": 2}}
 ACROSS = {"quantity": "displacement", "mass": 1, "values": RANGE}
 BASINS = {"omega": 0.29, "clearance": 1.6, "horizontal": ACROSS, "vertical": {**ACROSS, "quantity": "velocity"}}
 # Planted into what is sent, looked for in what comes back.
@@ -101,6 +102,32 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("periodic-orbits", {**ORBIT, "initial": {}}, "/initial", "one of them", "two beginnings"),
     ("orbit-branches", {**ORBIT, "range": {"start": 2, "stop": 3}}, "/range", "start <= value", "orbit outside"),
     ("orbit-branches", ORBIT, "/range", "start", "no range"),
+    ("orbit-branches", {**ORBIT, "range": {"start": 1.9, "stop": 1.8}}, "/range", "stop > start", "range that falls"),
+    ("orbit-branches", {**ORBIT, "range": {"start": 0, "stop": 2}}, "/range/start", "> 0", "clearance 0"),
+    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": 0.5, "stop": 1.5}}, "/range/stop", "<= 1",
+     "restitution over 1 of a branch"),
+    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": -0.5, "stop": 1}}, "/range/start", ">= 0",
+     "restitution under 0 of a branch"),
+    ("orbit-branches", {**ORBIT, "vary": "restitution", "range": {"start": 0.1, "stop": 0.7}}, "/range",
+     "start <= value", "restitution of the oscillator outside"),
+    ("orbit-branches", {**ORBIT, "vary": "damping", "range": {"start": 1, "stop": 2}}, "/vary", '"restitution"',
+     "nothing that varies"),
+    ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [1, 1, -1], "label": "1-2r-2l"}}, "/motion/label",
+     "(stops -1)l", "label that contradicts the stops"),
+    ("periodic-orbits", {**ORBIT, "motion": {"period": 2, "stops": [1], "label": "1-1r-(-1)l"}}, "/motion/label",
+     "period-", "label that contradicts the period"),
+    ("bifurcation-curves", {**WINDOW, "motions": []}, "/motions", "1 to 16", "no motions"),
+    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1]}] * 17}, "/motions", "1 to 16",
+     "too many motions"),
+    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1, 3]}]}, "/motions/0/stops/1", '"-1"',
+     "no stop of a motion"),
+    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "omega": 0.5}]}, "/motions/0/omega",
+     "within omega", "motion beside the window"),
+    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "phases": [1], "velocities": [1]}]},
+     "/motions/0/omega", "of the orbit", "phases of no place"),
+    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "label": "1-1r-1l"}]},
+     "/motions/0/label", "(stops 1)r", "label that contradicts a motion's stops"),
+    ("bifurcation-curves", {**WINDOW, "motions": "1-1r-1l"}, "/motions", "a list", "label for a motion"),
     ("bifurcation-curves", {"omega": {"start": 0.3, "stop": 0.2}, "clearance": {"start": 1, "stop": 2}}, "/omega",
      "stop > start", "window that falls"),
     ("bifurcation-curves", {"omega": {"start": 0.2, "stop": 0.3}}, "/clearance", "start", "half a window"),
@@ -199,6 +226,16 @@ WORK: list[tuple[str, Any, str]] = [
         "seconds",
     ),
     ("orbit-branches", {**ORBIT, "range": {"start": 1, "stop": 2}, "oscillator": {"damping": 1e60}}, "seconds"),
+    (
+        "bifurcation-curves",
+        {**WINDOW, "motions": [{"period": 1, "stops": [1] * 256}] * 16, "oscillator": CHAIN},
+        "seconds",
+    ),
+    (
+        "bifurcation-curves",
+        {**WINDOW, "motions": [{"period": 1, "stops": [1]}], "oscillator": {"damping": 1e60}},
+        "seconds",
+    ),
     ("bifurcation-diagrams", {**DIAGRAM, "periods": 10**400}, "samples"),
     ("bifurcation-diagrams", {**DIAGRAM, "transient_periods": 10**9}, "periods"),
     ("bifurcation-diagrams", {**DIAGRAM, "omega": 1e-59}, "seconds"),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grazemap.models import Oscillator, UnfoldingMapsRequest, parse_request
+from grazemap.models import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
 from grazemap_worker.store import plan
 from grazemap_worker.store.plan import PERIODS_PER_SECOND, TILE_SECONDS, spectral_bound
 
@@ -42,6 +42,22 @@ def test_tiles_of_a_large_map_take_about_the_time_aimed_at(columns: int, rows: i
     cut = plan("unfolding-maps", map_request(columns, rows))
     seconds = cut.tile_rows * cut.tile_columns * cut.estimate.seconds / (rows * columns)
     assert 0.3 * TILE_SECONDS < seconds <= 1.2 * TILE_SECONDS
+
+
+def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() -> None:
+    window = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}}
+
+    def estimate(*motions: dict[str, object]) -> Estimate:
+        return plan("bifurcation-curves", parse_request("bifurcation-curves", {**window, "motions": motions})).estimate
+
+    one = {"period": 1, "stops": [1]}
+    place = {"omega": 0.28, "clearance": 1.5}
+    known = {**one, **place, "phases": [1.0], "velocities": [0.1]}
+    assert estimate(known).periods == 0
+    assert 0 < estimate({**one, **place}).periods < estimate(one).periods
+    assert estimate(known, known).seconds == 2 * estimate(known).seconds
+    many = {**known, "stops": [1] * 8, "phases": [0.1 * k for k in range(8)], "velocities": [0.1] * 8}
+    assert estimate(many).seconds > 2 * estimate(known).seconds
 
 
 def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:

@@ -16,13 +16,19 @@ from grazemap.models.job import (
     Status,
     motion_label,
 )
-from grazemap.models.orbits import OrbitBranchesRequest, OrbitMotion, PeriodicOrbitsRequest
+from grazemap.models.orbits import (
+    BifurcationCurvesRequest,
+    BranchInterval,
+    CurveMotion,
+    OrbitBranchesRequest,
+    OrbitMotion,
+    PeriodicOrbitsRequest,
+)
 from grazemap.models.oscillator import Oscillator
 from grazemap.models.process import ProcessRequest
 from grazemap.models.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.models.requests import (
     PROCESSES,
-    BifurcationCurvesRequest,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
@@ -39,8 +45,10 @@ __all__ = [
     "BasinsRequest",
     "BifurcationCurvesRequest",
     "BifurcationDiagramsRequest",
+    "BranchInterval",
     "CodimensionTwoPointsRequest",
     "CoordinateRange",
+    "CurveMotion",
     "DiscontinuityMappingsRequest",
     "Estimate",
     "GrazingCurvesRequest",

@@ -1,18 +1,20 @@
-"""The requests for a periodic orbit, and for the branch that it belongs to."""
+"""The requests for a periodic orbit, for the branch that it belongs to, and for curves in the plane."""
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from grazemap.models.base import Float, Listable, Positive, Request, invalid
+from grazemap.models.base import Float, Listable, NonNegative, Positive, Request, invalid
+from grazemap.models.job import motion_label
 from grazemap.models.process import MaxPeriod, ProcessRequest
 from grazemap.models.ranges import Interval
 from grazemap.models.states import InitialState
 
+MOST_IMPACTS = 256
 Stop = Annotated[Literal[1, -1], Listable]
 
 
@@ -21,13 +23,22 @@ class OrbitMotion(Request):
 
     Phases and velocities are where Newton's method begins: omega t of the impacts with the forcing f sin(omega t), in
     radians, and the signed velocities before them. Left out, an orbit in closed form is taken, or trajectories are
-    tried that settle to such a motion.
+    tried that settle to such a motion. A `label` n-p_r-q_l adds nothing, and must be that of the period and the stops.
     """
 
     period: MaxPeriod
-    stops: Annotated[list[Stop], Field(min_length=1, max_length=256, fail_fast=True), Listable]
+    stops: Annotated[list[Stop], Field(min_length=1, max_length=MOST_IMPACTS, fail_fast=True), Listable]
     phases: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
     velocities: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
+
+    @model_validator(mode="after")
+    def _label_fits(self) -> OrbitMotion:
+        right, left = (self.stops.count(stop) or -1 for stop in (1, -1))
+        if self.label not in (None, motion_label(self.period, right, left)):
+            detail = "the label is not that of the period and the stops"
+            raise invalid(detail, "period-(stops 1)r-(stops -1)l, (-1) for none of them; or none", "label")
+        return self
 
     @model_validator(mode="after")
     def _impacts_fit(self) -> OrbitMotion:
@@ -72,19 +83,87 @@ class PeriodicOrbitsRequest(ProcessRequest):
         return self
 
 
+class BranchInterval(Request):
+    """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
+
+    start: NonNegative
+    stop: Positive
+
+    @model_validator(mode="after")
+    def _ordered(self) -> BranchInterval:
+        if not self.stop > self.start:
+            raise invalid("stop must be greater than start", "stop > start >= 0")
+        return self
+
+
 class OrbitBranchesRequest(PeriodicOrbitsRequest):
-    """The branch of a periodic orbit over clearance or omega, with its special points.
+    """The branch of a periodic orbit over clearance, omega or restitution, with its special points.
 
     `range` is the interval of the parameter that varies, and holds the value of the orbit.
     """
 
-    vary: Literal["clearance", "omega"] = "clearance"
-    range: Interval
+    vary: Literal["clearance", "omega", "restitution"] = "clearance"
+    range: BranchInterval
     max_points: Annotated[int, Field(ge=1, le=20_000), Listable] = 2000
 
     @model_validator(mode="after")
     def _orbit_in_range(self) -> OrbitBranchesRequest:
-        value = self.clearance if self.vary == "clearance" else self.omega
+        if self.vary == "restitution" and self.range.stop > 1.0:
+            raise invalid("no restitution is greater than 1", "start >= 0, stop <= 1", "range", "stop")
+        if self.vary != "restitution" and not self.range.start > 0.0:
+            raise invalid(f"{self.vary} is greater than 0", "start > 0", "range", "start")
+        value = self.oscillator.restitution if self.vary == "restitution" else getattr(self, self.vary)
         if not self.range.start <= value <= self.range.stop:
             raise invalid(f"the range does not hold {self.vary} of the orbit", "start <= value <= stop", "range")
         return self
+
+
+class CurveMotion(OrbitMotion):
+    """A motion whose curves are looked for, and where in the window an orbit of it is.
+
+    Left out, omega and clearance are looked for too, at several places of the window. Phases and velocities are those
+    of an orbit at some place, so they come with it.
+    """
+
+    omega: Positive | None = None
+    clearance: Positive | None = None
+
+    @model_validator(mode="after")
+    def _phases_have_a_place(self) -> CurveMotion:
+        for name in ("omega", "clearance"):
+            if self.phases is not None and getattr(self, name) is None:
+                raise invalid(f"phases are given, and {name} is missing", "that of the orbit", name)
+        return self
+
+
+class BifurcationCurvesRequest(ProcessRequest):
+    """Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
+
+    Of motions with one impact in up to `max_multiple` forcing periods, or one on either stop: those that leave the
+    grazing curve at its resonant points, in closed form at `points` frequencies across the window. With `motions`
+    those of these motions instead, Neimark-Sacker curves too, by continuation.
+    """
+
+    omega: Interval
+    clearance: Interval
+    max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
+    points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
+    motions: Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None = None
+
+    @model_validator(mode="after")
+    def _motions_in_window(self) -> BifurcationCurvesRequest:
+        for k, motion in enumerate(self.motions or ()):
+            for name in ("omega", "clearance"):
+                value, window = getattr(motion, name), getattr(self, name)
+                if value is not None and not window.start <= value <= window.stop:
+                    detail = f"{name} of a motion lies outside the window"
+                    raise invalid(detail, f"within {name} of the request", "motions", str(k), name)
+        return self
+
+    @model_serializer(mode="wrap")
+    def _one_kind_of_curves(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what is for the other kind of curves: no question has both."""
+        fields: dict[str, Any] = dump(self)
+        for name in ("motions",) if self.motions is None else ("max_multiple", "points"):
+            fields.pop(name, None)
+        return fields

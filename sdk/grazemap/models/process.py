@@ -11,7 +11,8 @@ from grazemap.models.oscillator import Oscillator
 
 Count = Annotated[int, Field(ge=1), Listable]
 MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
-MaxPeriod = Annotated[int, Field(ge=1, le=256), Listable]
+LONGEST_PERIOD = 256
+MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 
 
 class ProcessRequest(Request):

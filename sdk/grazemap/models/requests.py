@@ -14,7 +14,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from grazemap.models.base import Listable, NonNegative, Positive, invalid
 from grazemap.models.basins import BasinsRequest
 from grazemap.models.diagrams import BifurcationDiagramsRequest
-from grazemap.models.orbits import OrbitBranchesRequest, PeriodicOrbitsRequest
+from grazemap.models.orbits import BifurcationCurvesRequest, OrbitBranchesRequest, PeriodicOrbitsRequest
 from grazemap.models.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
 from grazemap.models.ranges import Grid, Interval
 from grazemap.models.states import InitialState, InitialStates
@@ -56,19 +56,6 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     stop: Literal["A", "C"] = "A"
     order: Literal["leading", "exact"] = "exact"
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
-
-
-class BifurcationCurvesRequest(ProcessRequest):
-    """Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
-
-    Of motions with one impact in up to `max_multiple` forcing periods, or one on either stop: those that leave the
-    grazing curve at its resonant points. `points` is the number of frequencies across the window.
-    """
-
-    omega: Interval
-    clearance: Interval
-    max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
-    points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
 
 
 class TrajectoriesRequest(ProcessRequest):

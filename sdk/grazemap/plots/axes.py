@@ -18,6 +18,7 @@ INK = "#222222"
 _QUANTITIES = {
     "omega": (r"forcing frequency $\omega$", "rad/s"),
     "clearance": ("clearance $b$", "m"),
+    "restitution": ("restitution $R$", ""),
     "time": ("time $t$", "s"),
     "displacement": ("displacement $x_{mass}$", "m"),
     "velocity": ("velocity $v_{mass}$", "m/s"),
@@ -42,7 +43,7 @@ def axis_label(quantity: str, units: str, mass: int = 1) -> str:
     """Return the text of an axis, with its unit in SI; nondimensional quantities have none."""
     text, unit = _QUANTITIES[quantity]
     text = text.replace("mass", str(mass))
-    return f"{text} ({unit})" if units == "SI" else text
+    return f"{text} ({unit})" if units == "SI" and unit else text
 
 
 def label_plane(ax: Axes, units: str) -> None:

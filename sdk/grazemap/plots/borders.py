@@ -11,7 +11,7 @@ from grazemap.results import BifurcationCurves
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_GRAZE = ("X", "#222222", "graze (GR)")
+_OTHERS = {"NS": ("o", "#B8860B", "Neimark-Sacker (NS)"), "GR": ("X", "#222222", "graze (GR)")}
 _DASHES = ("-", "--", "-.", ":")
 
 
@@ -23,7 +23,9 @@ def plot_bifurcation_curves(result: BifurcationCurves, ax: Axes | None = None, a
     window = result.meta["request"]
     ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
     ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
-    ax.set_title("Bifurcation curves of motions with one impact, or one on either stop", fontsize=10)
+    named = dict.fromkeys(motion.label or "a motion not found" for motion in result.motions)
+    motions = ", ".join(named) or "motions with one impact, or one on either stop"
+    ax.set_title(f"Bifurcation curves of {motions}", fontsize=10)
     legend_outside(ax)
     return ax
 
@@ -39,7 +41,7 @@ def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: boo
     for curve in result.curves:
         if admissible and not curve.admissible:
             continue
-        _, colour, text = BIFURCATIONS.get(curve.type, _GRAZE)
+        _, colour, text = (BIFURCATIONS | _OTHERS)[curve.type]
         label = f"{text}, {curve.motion}"
         width = 1.0 if curve.symmetric else 1.6
         style: dict[str, Any] = {

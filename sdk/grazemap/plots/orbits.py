@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _LINE, _PALE = "#0072B2", "#B9B9B9"
 _VIRTUAL = 0.3
+_FARTHEST = 3.0
 _MARKS = {
     "SN": ("^", "#C31E2D", "saddle-node (SN)"),
     "PD": ("s", "#1E1E78", "period doubling (PD)"),
@@ -26,22 +27,54 @@ _MARKS = {
 
 def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
     """Draw the multipliers of an orbit and the unit circle."""
+    ax = _unit_circle(ax)
+    inside = np.abs(result.multipliers) < 1.0
+    for chosen, colour in ((inside, _LINE), (~inside, "#C31E2D")):
+        points = result.multipliers[chosen]
+        ax.plot(points.real, points.imag, linestyle="none", marker="o", markersize=5, color=colour)
+    name = result.motion.label or "no orbit"
+    ax.set_title(f"Multipliers of {name}, {result.said}", fontsize=10)
+    if result.reason and not result.converged:
+        ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
+    return ax
+
+
+def plot_branch_multipliers(result: OrbitBranch, ax: Axes | None = None) -> Axes:
+    """Draw the multipliers of all orbits of a branch and the unit circle, coloured by the parameter.
+
+    Pale are those of orbits that are no motions. Those far outside of the circle, as next to a graze, are not shown.
+    """
+    ax = _unit_circle(ax)
+    request = result.meta["request"]
+    if len(result.parameter):
+        value = np.broadcast_to(result.parameter[:, None], result.multipliers.shape)
+        low, high = float(result.parameter.min()), float(result.parameter.max())
+        for chosen, alpha in ((~result.admissible, 0.3), (result.admissible, 1.0)):
+            points, colour = result.multipliers[chosen].ravel(), value[chosen].ravel()
+            near = np.abs(points) < _FARTHEST
+            x, y = points[near].real, points[near].imag
+            drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
+        ax.figure.colorbar(drawn, ax=ax, label=axis_label(request["vary"], result.units), shrink=0.8)
+    ax.set_title(f"Multipliers along a branch of period {result.period}, {_fixed(result)}", fontsize=10)
+    return ax
+
+
+def _unit_circle(ax: Axes | None) -> Axes:
     ax = axes_or_new(ax, 5.5, 5.5)
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     ax.plot(np.cos(turn), np.sin(turn), color=INK, linewidth=0.9)
     for value in (ax.axhline, ax.axvline):
         value(0.0, color=_PALE, linewidth=0.5, zorder=0)
-    inside = np.abs(result.multipliers) < 1.0
-    for chosen, colour in ((inside, _LINE), (~inside, "#C31E2D")):
-        points = result.multipliers[chosen]
-        ax.plot(points.real, points.imag, linestyle="none", marker="o", markersize=5, color=colour)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="real part", ylabel="imaginary part")
-    name = result.motion.label or "no orbit"
-    ax.set_title(f"Multipliers of {name}, {result.said}", fontsize=10)
-    if result.reason:
-        ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
     return ax
+
+
+def _fixed(result: OrbitBranch) -> str:
+    """Say at which omega and clearance a branch is; not the one that varies."""
+    request = result.meta["request"]
+    names = {"omega": r"$\omega$", "clearance": "$b$"}
+    return ", ".join(f"{text} = {request[name]:g}" for name, text in names.items() if name != request["vary"])
 
 
 def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
@@ -78,12 +111,10 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     # virtual impacts may be many times as fast as real ones
     low, high = ax.get_ylim()
     ax.set_ylim(max(low, -_VIRTUAL * high), high)
-    request = result.meta["request"]
-    ax.set_xlabel(axis_label(request["vary"], result.units))
+    ax.set_xlabel(axis_label(result.meta["request"]["vary"], result.units))
     ax.set_ylabel("speed of impacts" + (" (m/s)" if result.units == "SI" else ""))
-    fixed = rf"$\omega$ = {request['omega']:g}" if request["vary"] == "clearance" else f"$b$ = {request['clearance']:g}"
     stops = "".join("A" if stop > 0 else "C" for stop in result.stops)
-    ax.set_title(f"Branch of period {result.period}, impacts {stops or 'not found'}, {fixed}", fontsize=10)
+    ax.set_title(f"Branch of period {result.period}, impacts {stops or 'not found'}, {_fixed(result)}", fontsize=10)
     if result.reason:
         ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
     legend_outside(ax)

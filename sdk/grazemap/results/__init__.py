@@ -6,12 +6,12 @@ service included. npz is the service's own format (`codec.py`); JSON is the same
 
 from grazemap.results.base import Result
 from grazemap.results.basins import Attractor, Basins
-from grazemap.results.curves import BifurcationCurve, BifurcationCurves
+from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.files import RESULTS, decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.orbits import OrbitBranch, PeriodicOrbit, SpecialPoint
+from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking, Unfolding
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
@@ -20,6 +20,7 @@ __all__ = [
     "RESULTS",
     "Attractor",
     "Basins",
+    "Beyond",
     "BifurcationCurve",
     "BifurcationCurves",
     "BifurcationDiagram",
@@ -27,6 +28,7 @@ __all__ = [
     "CodimensionTwoPoints",
     "DiscontinuityMapping",
     "Family",
+    "FollowedMotion",
     "Grazing",
     "GrazingCurve",
     "Impacts",

@@ -87,7 +87,7 @@ def _arrays(name: str, value: Any) -> Any:
     """Return a JSON value with its lists of numbers as arrays, as a document of the codec has them."""
     if isinstance(value, dict):
         return {key: _arrays(key, item) for key, item in value.items()}
-    if not isinstance(value, list) or name in ("points", "attractors"):
+    if not isinstance(value, list) or name in ("points", "attractors", "beyond"):
         return value
     if value and isinstance(value[0], dict):
         return [_arrays(name, item) for item in value]

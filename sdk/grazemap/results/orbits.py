@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.models import Motion
 from grazemap.results.base import Result, floats, integers
-from grazemap.results.records import FloatArray, IntArray, State, known_fields
+from grazemap.results.records import FloatArray, IntArray, State, Sticking, known_fields
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,16 +27,21 @@ class PeriodicOrbit(Result):
     ----------
     omega, clearance : float
     converged : bool
+    found_by : {"equations", "simulation"}
+        Solved for; or, where mass 1 rests on a stop, followed until it closes, with multipliers of the tangent flow.
     reason : str or None
-        Why it has not.
+        Why it has not converged, or is not certified because it was found by simulation.
     period : int
         Forcing periods, as asked for or found.
     stops : ndarray of int, shape (k,)
         +1 A, -1 C, of the impacts in order.
     phases, times, velocities : ndarray of shape (k,)
-        omega t, t with the forcing f sin(omega t), and the signed velocity of mass 1 before the impact.
+        omega t, t with the forcing f sin(omega t), and the signed velocity of mass 1 before the impact. Of a motion
+        found by simulation its contacts in a period from phase 0 on, those of a complete chatter that were followed.
+    sticking : Sticking
+        Rests on a stop in a period from phase 0 on; none where it was found by equations.
     residual : float
-        Of the equations of impact, relative.
+        Of the equations of impact, relative; of a simulation by how much it does not close, over the clearance.
     kantorovich, radius : float
         Up to 1/2, exactly one orbit lies within the radius (phases in radians, velocities relative): `certified`.
     certified : bool
@@ -60,12 +65,14 @@ class PeriodicOrbit(Result):
     omega: float
     clearance: float
     converged: bool
+    found_by: str
     reason: str | None
     period: int
     stops: IntArray
     phases: FloatArray
     times: FloatArray
     velocities: FloatArray
+    sticking: Sticking
     residual: float
     kantorovich: float
     radius: float
@@ -85,13 +92,15 @@ class PeriodicOrbit(Result):
     def _fields(cls, document: Document) -> dict[str, Any]:
         numbers = ("omega", "clearance", "residual", "kantorovich", "radius", "excess", "excess_phase")
         flags = ("converged", "certified", "stable", "physical", "admissible")
-        start = document["start"]
+        start, rests = document["start"], document["sticking"]
         return {
             **{name: float(floats(document[name])) for name in numbers},
             **{name: bool(document[name]) for name in flags},
             **{name: int(document[name]) for name in ("period", "excess_stop")},
             **{name: floats(document[name]) for name in ("phases", "times", "velocities")},
             "reason": document["reason"],
+            "found_by": str(document["found_by"]),
+            "sticking": Sticking(floats(rests["start"]), floats(rests["stop_time"]), integers(rests["stop"])),
             "contacts": str(document["contacts"]),
             "stops": integers(document["stops"]),
             "multipliers": _complex(document["multipliers"]),
@@ -117,7 +126,24 @@ class PeriodicOrbit(Result):
     def _summary(self) -> str:
         if not self.converged:
             return f"not found: {self.reason}"
-        return f"{self.motion.label}, {self.said}"
+        return f"{self.motion.label}, {self.said}" + (", by simulation" if self.found_by == "simulation" else "")
+
+
+@dataclass(frozen=True, eq=False)
+class Beyond:
+    """An orbit of another branch that passes through a special point, next to it.
+
+    Attributes
+    ----------
+    admissible : bool
+        It is a motion.
+    request : dict
+        Its question, oscillator, omega, clearance and motion: ``client.periodic_orbit(**beyond.request)``, or
+        ``client.orbit_branch(**beyond.request, range=...)`` for the branch that it belongs to.
+    """
+
+    admissible: bool
+    request: dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +154,7 @@ class SpecialPoint:
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
         Saddle-node, period doubling, symmetry breaking, Neimark-Sacker, graze.
-    parameter, clearance, omega : float
+    parameter, clearance, omega, restitution : float
     status : {"converged", "guess"}
     admissible : bool
         The orbit there is a motion; of a graze: the orbits on one side of it are.
@@ -138,12 +164,16 @@ class SpecialPoint:
         Of its impacts.
     stop, phase, impact : int, float, int, or None
         Of a graze: where, when, and which impact vanishes; None where a further contact appears.
+    beyond : tuple of Beyond
+        What can be switched to: of a PD or SB the orbit that is born, or the one that this branch ends on; of a GR the
+        orbit with an impact more, or less, of symmetric motions on both stops and, second, on one of them.
     """
 
     type: str
     parameter: float
     clearance: float
     omega: float
+    restitution: float
     status: str
     admissible: bool
     segment: int
@@ -152,6 +182,7 @@ class SpecialPoint:
     stop: int | None = None
     phase: float | None = None
     impact: int | None = None
+    beyond: tuple[Beyond, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,7 +191,7 @@ class OrbitBranch(Result):
 
     Attributes
     ----------
-    parameter, omega, clearance : ndarray of shape (m,)
+    parameter, omega, clearance, restitution : ndarray of shape (m,)
     stops : ndarray of int, shape (k,)
     period : int
     symmetric : bool
@@ -183,6 +214,7 @@ class OrbitBranch(Result):
     parameter: FloatArray
     omega: FloatArray
     clearance: FloatArray
+    restitution: FloatArray
     stops: IntArray
     period: int
     symmetric: bool
@@ -201,8 +233,9 @@ class OrbitBranch(Result):
     def _fields(cls, document: Document) -> dict[str, Any]:
         stops = integers(document["stops"])
         rows = ("phases", "velocities")
+        numbers = ("parameter", "omega", "clearance", "restitution", "excess", "residual")
         return {
-            **{name: floats(document[name]) for name in ("parameter", "omega", "clearance", "excess", "residual")},
+            **{name: floats(document[name]) for name in numbers},
             **{name: floats(document[name]).reshape(-1, len(stops)) for name in rows if len(stops)},
             **{name: np.zeros((0, 0)) for name in rows if not len(stops)},
             **{name: np.asarray(document[name], dtype=np.bool_) for name in ("stable", "admissible")},
@@ -221,8 +254,17 @@ class OrbitBranch(Result):
 
         return plot_branch(self, ax)
 
+    def plot_multipliers(self, ax: Axes | None = None) -> Axes:
+        """Draw the multipliers of all orbits and the unit circle, coloured by the parameter."""
+        from grazemap.plots.orbits import plot_branch_multipliers
+
+        return plot_branch_multipliers(self, ax)
+
     def motion(self, index: int) -> dict[str, Any]:
-        """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter."""
+        """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.
+
+        It is one at omega[index] and clearance[index], with the restitution[index].
+        """
         return {
             "period": self.period,
             "stops": self.stops.tolist(),
@@ -247,4 +289,15 @@ def _complex(pairs: Any) -> ComplexArray:
 
 def _special(record: Any) -> SpecialPoint:
     values = known_fields(SpecialPoint, record)
-    return SpecialPoint(**(values | {name: floats(values[name]) for name in ("phases", "velocities")}))
+    beyond = tuple(
+        Beyond(admissible=bool(one["admissible"]), request=_plain(one["request"])) for one in values.get("beyond", ())
+    )
+    arrays = {name: floats(values[name]) for name in ("phases", "velocities")}
+    return SpecialPoint(**(values | arrays | {"beyond": beyond}))
+
+
+def _plain(value: Any) -> Any:
+    """Return a question as plain values, whichever way it has travelled."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    return value.tolist() if isinstance(value, np.ndarray) else value

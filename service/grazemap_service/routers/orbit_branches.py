@@ -19,6 +19,15 @@ EXAMPLES = {
             "range": {"start": 1.8, "stop": 1.9},
         }
     },
+    "over restitution": {
+        "value": {
+            "omega": 0.29,
+            "clearance": 1.6,
+            "motion": {"period": 1, "stops": [1, 1, -1, -1]},
+            "vary": "restitution",
+            "range": {"start": 0.5, "stop": 1.0},
+        }
+    },
 }
 
 router = process_router()
@@ -28,5 +37,5 @@ router = process_router()
 async def submit_orbit_branches(
     body: Annotated[OrbitBranchesRequest, Body(openapi_examples=EXAMPLES)], submission: NewSubmission
 ) -> Response:
-    """Follow the branch of a periodic orbit over a parameter, with its special points."""
+    """Follow the branch of a periodic orbit over a parameter, with its special points and what lies beyond them."""
     return await submission.post("orbit-branches", body)

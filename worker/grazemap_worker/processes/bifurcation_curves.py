@@ -1,27 +1,52 @@
-"""The process bifurcation-curves: borders between motions with few impacts, in a window of the plane."""
+"""The process bifurcation-curves: borders between motions, in a window of the plane.
+
+In closed form for motions with few impacts, or by continuation for motions that are named.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.models import BifurcationCurvesRequest, motion_label
 from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap_worker.processes.orbits import whole_period
+
+if TYPE_CHECKING:
+    from grazemap.models import CurveMotion
+    from grazemap_core.bifurcation_curves import BifurcationCurve
+    from grazemap_core.oscillator import Oscillator
+    from grazemap_core.periodic_orbits import PeriodicOrbit
+
+NOTHING_FOUND = "no motion with these stops was met at several places of the window, from rest and from random states"
 
 
 def compute(request: BifurcationCurvesRequest, report: Callable[[int, int], object]) -> Document:
-    """Return curves, a list of records, each a piece inside the window. Raises CoreError."""
+    """Return curves, a list of records, each a piece inside the window, and the motions asked for. Raises CoreError."""
+    if request.motions is None:
+        return {"curves": _closed_form(request), "motions": []}
+    oscillator = core_oscillator(request.oscillator)
+    curves: list[dict[str, Any]] = []
+    motions: list[dict[str, Any]] = []
+    for number, motion in enumerate(request.motions):
+        report(number, len(request.motions))
+        orbit = _orbit(oscillator, request, motion)
+        found = _not_found(motion, orbit) if isinstance(orbit, str) else _found(motion, orbit)
+        motions.append(found)
+        if not isinstance(orbit, str):
+            curves += _continued(oscillator, request, number, orbit)
+    return {"curves": curves, "motions": motions}
+
+
+def _closed_form(request: BifurcationCurvesRequest) -> list[dict[str, Any]]:
     from grazemap_core.window_curves import window_curves
 
-    pieces = window_curves(
-        core_oscillator(request.oscillator),
-        (request.omega.start, request.omega.stop),
-        (request.clearance.start, request.clearance.stop),
-        request.max_multiple,
-        request.points,
-    )
-    curves: list[dict[str, Any]] = [
+    pieces = window_curves(core_oscillator(request.oscillator), *_window(request), request.max_multiple, request.points)
+    return [
         {
             "type": piece.type,
             "motion": motion_label(piece.period, piece.impacts_right, piece.impacts_left),
@@ -38,4 +63,104 @@ def compute(request: BifurcationCurvesRequest, report: Callable[[int, int], obje
         }
         for piece in pieces
     ]
-    return {"curves": curves}
+
+
+def _window(request: BifurcationCurvesRequest) -> tuple[tuple[float, float], tuple[float, float]]:
+    return (request.omega.start, request.omega.stop), (request.clearance.start, request.clearance.stop)
+
+
+def _orbit(oscillator: Oscillator, request: BifurcationCurvesRequest, motion: CurveMotion) -> PeriodicOrbit | str:
+    """Return an orbit of a motion in the window, or why there is none."""
+    from grazemap_core.impact_sequences import ImpactSequence
+    from grazemap_core.motion_curves import orbit_in_window
+    from grazemap_core.periodic_orbits import periodic_orbit
+
+    if motion.phases is not None:
+        assert motion.velocities is not None  # both or neither
+        assert motion.omega is not None
+        assert motion.clearance is not None
+        guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
+        orbit = periodic_orbit(oscillator, motion.omega, motion.clearance, guess)
+        return orbit if orbit.converged else orbit.reason
+    sides = [
+        side if value is None else (value, value)
+        for value, side in zip((motion.omega, motion.clearance), _window(request), strict=True)
+    ]
+    found = orbit_in_window(oscillator, sides[0], sides[1], motion.period, motion.stops)
+    return NOTHING_FOUND if found is None else found
+
+
+def _found(motion: CurveMotion, orbit: PeriodicOrbit) -> dict[str, Any]:
+    return {
+        "period": motion.period,
+        "stops": motion.stops,
+        "omega": orbit.omega,
+        "clearance": orbit.clearance,
+        "label": motion_label(orbit.least_period, *orbit.impacts_per_period),
+        "admissible": orbit.admissible,
+        "reason": None,
+    }
+
+
+def _not_found(motion: CurveMotion, reason: str) -> dict[str, Any]:
+    nothing = {"omega": None, "clearance": None, "label": None, "admissible": False}
+    return {"period": motion.period, "stops": motion.stops, **nothing, "reason": reason}
+
+
+def _continued(
+    oscillator: Oscillator, request: BifurcationCurvesRequest, number: int, orbit: PeriodicOrbit
+) -> Iterator[dict[str, Any]]:
+    """Yield the pieces of a motion's curves; `number` is that of the motion in the request."""
+    from grazemap_core.motion_curves import motion_curves
+
+    solved_for = len(orbit.impacts.half().stops if orbit.symmetric else orbit.impacts.stops)
+    for curve in motion_curves(oscillator, orbit, *_window(request)).curves:
+        further = curve.impact is not None and len(curve.stops) > solved_for
+        yield from _pieces(curve, number, further)
+
+
+def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dict[str, Any]]:
+    """Yield the stretches of a curve that are admissible, or are not, throughout."""
+    keep = np.ones(len(curve.stops), dtype=np.bool_)
+    if further and curve.impact is not None:  # the motion is that without the contact that appears
+        keep[curve.impact] = False
+    stops, phases, velocities = whole_period(
+        curve.stops[keep], curve.phases[:, keep], curve.velocities[:, keep], curve.period, curve.symmetric
+    )
+    right, left = (int(np.sum(stops == stop)) or -1 for stop in (1, -1))
+    impact = None if further else curve.impact
+    strikes = np.abs(velocities)
+    if impact is not None:
+        vanishing = [impact, impact + len(curve.stops)] if curve.symmetric else [impact]
+        strikes = np.delete(strikes, vanishing, axis=1)
+    least = np.min(strikes, axis=1) if strikes.shape[1] else np.zeros(len(strikes))
+    ends = ["window" if end == "range" else end for end in curve.ends]
+    runs = _runs(curve.admissible)
+    for place, members in enumerate(runs):
+        if len(members) < 2:
+            continue
+        yield {
+            "type": curve.type,
+            "motion": motion_label(curve.period, right, left),
+            "period": curve.period,
+            "impacts_right": right,
+            "impacts_left": left,
+            "symmetric": curve.symmetric,
+            "admissible": bool(curve.admissible[members[0]]),
+            "stop": 0 if curve.impact is None else int(curve.stops[curve.impact]),
+            "omega": curve.omega[members],
+            "clearance": curve.clearance[members],
+            "impact_velocity": least[members],
+            "ends": [ends[0] if place == 0 else "admissible", ends[1] if place == len(runs) - 1 else "admissible"],
+            "of_motion": number,
+            "impact": impact,
+            "stops": stops.tolist(),
+            "phases": phases[members],
+            "velocities": velocities[members],
+        }
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Return the places of stretches of neighbours that are alike."""
+    places = np.arange(len(flags))
+    return np.split(places, np.flatnonzero(np.diff(flags)) + 1)

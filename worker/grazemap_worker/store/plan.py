@@ -64,8 +64,12 @@ SEARCH_PERIODS = 1.2e4
 CURVE_POINT_SECONDS = 4.0e-5
 # One point of a branch, per mass, for few impacts.
 BRANCH_SECONDS = 2.0e-3
-# Points that a branch has as a rule.
+# Points that a branch has as a rule; in a window those of two branches, and of all curves of a motion together.
 BRANCH_POINTS = 300
+WINDOW_BRANCH_POINTS = 100
+CURVES_POINTS = 200
+# Places of a window at which a motion is looked for.
+CURVES_PLACES = 9
 
 Tile = tuple[int, int, int, int]
 
@@ -131,6 +135,8 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
             seconds = each * float(period_costs(request.oscillator, omegas).sum()) / PERIODS_PER_SECOND
             return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
+        case BifurcationCurvesRequest() if request.motions is not None:
+            return _curves_plan(request)
         case BifurcationCurvesRequest():
             patterns = 1.5 * request.max_multiple
             seconds = patterns * request.max_multiple * request.points * request.oscillator.size * CURVE_POINT_SECONDS
@@ -229,6 +235,23 @@ def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:
         points = min(request.max_points, BRANCH_POINTS)
         seconds += points * BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
     return Plan(estimate=Estimate(periods=periods, seconds=seconds))
+
+
+def _curves_plan(request: BifurcationCurvesRequest) -> Plan:
+    """Return the cost of finding motions in a window, and of following their curves.
+
+    A point of a curve takes differences by all phases and velocities, each as much as a point of a branch.
+    """
+    cost = float(period_costs(request.oscillator, np.array([request.omega.start]))[0])
+    periods, seconds = 0.0, 0.0
+    for motion in request.motions or ():
+        impacts = len(motion.stops)
+        places = 0 if motion.phases is not None else 1
+        places *= 1 if motion.omega is not None and motion.clearance is not None else CURVES_PLACES
+        periods += places * SEARCH_PERIODS
+        point = BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
+        seconds += (WINDOW_BRANCH_POINTS + CURVES_POINTS * (1.0 + impacts / 4.0)) * point
+    return Plan(estimate=Estimate(periods=periods, seconds=seconds + periods * cost / PERIODS_PER_SECOND))
 
 
 def _basins_plan(request: BasinsRequest) -> Plan:

@@ -1,0 +1,106 @@
+"""The curves that one motion leads to in a window, against closed forms and the tangent flow."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+from test_bifurcation_curves import orbit_on
+from test_branch_switching import parent, special
+from test_periodic_orbits import DEFAULT
+
+from grazemap_core.branch_switching import starts_beyond
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing import grazing_curve
+from grazemap_core.monodromy import monodromy
+from grazemap_core.motion_curves import lies_on, motion_curves, orbit_in_window
+from grazemap_core.one_impact_branches import one_impact_branch
+
+WINDOW = ((0.265, 0.295), (1.5, 2.0))
+
+
+@functools.cache
+def curves_of(period, *stops):
+    orbit = orbit_in_window(DEFAULT, *WINDOW, period, list(stops))
+    return motion_curves(DEFAULT, orbit, *WINDOW)
+
+
+@pytest.mark.parametrize("stops", [(1,), (1, -1)])
+def test_the_curves_of_motions_with_one_impact_are_the_closed_form_s(stops):
+    """Every one that passes through the window, each once, and no other."""
+    symmetric = len(stops) == 2
+    found = curves_of(1, *stops).curves
+    kinds = [(curve.type, curve.impact) for curve in found]
+    assert len(set(kinds)) == len(kinds)
+    assert {kind for kind, _ in kinds} == ({"SB", "GR"} if symmetric else {"SN", "PD", "GR"})
+    for curve in found:
+        assert curve.ends == ("range", "range")
+        compared = 0
+        for omega, clearance, speed in zip(curve.omega, curve.clearance, curve.velocities[:, 0], strict=True):
+            if curve.impact == 0:
+                assert clearance == pytest.approx(grazing_curve(DEFAULT, [omega]).clearance[0], rel=1e-11)
+            elif speed > 1e-6:
+                known = one_impact_branch(DEFAULT, float(omega), 1, symmetric)
+                same = [p for p in known.special_points if p.type == curve.type and p.impact_velocity > 0.0]
+                if same:
+                    assert min(abs(p.clearance - clearance) for p in same) < 1e-9
+                    compared += 1
+        assert compared >= 5 or curve.impact == 0
+
+
+def test_a_motion_with_four_impacts_has_each_of_its_curves_once():
+    found = curves_of(1, 1, 1, -1, -1)
+    assert found.orbit.label == "1-2r-2l"
+    assert {curve.type for curve in found.curves} == {"SN", "SB", "NS", "GR"}
+    for number, curve in enumerate(found.curves):
+        assert np.max(curve.residual) <= 1e-12
+        points = [p for branch in found.branches for p in branch.special_points if lies_on(p, curve)]
+        assert points
+        assert not any(lies_on(p, other) for p in points for other in found.curves[:number])
+    # and every special point is on one of them, by its place in the plane too
+    for point in (p for branch in found.branches for p in branch.special_points if p.status == "converged"):
+        near = [
+            np.min(np.hypot(curve.omega - point.omega, curve.clearance - point.clearance))
+            for curve in found.curves
+            if lies_on(point, curve)
+        ]
+        assert len(near) == 1
+        assert near[0] < 0.02  # points of a curve are as far apart
+    (turning,) = [c for c in found.curves if c.type == "NS" and np.all(c.admissible)]
+    orbit = orbit_on(DEFAULT, turning, len(turning.omega) // 2)
+    run = monodromy(
+        DEFAULT, orbit.omega, orbit.clearance, orbit.start.displacement, orbit.start.velocity, 0.0, period=1
+    )
+    assert abs(abs(run.multipliers[0]) - 1.0) < 1e-7
+
+
+def test_a_doubled_motion_leads_to_the_curve_that_it_is_born_at():
+    """Its branch ends there, so the point is followed as one of the motion of half the period."""
+    point = special(parent("PD"), "PD")
+    (beyond,) = starts_beyond(DEFAULT, point)
+    close = (point.omega - 2e-3, point.omega + 2e-3), (point.clearance - 5e-3, point.clearance + 5e-3)
+    found = motion_curves(DEFAULT, beyond.orbit(DEFAULT), *close)
+    (born,) = [c for c in found.curves if c.type == "PD" and c.period == 1]
+    assert born.residual.max() <= 1e-14
+    for omega, clearance in zip(born.omega, born.clearance, strict=True):
+        known = one_impact_branch(DEFAULT, float(omega))
+        places = [p.clearance for p in known.special_points if p.type == "PD"]
+        assert places == [pytest.approx(clearance, rel=1e-10)]
+
+
+def test_a_motion_that_a_window_has_not_is_not_found():
+    assert orbit_in_window(DEFAULT, (0.27, 0.28), (2.2, 2.3), 1, [1]) is None
+    place = orbit_in_window(DEFAULT, (0.27, 0.27), (1.85, 1.85), 1, [1])
+    assert (place.omega, place.clearance, place.label) == (0.27, 1.85, "1-1r-(-1)l")
+
+
+def test_windows_that_do_not_hold_the_orbit_are_refused():
+    orbit = curves_of(1, 1).orbit
+    for name, window in (("omega", ((0.3, 0.4), WINDOW[1])), ("clearance", (WINDOW[0], (0.1, 0.2)))):
+        with pytest.raises(ParameterError) as refused:
+            motion_curves(DEFAULT, orbit, *window)
+        assert refused.value.name == name
+    with pytest.raises(ParameterError, match="converged"):
+        motion_curves(DEFAULT, dataclasses.replace(orbit, converged=False), *WINDOW)
