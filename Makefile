@@ -12,7 +12,7 @@ OF_WORKERS := tests/worker
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce serve test kernels-of-maps kernels-of-all-else test-without-kernels test-workers test-stacks hardware bench bench-quick performance lint types lock browser clean
+.PHONY: help run reproduce serve test kernels-of-maps kernels-of-all-else test-without-kernels test-workers test-stacks hardware certify bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -61,6 +61,11 @@ hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  ## every kernel compiled for other processors, beside 48-digit arithmetic (eight minutes)
 	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
+
+certify: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+certify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+certify: $(STAMP)  ## a thousand certified points of maps, run once more in 50 digits (ten minutes)
+	$(BIN)/python tests/certified_pixels.py 1000
 
 # The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock

@@ -31,7 +31,8 @@ REASONS: Final[dict[int, str]] = {
     closing.SEQUENCE_UNKNOWN: "more impacts than a proof is sought for, or a graze among them",
     closing.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory",
     closing.NOT_ISOLATED: "the orbit is not certain to be the only one nearby, as at a saddle-node",
-    closing.TOUCHES_OR_NOT: "an impact, or a passage of a stop, is so near to a graze that round-off hides which it is",
+    closing.TOUCHES_OR_NOT: "an impact, or a passage of a stop, is so near to a graze that the orbit is not "
+    "known well enough to tell",
     closing.NOT_STABLE: "a multiplier is on the unit circle or too close to it",
     closing.NOT_TOLD_APART: "the orbit is too close to one of a shorter period, or to its own mirror image",
 }

@@ -1,0 +1,168 @@
+"""Certified points of maps, run once more in 50 digits: `python certified_pixels.py POINTS [PROCESSES]`.
+
+What is compared with is a simulator that shares nothing with the core (`swift_oracle`): from rest, past the periods
+after which the map says that the motion was known, until its impacts repeat. The label is read off its impacts alone.
+A motion and its mirror image are one answer: which of them is reached from the same start can depend on round-off. A
+run whose impacts do not repeat yet is no verdict.
+"""
+
+from __future__ import annotations
+
+import sys
+from multiprocessing import get_context
+from typing import Any, NamedTuple
+
+import numpy as np
+from random_chains import random_oscillator
+from swift_oracle import SwiftOracle
+
+from grazemap_core.grazing import grazing_curve
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.unfolding import unfolding_map_tile
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+DIGITS = 50
+SETTLED = 1e-6  # relative difference of impacts, one motion period apart, up to which a run has settled
+REPEATS = 1e-4  # up to which they are the same
+LONGEST = 2000  # forcing periods of a run
+MOST_IMPACTS = 5000  # complete chatter has infinitely many
+MAX_PERIODS = 400
+
+EQUAL, OTHER, NO_VERDICT = "equal", "other", "no verdict"
+
+
+class Pixel(NamedTuple):
+    """A certified point of a map."""
+
+    oscillator: Oscillator
+    omega: float
+    clearance: float
+    period: int
+    right: int
+    left: int
+    symmetric: bool
+    settled_after: int
+    least_velocity: float
+    multiplier: float
+
+
+def certified_pixel(seed: int) -> Pixel:
+    """A random point of Figure 8's window, every fifth of a random chain, that is certified and has impacts."""
+    rng = np.random.default_rng(seed)
+    while True:
+        if seed % 5 == 4:
+            # kernels are compiled for every number of masses
+            masses = 3 if seed < 100 else int(rng.integers(1, 5))
+            oscillator = random_oscillator(rng, masses, bool(rng.integers(2)))
+            omega = float(rng.uniform(0.3, 1.5))
+            amplitude = float(grazing_curve(oscillator, np.array([omega]), max_order=1).clearance[0])
+            clearance = amplitude * float(rng.uniform(0.4, 1.02))
+        else:
+            oscillator = DEFAULT
+            omega, clearance = float(rng.uniform(0.26, 0.32)), float(rng.uniform(1.2, 2.1))
+        one = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]), MAX_PERIODS)
+        found = {name: values[0, 0].item() for name, values in one.items()}
+        if found["certified"] and max(found["impacts_right"], found["impacts_left"]) > 0:
+            return Pixel(
+                oscillator,
+                omega,
+                clearance,
+                found["period"],
+                max(found["impacts_right"], 0),
+                max(found["impacts_left"], 0),
+                found["symmetric"],
+                found["settled_after"],
+                found["least_impact_velocity"],
+                found["multiplier"],
+            )
+
+
+class Impacts(NamedTuple):
+    """Of a run: time in forcing periods, signed velocity before."""
+
+    time: np.ndarray[Any, np.dtype[np.float64]]
+    velocity: np.ndarray[Any, np.dtype[np.float64]]
+
+
+def impacts_in_fifty_digits(pixel: Pixel) -> Impacts | None:
+    """Run until a motion of the pixel's period, or a part of it, has settled; the run ends at the time 0.
+
+    None where that takes too long.
+    """
+    run = SwiftOracle.of(pixel.oscillator, pixel.omega, pixel.clearance, digits=DIGITS)
+    length = 2.0 * np.pi / pixel.omega
+    until = pixel.settled_after + 4 * pixel.period
+    while True:
+        run.run(MOST_IMPACTS, until * length)
+        seen = Impacts(np.array([float(t) for t in run.times]) / length, np.array([float(v) for v in run.speeds]))
+        if len(seen.time) == MOST_IMPACTS or until >= LONGEST:
+            return None
+        seen = seen._replace(time=seen.time - until)
+        if _repeats(seen, _quiet_moment(seen), pixel.period, SETTLED) is not None:
+            return seen
+        until = min(LONGEST, until + 8 * pixel.period)
+
+
+def _within(impacts: Impacts, end: float, periods: float) -> Impacts:
+    chosen = (impacts.time > end - periods) & (impacts.time <= end)
+    return Impacts(impacts.time[chosen], impacts.velocity[chosen])
+
+
+def _repeats(
+    impacts: Impacts, end: float, periods: float, tolerance: float = REPEATS, sign: float = 1.0
+) -> Impacts | None:
+    """The impacts of the last periods, where those before them are the same; with a sign of -1, mirror images."""
+    last, before = _within(impacts, end, periods), _within(impacts, end - periods, periods)
+    if len(last.time) != len(before.time) or len(last.time) == 0:
+        return None
+    fastest = np.abs(last.velocity).max()
+    same = np.all(np.abs(last.time - before.time - periods) <= tolerance * periods)
+    same = same and np.all(np.abs(last.velocity - sign * before.velocity) <= tolerance * fastest)
+    return last if same else None
+
+
+def verdict(pixel: Pixel, impacts: Impacts | None) -> str:
+    """Whether a run has settled to the pixel's motion, or its mirror image."""
+    if impacts is None:
+        return NO_VERDICT
+    end = _quiet_moment(impacts)
+    for period in range(1, pixel.period + 1):
+        last = _repeats(impacts, end, float(period))
+        if last is not None:
+            right, left = int(np.sum(last.velocity > 0.0)), int(np.sum(last.velocity < 0.0))
+            symmetric = period % 2 == 1 and _repeats(impacts, end, 0.5 * period, sign=-1.0) is not None
+            same = period == pixel.period and symmetric == pixel.symmetric
+            return EQUAL if same and sorted([right, left]) == sorted([pixel.right, pixel.left]) else OTHER
+    return OTHER
+
+
+def _quiet_moment(impacts: Impacts) -> float:
+    """The middle of the longest pause in the last forcing period: there no impact is on the edge of a period."""
+    times = np.concatenate([[-1.0], impacts.time[impacts.time > -1.0], [0.0]])
+    longest = int(np.argmax(np.diff(times)))
+    return float(0.5 * (times[longest] + times[longest + 1]))
+
+
+def verdict_of(seed: int) -> tuple[str, Pixel]:
+    """Find a pixel and judge it."""
+    pixel = certified_pixel(seed)
+    return verdict(pixel, impacts_in_fifty_digits(pixel)), pixel
+
+
+def main(points: int, processes: int) -> int:
+    """Judge pixels, print what came out, and those that differ. Returns how many do."""
+    counts = {EQUAL: 0, OTHER: 0, NO_VERDICT: 0}
+    with get_context("spawn").Pool(processes) as pool:
+        for done, (outcome, pixel) in enumerate(pool.imap_unordered(verdict_of, range(points)), 1):
+            counts[outcome] += 1
+            if outcome != EQUAL:
+                print(f"{outcome}: {pixel}", flush=True)
+            if done % 50 == 0:
+                print(f"{done} of {points}: {counts}", flush=True)
+    judged = counts[EQUAL] + counts[OTHER]
+    print(f"{counts[EQUAL]} of {judged} certified points as in {DIGITS} digits; {counts[NO_VERDICT]} without a verdict")
+    return counts[OTHER]
+
+
+if __name__ == "__main__":
+    sys.exit(1 if main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2) else 0)

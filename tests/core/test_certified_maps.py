@@ -1,0 +1,131 @@
+"""Certified points of maps: run once more in 50 digits, and their orbits solved for in 50 digits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from certified_pixels import DEFAULT, EQUAL, NO_VERDICT, OTHER, Pixel, certified_pixel, impacts_in_fifty_digits, verdict
+from impact_orbit_oracle import solved
+from oracles import digits
+
+from grazemap_core.impact_sequences import impacts_of
+from grazemap_core.kernels import closing
+from grazemap_core.motion import KINDS, REASONS
+from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.settling import Settling, settle_grid
+from grazemap_core.trajectory import trajectory
+from grazemap_core.unfolding import arrays_of, unfolding_map_tile
+
+PERIODIC = KINDS.index("periodic")
+ORBITS = 200
+MOST_IMPACTS = 8  # of orbits that are solved for in 50 digits: the time that takes grows with their square
+
+
+@pytest.mark.parametrize("first", range(0, 20, 5))
+def test_certified_points_are_as_in_fifty_digits(first: int) -> None:
+    """From rest, by a simulator that shares nothing with the core; a fifth of them on random chains."""
+    outcomes = []
+    for seed in range(first, first + 5):
+        pixel = certified_pixel(seed)
+        outcomes.append(verdict(pixel, impacts_in_fifty_digits(pixel)))
+    assert OTHER not in outcomes
+    assert outcomes.count(EQUAL) >= 4
+
+
+def test_wrong_labels_are_caught() -> None:
+    omega, clearance = 0.27, 1.85  # one impact, on one stop
+    found = unfolding_map_tile(DEFAULT, np.array([omega]), np.array([clearance]))
+    label = [found[name][0, 0].item() for name in ("period", "impacts_right", "impacts_left", "symmetric")]
+    assert label[0] == 1
+    assert sorted(label[1:3]) == [-1, 1]
+    assert not label[3]
+    after = found["settled_after"][0, 0].item()
+    right = Pixel(DEFAULT, omega, clearance, 1, 1, 0, False, after, 0.0, 0.0)
+    run = impacts_in_fifty_digits(right)
+    assert verdict(right, run) == EQUAL
+    assert verdict(right._replace(right=0, left=1), run) == EQUAL  # the mirror image
+    assert verdict(right, None) == NO_VERDICT
+    for wrong in (
+        {"right": 2},
+        {"left": 1},
+        {"period": 2, "right": 2},
+        {"period": 3, "right": 3},
+        {"symmetric": True},
+    ):
+        assert verdict(right._replace(**wrong), run) == OTHER, wrong
+
+
+def test_orbits_of_certified_points_are_those_of_fifty_digits() -> None:
+    """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
+    rng = np.random.default_rng(8)
+    omegas, clearances = np.sort(rng.uniform(0.26, 0.32, 8)), np.sort(rng.uniform(1.2, 2.0, 60))
+    found = unfolding_map_tile(DEFAULT, omegas, clearances, 400)
+    compared = 0
+    for i, j in np.argwhere(found["certified"]):
+        one = {name: values[i, j].item() for name, values in found.items()}
+        impacts = max(one["impacts_right"], 0) + max(one["impacts_left"], 0)
+        if not 0 < impacts <= MOST_IMPACTS or compared == ORBITS:
+            continue
+        omega, clearance = float(omegas[j]), float(clearances[i])
+        run = trajectory(DEFAULT, omega, clearance, transient_periods=600, periods=32, samples_per_period=1)
+        assert run.motion.kind == "periodic"
+        orbit = solved(DEFAULT, omega, clearance, impacts_of(run))
+        symmetric = orbit.sign == -1
+        assert (orbit.half_periods // (1 if symmetric else 2), symmetric) == (one["period"], one["symmetric"])
+        assert len(orbit.stops) * (2 if symmetric else 1) == impacts
+        slowest = min(abs(float(v)) for v in orbit.velocities)
+        assert one["least_impact_velocity"] == pytest.approx(slowest, rel=1e-11)
+        with digits():
+            largest = max(abs(value) for value in orbit.multipliers()) ** (2 if symmetric else 1)
+        assert one["multiplier"] == pytest.approx(largest, rel=1e-8, abs=1e-12)
+        compared += 1
+    assert compared == ORBITS
+
+
+def test_what_is_not_proven_says_why() -> None:
+    sticky = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
+    found = unfolding_map_tile(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40))
+    rests = (found["kind"] == PERIODIC) & found["sticking"]
+    assert rests.any()
+    assert not found["certified"][rests].any()
+    assert set(found["reason"][rests].tolist()) == {closing.RESTS}
+    assert found["certified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
+    undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
+    found = unfolding_map_tile(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12))
+    named = found["kind"] == PERIODIC
+    assert not found["certified"].any()
+    assert set(found["reason"][named].tolist()) <= {closing.NOT_SOUGHT, closing.RESTS}
+    assert all(REASONS[code] for code in found["reason"][~found["certified"] & (found["kind"] != 3)].tolist())
+
+
+def test_without_a_proof_nothing_is_certified() -> None:
+    grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
+    codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, proven=False))
+    found = arrays_of(codes[..., 0], figures[..., 0])
+    named = found["kind"] == PERIODIC
+    assert named.any()
+    assert not found["certified"][named & (found["impacts_right"] > 0)].any()
+
+
+def test_motions_without_impacts_are_certain_only_clear_of_the_stops() -> None:
+    """The steady motion is the only one where its amplitude, and all that is left of the start, stay below them."""
+    found = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([2.5, 3.0]))
+    assert found["certified"].all()
+    assert (found["impacts_right"] == -1).all()
+    assert (found["impacts_left"] == -1).all()
+
+
+def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
+    """Within round-off of a saddle-node or a breaking of the symmetry the orbit that it happens to is not certified."""
+    places = [
+        one.clearance
+        for one in one_impact_branch(DEFAULT, 0.28, 1, symmetric=True).special_points
+        if one.type in ("SB", "SN", "PD")
+    ]
+    assert places
+    for clearance in places:
+        near = clearance * (1.0 + np.array([-1e-3, -1e-12, 1e-12, 1e-3]))
+        found = unfolding_map_tile(DEFAULT, np.array([0.28]), np.sort(near), 400)
+        one_one = (found["period"] == 1) & (found["impacts_right"] == 1) & (found["impacts_left"] == 1)
+        assert not (found["certified"] & found["symmetric"] & one_one)[1:3].any()
