@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels.closing import NAMED
-from grazemap_core.kernels.judging import DOUBT
+from grazemap_core.kernels.judging import DOUBT, LYAPUNOV_ERROR
 from grazemap_core.motion import KINDS, kinds_of
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.settling import Settling, settle_grid
@@ -63,7 +63,8 @@ def unfolding_map_tile(
         impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
         all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
         multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
-        exponent per forcing period, its logarithm for a periodic motion; NaN where it was not computed),
+        exponent per forcing period, its logarithm for a periodic motion; NaN where it was not computed), lyapunov_error
+        (float64: standard error of an exponent that was measured along the trajectory, NaN for others),
         least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
         settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: of the initial
         states that lead to this motion, mirror images being one) and motions_found (int32: how many different ones were
@@ -127,6 +128,7 @@ def arrays_of(codes: NDArray[np.int64], figures: Floats) -> dict[str, NDArray[An
         "sticking": sticking.astype(np.bool_),
         "multiplier": multiplier.copy(),
         "lyapunov": lyapunov.copy(),
+        "lyapunov_error": figures[LYAPUNOV_ERROR].copy(),
         "least_impact_velocity": least_velocity.copy(),
         "settled_after": after.astype(np.int32),
     }

@@ -78,8 +78,14 @@ def test_chaos_is_named_with_its_exponent() -> None:
         assert (
             abs(found["lyapunov"][i, 0] - expected.first * period) < 6.0 * np.sqrt(3.0) * expected.first_error * period
         )
+        assert 0.0 < 5.0 * found["lyapunov_error"][i, 0] < found["lyapunov"][i, 0]
+        assert found["lyapunov_error"][i, 0] == pytest.approx(
+            np.sqrt(2.0) * expected.first_error * period, rel=0.6
+        )  # itself good to 13 % each, of a series that is correlated
         assert np.isnan(found["multiplier"][i, 0])
         assert found["period"][i, 0] == 0
+    periodic = found["kind"][:, 0] == PERIODIC
+    assert np.isnan(found["lyapunov_error"][periodic, 0]).all()
 
 
 @pytest.mark.parametrize("numbers", TORI)

@@ -63,7 +63,8 @@ CODES = 11
 LEAST_VELOCITY, MULTIPLIER, LYAPUNOV = 0, 1, 2
 MEAN_POSITION, MEAN_VELOCITY = 3, 4
 """As `closing.mean_section`, in units of the clearance, and of omega times it."""
-FIGURES = 5
+LYAPUNOV_ERROR = 5
+FIGURES = 6
 
 SETTLES, GROWS, REPEATS, LEAVES = 0, 1, 2, 3
 """What a lane is at. Its motion is to be named, at first without, at last with changes carried along; it was named, and
@@ -137,7 +138,7 @@ class Found(NamedTuple):
     figures : (n s, FIGURES)
         Least impact velocity, NaN without impacts; largest modulus of the multipliers over one motion period and
         largest Lyapunov exponent per forcing period, NaN where they are not known; where a periodic motion is in the
-        mean, NaN unless it was named.
+        mean, NaN unless it was named; standard error of an exponent that was measured, else NaN.
     """
 
     codes: IntArray
@@ -195,6 +196,7 @@ def _enter_motion(
     figures[LEAST_VELOCITY] = least if np.isfinite(least) else np.nan
     figures[MULTIPLIER] = np.nan
     figures[LYAPUNOV] = np.nan
+    figures[LYAPUNOV_ERROR] = np.nan
     figures[MEAN_POSITION] = np.nan
     figures[MEAN_VELOCITY] = np.nan
 
@@ -329,9 +331,10 @@ def _judge_settling(
         counts[DUE] = k + (period if symmetric else 2 * period)
         return False
     if changes.carried[lane] == PAIR and changes.grown[lane] == job.growth_halves:
-        growth, exponent = judge_lane(problem, clearance, skipped, changes, lane)
+        growth, exponent, error = judge_lane(problem, clearance, skipped, changes, lane)
         codes[GROWTH] = growth
         figures[LYAPUNOV] = exponent * problem.step * problem.cells
+        figures[LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan
     return True
 
 

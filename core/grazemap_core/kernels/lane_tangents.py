@@ -337,7 +337,7 @@ def multiplier_of_lane(problem: CellProblem, changes: LaneTangents, lane: int) -
 @kernel
 def judge_lane(
     problem: CellProblem, clearance: float, skipped: int, changes: LaneTangents, lane: int
-) -> tuple[int, float]:
-    """Return the kind that the growth along a lane makes of it, and the largest exponent per unit of time."""
-    kind, first, _, _, _ = judge_growth(problem, clearance, skipped, of_lane(changes, lane))
-    return kind, first
+) -> tuple[int, float, float]:
+    """Return the kind that the growth along a lane makes of it, and the largest exponent and its error per time."""
+    kind, first, error, _, _ = judge_growth(problem, clearance, skipped, of_lane(changes, lane))
+    return kind, first, error
