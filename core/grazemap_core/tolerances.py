@@ -146,6 +146,16 @@ APPROACH_RETRY: Final = 1e-2
 NEWTON_STEPS: Final = 5
 """Steps of Newton's method: from 1e-4 three reach round-off, but for orbits close to a graze."""
 
+COARSEST_SPACING: Final = 8
+"""Steps of the grid between neighbours of an adaptive map's first lattice, a power of 2: one point in 64 is computed
+everywhere. A region between two of its lines is found only by way of what is computed beside its neighbours."""
+
+SAME_APPROACH: Final = 2.0
+"""Neighbours that settle to motions of one name count as alike as long as the contractions of their ways there, whose
+logarithms are the periods until settled times the largest exponent, differ by this at most: by a factor of 7. Over a
+cell in which trajectories go one way the periods hardly change; where they differ more, some went elsewhere first, and
+other motions are likely to be near. A larger number computes fewer points and overlooks more (docs/adaptive.md)."""
+
 CLEARED: Final = 1.0 - 1e-12
 """Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
 
