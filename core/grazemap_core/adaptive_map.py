@@ -10,7 +10,7 @@ Columns of one omega run side by side, many clearances at once: tiles should be 
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,17 @@ from grazemap_core.unfolding import check_map, named_arrays, random_starts
 
 Floats = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
+
+
+class Settings(TypedDict, total=False):
+    """What `unfolding.unfolding_map_tile` takes beside an oscillator and a grid, with the same defaults."""
+
+    max_periods: int
+    max_period: int
+    policy: str
+    initial_conditions: int
+    seed: int
+
 
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
 """Arrays that an inferred point has too; of all others it has none."""
@@ -43,11 +54,7 @@ def adaptive_map_tile(
     oscillator: Oscillator,
     omega: Floats,
     clearance: Floats,
-    max_periods: int = 1000,
-    max_period: int = 32,
-    policy: str = "rest",
-    initial_conditions: int = 16,
-    seed: int = 0,
+    **settings: Unpack[Settings],
 ) -> Arrays:
     """Find the motions of a grid as `unfolding.unfolding_map_tile` does, but compute points only where they differ.
 
@@ -55,10 +62,11 @@ def adaptive_map_tile(
 
     Parameters
     ----------
-    oscillator, omega, clearance, max_periods, max_period, initial_conditions, seed
+    oscillator, omega, clearance
         As there.
-    policy : {"rest", "ensemble"}
-        A sweep follows its neighbours and has to compute them all.
+    **settings
+        As there: max_periods, max_period, policy, initial_conditions, seed. The policy is "rest" or "ensemble": a sweep
+        follows its neighbours and has to compute them all.
 
     Returns
     -------
@@ -73,7 +81,7 @@ def adaptive_map_tile(
         As there, or the policy is a sweep.
     """
     shape = (len(clearance), len(omega))
-    points = _Points(oscillator, omega, clearance, max_periods, max_period, policy, initial_conditions, seed)
+    points = _Points(oscillator, omega, clearance, **settings)
     grid = Refinement(np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points)
     grid.refine(COARSEST_SPACING)
     arrays = points.inferred(grid.label) | {"computed": grid.computed}
@@ -88,17 +96,13 @@ def close_seams(
     arrays: Arrays,
     row_seams: list[int],
     column_seams: list[int],
-    max_periods: int = 1000,
-    max_period: int = 32,
-    policy: str = "rest",
-    initial_conditions: int = 16,
-    seed: int = 0,
+    **settings: Unpack[Settings],
 ) -> tuple[Places, Places, Arrays]:
     """Compute what claims another label than a neighbour beyond a seam between tiles, and whatever that casts doubt on.
 
     Parameters
     ----------
-    oscillator, omega, clearance, max_periods, max_period, policy, initial_conditions, seed
+    oscillator, omega, clearance, **settings
         As in `adaptive_map_tile`, of the whole grid.
     arrays : dict of arrays of shape (n, m)
         Those of LABEL, and computed, put together from the tiles; changed in place.
@@ -117,7 +121,7 @@ def close_seams(
     ParameterError
         As in `adaptive_map_tile`.
     """
-    points = _Points(oscillator, omega, clearance, max_periods, max_period, policy, initial_conditions, seed)
+    points = _Points(oscillator, omega, clearance, **settings)
     label = np.empty((len(clearance), len(omega)), dtype=np.int32)
     for column in range(len(omega)):
         label[:, column] = points.numbered({name: arrays[name][:, column] for name in LABEL})
@@ -140,11 +144,11 @@ class _Points:
         oscillator: Oscillator,
         omega: Floats,
         clearance: Floats,
-        max_periods: int,
-        max_period: int,
-        policy: str,
-        initial_conditions: int,
-        seed: int,
+        max_periods: int = 1000,
+        max_period: int = 32,
+        policy: str = "rest",
+        initial_conditions: int = 16,
+        seed: int = 0,
     ) -> None:
         check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
         if policy.startswith("sweep"):

@@ -349,4 +349,6 @@ def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:
     variables["kind"] = (plane, np.array(result.kinds)[result.kind])
     variables["reason"] = (plane, np.array(result.reasons)[result.reason])
     variables["label"] = (plane, result.labels())
+    if result.computed is not None:
+        variables["computed"] = (plane, result.computed)
     return variables, {"omega": (("omega",), result.omega), "clearance": (("clearance",), result.clearance)}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grazemap_core.adaptive_map import LABEL, NOT_COMPUTED, adaptive_map_tile, close_seams
+from grazemap_core.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, close_seams
 from grazemap_core.errors import ParameterError
 from grazemap_core.motion import KINDS
 from grazemap_core.oscillator import Oscillator
@@ -30,7 +30,7 @@ def full() -> Arrays:
 
 @pytest.fixture(scope="module")
 def adaptive() -> Arrays:
-    return adaptive_map_tile(DEFAULT, OMEGA, CLEARANCE, 100)
+    return adaptive_map_tile(DEFAULT, OMEGA, CLEARANCE, max_periods=100)
 
 
 def beside_another(arrays: Arrays) -> NDArray[np.bool_]:
@@ -73,13 +73,13 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
     whole = {name: np.empty_like(full[name]) for name in LABEL} | {"computed": np.empty(full["kind"].shape, np.bool_)}
     for top, bottom in pairwise(rows):
         for left, right in pairwise(columns):
-            tile = adaptive_map_tile(DEFAULT, OMEGA[left:right], CLEARANCE[top:bottom], 100)
+            tile = adaptive_map_tile(DEFAULT, OMEGA[left:right], CLEARANCE[top:bottom], max_periods=100)
             for name in whole:
                 whole[name][top:bottom, left:right] = tile[name]
     before = whole["computed"].copy()
     doubtful = ~before & (whole["kind"] == PERIODIC) & beside_another(whole)
     assert doubtful.any()
-    row, column, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, rows[1:-1], columns[1:-1], 100)
+    row, column, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, rows[1:-1], columns[1:-1], max_periods=100)
     assert whole["computed"][doubtful].all()
     assert not (~whole["computed"] & (whole["kind"] == PERIODIC) & beside_another(whole)).any()
     new = np.zeros_like(before)
@@ -93,7 +93,7 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
 
 def test_a_map_without_seams_in_doubt_is_left_as_it_is(adaptive: Arrays) -> None:
     whole = {name: array.copy() for name, array in adaptive.items()}
-    rows, columns, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, [30], [7, 21], 100)
+    rows, columns, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, [30], [7, 21], max_periods=100)
     assert not len(rows)
     assert not len(columns)
     assert figures == {}
@@ -103,8 +103,9 @@ def test_a_map_without_seams_in_doubt_is_left_as_it_is(adaptive: Arrays) -> None
 def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
     # one-sided motions, for the most part
     omega, clearance = np.linspace(0.285, 0.297, 33), np.linspace(1.84, 1.91, 33)
-    grid = (DEFAULT, omega, clearance, 60, 8, "ensemble", 1, 3)
-    full, adaptive = unfolding_map_tile(*grid), adaptive_map_tile(*grid)
+    settings: Settings = {"max_periods": 60, "max_period": 8, "policy": "ensemble", "initial_conditions": 1, "seed": 3}
+    full = unfolding_map_tile(DEFAULT, omega, clearance, **settings)
+    adaptive = adaptive_map_tile(DEFAULT, omega, clearance, **settings)
     computed = adaptive["computed"]
     for name, array in full.items():
         assert adaptive[name][computed].tobytes() == array[computed].tobytes(), name
@@ -127,8 +128,8 @@ def test_a_sweep_has_to_compute_every_point(policy: str) -> None:
 
 @pytest.mark.parametrize(("columns", "rows"), [(1, 1), (1, 30), (9, 1), (2, 2)])
 def test_any_grid_will_do(columns: int, rows: int) -> None:
-    grid = (DEFAULT, OMEGA[:columns], CLEARANCE[:rows], 60)
-    full, adaptive = unfolding_map_tile(*grid), adaptive_map_tile(*grid)
+    grid = (DEFAULT, OMEGA[:columns], CLEARANCE[:rows])
+    full, adaptive = unfolding_map_tile(*grid, 60), adaptive_map_tile(*grid, max_periods=60)
     computed = adaptive["computed"]
     assert computed[[0, 0, -1, -1], [0, -1, 0, -1]].all()
     assert all((adaptive[name] == full[name])[computed].all() for name in LABEL)

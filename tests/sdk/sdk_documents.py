@@ -74,6 +74,9 @@ POINTS: list[dict[str, Any]] = [
 
 MANY = "trajectories of many"
 """The process trajectories asked with a list of states."""
+ADAPTIVE = "unfolding-maps of computed points"
+"""The process unfolding-maps asked for an adaptive map."""
+REQUESTS[ADAPTIVE] = {**REQUESTS["unfolding-maps"], "adaptive": True}
 REQUESTS[MANY] = {**REQUESTS["trajectories"], "initial": [{}, {"phase": 1.0}, {"velocity": [0.0, 0.0, 0.5]}]}
 
 
@@ -87,6 +90,7 @@ def document(process: str) -> dict[str, Any]:
         "trajectories of many": _trajectories,
         "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
+        ADAPTIVE: _adaptive_map,
         "basins": _basins,
         "bifurcation-curves": _curves,
         "periodic-orbits": _orbit,
@@ -338,3 +342,16 @@ def _map() -> dict[str, Any]:
         "reason": np.array([[0, 1, 0], [0, 1, 0]], dtype=np.int8),
         "reasons": np.array(["", "not closed"]),
     }
+
+
+def _adaptive_map() -> dict[str, Any]:
+    """The same map with four computed points; the two of the last clearance and first omegas are inferred."""
+    whole = _map()
+    computed = np.array([[True, True, True], [False, False, True]])
+    figures = ("least_impact_velocity", "settled_after")
+    whole["reason"] = np.array([[0, 1, 0], [0, 2, 0]], dtype=np.int8)
+    whole["reasons"] = np.array(["", "not closed", "not computed"])
+    at_computed = {name: whole.pop(name)[computed] for name in figures} | {
+        "multiplier": np.array([0.5, np.nan, 0.6, 0.7])
+    }
+    return {**whole, "computed": computed, "at_computed": at_computed}

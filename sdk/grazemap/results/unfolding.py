@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -48,6 +49,9 @@ class UnfoldingMap(Result):
         Largest modulus of the multipliers over one motion period; NaN where the motion is not periodic.
     lyapunov : ndarray of shape (clearance, omega), or None
         Largest Lyapunov exponent per forcing period; NaN where it is not known.
+    computed : ndarray of bool, shape (clearance, omega), or None
+        Of an adaptive map: where the motion was computed. Elsewhere kind, reason, label, symmetric and sticking are
+        inferred from the points around, and all figures are NaN, or -1. None: every point was computed.
     share : ndarray of shape (clearance, omega), or None
         Of an ensemble: of the initial states, those that lead to this motion or its mirror image.
     motions_found : ndarray of int, shape (clearance, omega), or None
@@ -74,9 +78,18 @@ class UnfoldingMap(Result):
     lyapunov: FloatArray | None = None
     share: FloatArray | None = None
     motions_found: IntArray | None = None
+    computed: NDArray[np.bool_] | None = None
 
     @classmethod
     def _fields(cls, document: Document) -> dict[str, Any]:
+        if "computed" not in document:
+            return cls._of_grid(document, integers)
+        computed = np.asarray(document["computed"], dtype=np.bool_)
+        figures = {name: _spread(values, computed) for name, values in document["at_computed"].items()}
+        return cls._of_grid({**document, **figures}, _small_integers) | {"computed": computed}
+
+    @classmethod
+    def _of_grid(cls, document: Document, integers: Callable[[Any], NDArray[Any]]) -> dict[str, Any]:
         whole = ("kind", "period", "impacts_right", "impacts_left", "settled_after", "reason")
         figures = ("omega", "clearance", "least_impact_velocity")
         not_always = {
@@ -94,11 +107,19 @@ class UnfoldingMap(Result):
 
     def motions(self) -> list[MotionShare]:
         """Return the motions of the map, those that cover most of it first."""
-        codes = np.stack([self.kind, self.period, self.impacts_right, self.impacts_left], axis=-1).reshape(-1, 4)
+        labels = [self.kind, self.period, self.impacts_right, self.impacts_left]
+        # neighbours are mostly alike: only where runs of equal ones begin have labels to be sorted
+        begins = np.ones(self.kind.size, dtype=np.bool_)
+        begins[1:] = np.any([label.ravel()[1:] != label.ravel()[:-1] for label in labels], axis=0)
+        starts = np.flatnonzero(begins)
+        codes = np.stack([label.ravel()[starts] for label in labels], axis=-1)
         codes[codes[:, 0] != self._code("periodic"), 1:] = 0
-        found, counts = np.unique(codes, axis=0, return_counts=True)
+        found, places = np.unique(codes, axis=0, return_inverse=True)
+        lengths = np.diff(starts, append=self.kind.size)
+        counts = np.bincount(places.ravel(), weights=lengths).astype(np.int64)
         shares = [
-            self._share(code, pixels, len(codes)) for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
+            self._share(code, pixels, self.kind.size)
+            for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
         ]
         return sorted(shares, key=lambda motion: (-motion.pixels, motion.label))
 
@@ -131,6 +152,12 @@ class UnfoldingMap(Result):
 
         return plot_unfolding_map(self, ax, curve, points, motions, curves)
 
+    def plot_computed(self, ax: Axes | None = None) -> Axes:
+        """Draw which points of an adaptive map were computed. Raises ValueError of another map."""
+        from grazemap.plots.unfolding import plot_computed
+
+        return plot_computed(self, ax)
+
     def _code(self, kind: str) -> int:
         return self.kinds.index(kind) if kind in self.kinds else -1
 
@@ -142,4 +169,22 @@ class UnfoldingMap(Result):
         return MotionShare(motion_label(period, right, left), name, period, right, left, pixels, pixels / total)
 
     def _summary(self) -> str:
-        return f"{len(self.clearance)} x {len(self.omega)} points, {len(self.motions())} motions"
+        computed = "" if self.computed is None else f" ({self.computed.mean():.1%} computed)"
+        return f"{len(self.clearance)} x {len(self.omega)} points{computed}, {len(self.motions())} motions"
+
+
+def _small_integers(value: Any) -> NDArray[Any]:
+    """Return whole numbers in no more than four bytes: adaptive maps are large."""
+    values = np.asarray(value)
+    return values if values.dtype.itemsize <= 4 else values.astype(np.int32)
+
+
+def _spread(values: Any, computed: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return an array of the grid from the figures of its computed points, in the order of its rows."""
+    figures = np.asarray(values)
+    if figures.dtype.kind not in "ib":
+        figures = floats(values)
+    nothing: Any = {"f": np.nan, "i": -1, "b": False}[figures.dtype.kind]
+    whole = np.full(computed.shape, nothing, dtype=figures.dtype)
+    whole[computed] = figures
+    return whole
