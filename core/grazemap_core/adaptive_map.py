@@ -21,7 +21,7 @@ from grazemap_core.oscillator import Oscillator
 from grazemap_core.refinement import UNKNOWN, UNRESOLVED, Labels, Places, Refinement
 from grazemap_core.settling import Settler, Settling
 from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import COARSEST_SPACING
+from grazemap_core.tolerances import COARSEST_SPACING, MOST_CONTRACTION
 from grazemap_core.unfolding import check_map, named_arrays, random_starts
 
 Floats = NDArray[np.float64]
@@ -47,7 +47,6 @@ NOT_COMPUTED: Final = 1 + max(REASONS)
 NOT_COMPUTED_REASON: Final = "not computed: it lies among points that are chaotic, quasi-periodic or unresolved"
 
 _PERIODIC: Final = KINDS.index("periodic")
-_MOST_CONTRACTION: Final = 36.0  # of a period, its logarithm: all digits of a binary64 number
 
 
 def adaptive_map_tile(
@@ -230,7 +229,7 @@ class _Points:
         """Return the logarithms of contractions of ways to periodic motions; an ensemble's ways are many."""
         if self._ensemble:
             return np.full(len(arrays["kind"]), np.nan)
-        rate = np.minimum(-arrays["lyapunov"], _MOST_CONTRACTION)
+        rate = np.minimum(-arrays["lyapunov"], MOST_CONTRACTION)
         return np.where(arrays["kind"] == _PERIODIC, arrays["settled_after"] * rate, np.nan)
 
 

@@ -156,6 +156,10 @@ logarithms are the periods until settled times the largest exponent, differ by t
 cell in which trajectories go one way the periods hardly change; where they differ more, some went elsewhere first, and
 other motions are likely to be near. A larger number computes fewer points and overlooks more (docs/adaptive.md)."""
 
+MOST_CONTRACTION: Final = 36.0
+"""Logarithm of the contraction of a forcing period, at most: all digits of a binary64 number. Where mass 1 rests on a
+stop nothing may be left of a change."""
+
 CLEARED: Final = 1.0 - 1e-12
 """Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
 

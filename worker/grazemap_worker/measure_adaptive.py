@@ -1,8 +1,9 @@
-"""`python -m grazemap_worker.measure_adaptive [side]`: adaptive maps beside full ones, over easy and hard windows.
+"""`python -m grazemap_worker.measure_adaptive [side [omegas]]`: adaptive maps beside full ones, easy and hard windows.
 
-Prints for each window which share of its points was computed, what the map took of the full one's time, and of all
-points: inferred motions that are not the full map's, and how many of those it says are another motion (not unresolved);
-inferred chaos that is not the full map's; and motions of the full map that were left unresolved.
+Maps of side x side points, or so many neighbouring omegas from the middle of them, as in a strip. Prints for each window
+which share of its points was computed, what the map took of the full one's time, and of all points: inferred motions
+that are not the full map's, and how many of those it says are another motion (not unresolved); inferred chaos that is
+not the full map's; and motions of the full map that were left unresolved.
 """
 
 from __future__ import annotations
@@ -43,10 +44,13 @@ MAX_PERIODS: Final = 200
 def main() -> None:
     """Print a line for each window, and one for all."""
     side = int(sys.argv[1]) if len(sys.argv) > 1 else 256
+    columns = int(sys.argv[2]) if len(sys.argv) > 2 else side
+    first = max(0, (side - columns) // 2)
     lines = []
     sys.stdout.write(f"{'window':30s} computed  time  wrong motion  (another)  wrong chaos  left unresolved\n")
     for name, oscillator, omega, clearance in WINDOWS:
-        lines.append(_compared(oscillator, np.linspace(*omega, side), np.linspace(*clearance, side)))
+        omegas = np.linspace(*omega, side)[first : first + columns]
+        lines.append(_compared(oscillator, omegas, np.linspace(*clearance, side)))
         _write(name, lines[-1])
     _write("mean", np.mean(lines, axis=0))
 
