@@ -1,6 +1,6 @@
 """`python -m grazemap_worker.measure_adaptive [side [omegas]]`: adaptive maps beside full ones, easy and hard windows.
 
-Maps of side x side points, or so many neighbouring omegas from the middle of them, as in a strip. Prints for each window
+Maps of side x side points, or that many omegas from the middle of them, as in a strip. Prints for each window
 which share of its points was computed, what the map took of the full one's time, and of all points: inferred motions
 that are not the full map's, and how many of those it says are another motion (not unresolved); inferred chaos that is
 not the full map's; and motions of the full map that were left unresolved.
