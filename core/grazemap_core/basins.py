@@ -61,6 +61,8 @@ class Attractor:
     multiplier, lyapunov : float
         Largest modulus over a period; per forcing period. Of motions that are not periodic: NaN, and the mean over the
         states that lead there.
+    certified : bool
+        Whether a periodic motion is proven, from every state that leads there.
     states : int
         How many states lead there.
     share : float
@@ -77,6 +79,7 @@ class Attractor:
     mean_velocity: float | None
     multiplier: float
     lyapunov: float
+    certified: bool
     states: int
     share: float
 
@@ -233,6 +236,7 @@ def _attractor(arrays: dict[str, NDArray[Any]], members: NDArray[np.int64], tota
         **named,
         multiplier=one["multiplier"],
         lyapunov=one["lyapunov"],
+        certified=bool(np.all(arrays["certified"].ravel()[members])),
         states=len(members),
         share=len(members) / total,
     )

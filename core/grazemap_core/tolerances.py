@@ -143,6 +143,20 @@ most this many times its distance: it might touch the stop there, or not."""
 APPROACH_RETRY: Final = 1e-2
 """What APPROACH is multiplied by where nothing was proven."""
 
+COARSEST_SPACING: Final = 8
+"""Steps of the grid between neighbours of an adaptive map's first lattice, a power of 2: one point in 64 is computed
+everywhere. A region between two of its lines is found only by way of what is computed beside its neighbours."""
+
+SAME_APPROACH: Final = 2.0
+"""Neighbours that settle to motions of one name count as alike as long as the contractions of their ways there, whose
+logarithms are the periods until settled times the largest exponent, differ by this at most: by a factor of 7. Over a
+cell in which trajectories go one way the periods hardly change; where they differ more, some went elsewhere first, and
+other motions are likely to be near. A larger number computes fewer points and overlooks more (docs/adaptive.md)."""
+
+MOST_CONTRACTION: Final = 36.0
+"""Logarithm of the contraction of a forcing period, at most: all digits of a binary64 number. Where mass 1 rests on a
+stop nothing may be left of a change."""
+
 CLEARED: Final = 1.0 - 1e-12
 """Share of the clearance that the envelope of a motion must stay below to be called free of contact for ever."""
 

@@ -75,6 +75,24 @@ def unfolding_map_tile(
     ParameterError
         A grid value is not positive, a limit is below 1, or there is no such policy.
     """
+    check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
+    down = policy == "sweep-down"
+    task = Settling(
+        max_periods=max_periods,
+        max_period=max_period,
+        follow=policy.startswith("sweep"),
+        starts=random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
+    )
+    codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
+    if down:
+        codes, figures = codes[:, ::-1], figures[:, ::-1]
+    return named_arrays(codes, figures, policy == "ensemble")
+
+
+def check_map(
+    omega: Floats, clearance: Floats, max_periods: int, max_period: int, policy: str, initial_conditions: int
+) -> None:
+    """Raise ParameterError where `unfolding_map_tile` refuses a grid, a limit or a policy."""
     for name, values in (("omega", omega), ("clearance", clearance)):
         if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
             raise ParameterError(name, f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
@@ -87,17 +105,11 @@ def unfolding_map_tile(
             raise ParameterError(name, "must be 1 or greater")
     if policy not in POLICIES:
         raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
-    down = policy == "sweep-down"
-    task = Settling(
-        max_periods=max_periods,
-        max_period=max_period,
-        follow=policy.startswith("sweep"),
-        starts=_random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
-    )
-    codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
-    if down:
-        codes, figures = codes[:, ::-1], figures[:, ::-1]
-    if policy != "ensemble":
+
+
+def named_arrays(codes: NDArray[np.int64], figures: Floats, ensemble: bool) -> dict[str, NDArray[Any]]:
+    """Return the arrays of `unfolding_map_tile` from codes (CODES, n, m, s) and figures of s trajectories a point."""
+    if not ensemble:
         return arrays_of(codes[..., 0], figures[..., 0])
     chosen, share, motions = _most_frequent(codes)
     arrays = arrays_of(
@@ -107,7 +119,7 @@ def unfolding_map_tile(
     return arrays | {"share": share, "motions_found": motions}
 
 
-def _random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
+def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
     """Return initial displacements and velocities for `Settling.starts`, evenly from (-1, 1), shape (count, 2, N)."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
 

@@ -221,11 +221,12 @@ class AsyncClient:
         max_period: int = 32,
         initial_conditions: int = 16,
         seed: int = 0,
+        adaptive: bool = False,
         progress: bool = True,
     ) -> UnfoldingMap:
         """As `Client.unfolding_map`."""
         request = questions.unfolding_map(
-            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed
+            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed, adaptive
         )
         return await self._answer(UnfoldingMap, request, progress)
 

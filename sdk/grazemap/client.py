@@ -363,6 +363,7 @@ class Client:
         max_period: int = 32,
         initial_conditions: int = 16,
         seed: int = 0,
+        adaptive: bool = False,
         progress: bool = True,
     ) -> UnfoldingMap:
         """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
@@ -382,6 +383,9 @@ class Client:
             The longest period that is looked for, in forcing periods.
         initial_conditions, seed : int
             Random states per point, 1 to 1000, and what they are drawn from; of the policy "ensemble" only.
+        adaptive : bool
+            Whether points are computed only where neighbours differ, and inferred between those that agree: for large
+            maps. The result's `computed` says which were. Not of a sweep.
         progress : bool
 
         Raises
@@ -389,7 +393,7 @@ class Client:
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         request = questions.unfolding_map(
-            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed
+            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed, adaptive
         )
         return self._answer(UnfoldingMap, request, progress)
 

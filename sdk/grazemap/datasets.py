@@ -346,11 +346,13 @@ def _branch(result: OrbitBranch) -> tuple[Variables, Variables]:
 
 def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:
     counts = ("period", "impacts_right", "impacts_left", "settled_after")
-    whole = [*counts, "symmetric", "sticking", "least_impact_velocity"]
+    whole = [*counts, "symmetric", "sticking", "certified", "least_impact_velocity"]
     whole += [name for name in result.NOT_ALWAYS if getattr(result, name) is not None]
     plane = ("clearance", "omega")
     variables: Variables = {name: (plane, getattr(result, name)) for name in whole}
     variables["kind"] = (plane, np.array(result.kinds)[result.kind])
     variables["reason"] = (plane, np.array(result.reasons)[result.reason])
     variables["label"] = (plane, result.labels())
+    if result.computed is not None:
+        variables["computed"] = (plane, result.computed)
     return variables, {"omega": (("omega",), result.omega), "clearance": (("clearance",), result.clearance)}

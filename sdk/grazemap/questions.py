@@ -120,6 +120,7 @@ def unfolding_map(
     max_period: int,
     initial_conditions: int = 16,
     seed: int = 0,
+    adaptive: bool = False,
 ) -> UnfoldingMapsRequest:
     """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
     rows, columns = _shape(shape, "(clearance points, omega points)")
@@ -131,6 +132,7 @@ def unfolding_map(
         "max_period": max_period,
         "initial_conditions": initial_conditions,
         "seed": seed,
+        "adaptive": adaptive,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
 

@@ -104,7 +104,8 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
     if isinstance(request, UnfoldingMapsRequest):
         across, down = grid_points(request.omega), grid_points(request.clearance)
         longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
-        return [(_of_points(*longer), "points", across * down, settings.max_pixels)]
+        most = settings.max_adaptive_pixels if request.adaptive else settings.max_pixels
+        return [(_of_points(*longer), "points", across * down, most)]
     if isinstance(request, TrajectoriesRequest):
         states, periods = len(request.states), request.periods + request.transient_periods
         samples = states * request.samples

@@ -39,6 +39,7 @@ class Settings(RedisSettings):
     max_masses: Annotated[int, Field(gt=0)] = 64
     max_points: Annotated[int, Field(gt=0, description="Values of a curve, samples of a trajectory.")] = 1_000_000
     max_pixels: Annotated[int, Field(gt=0, description="Points of an unfolding map.")] = 1 << 22
+    max_adaptive_pixels: Annotated[int, Field(gt=0, description="Points of an adaptive unfolding map.")] = 1 << 24
     max_work: Annotated[float, Field(gt=0, description="Forcing periods of one job, as estimated.")] = 1e9
     max_seconds: Annotated[float, Field(gt=0, description="Seconds on one core of one job, as estimated.")] = 86_400.0
     max_tile_periods: Annotated[int, Field(gt=0, description="Forcing periods of one trajectory.")] = 1_000_000

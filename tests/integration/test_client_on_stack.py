@@ -11,6 +11,7 @@ import sys
 import time
 
 import httpx2
+import numpy as np
 import psutil
 import pytest
 
@@ -55,6 +56,17 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
         assert result.meta["numerics"] == numerics().as_meta()
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)
+
+
+def test_an_adaptive_map_is_the_full_one_where_it_was_computed(stack: LocalClient) -> None:
+    window = {"omega": (0.27, 0.28), "clearance": (1.7, 2.1), "shape": (24, 72), "max_periods": 100, "progress": False}
+    full, adaptive = stack.unfolding_map(**window), stack.unfolding_map(**window, adaptive=True)
+    assert stack.jobs(limit=1)[0].progress.total == 2  # strips
+    computed = adaptive.computed
+    assert 0.02 < computed.mean() < 0.9
+    assert (adaptive.labels() == full.labels())[computed].all()
+    np.testing.assert_array_equal(adaptive.multiplier[computed], full.multiplier[computed])
+    assert np.isnan(adaptive.multiplier[~computed]).all()
 
 
 def test_an_overshoot_beyond_the_domain_is_a_problem_of_that_field(stack: LocalClient) -> None:

@@ -83,6 +83,9 @@ REQUESTS[MOTIONS] = {
 RESTED = "periodic-orbits by simulation"
 """The process periodic-orbits where mass 1 rests on a stop."""
 REQUESTS[RESTED] = {"omega": 0.27, "clearance": 0.85}
+ADAPTIVE = "unfolding-maps of computed points"
+"""The process unfolding-maps asked for an adaptive map."""
+REQUESTS[ADAPTIVE] = {**REQUESTS["unfolding-maps"], "adaptive": True}
 REQUESTS[MANY] = {**REQUESTS["trajectories"], "initial": [{}, {"phase": 1.0}, {"velocity": [0.0, 0.0, 0.5]}]}
 
 
@@ -96,6 +99,7 @@ def document(process: str) -> dict[str, Any]:
         "trajectories of many": _trajectories,
         "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
+        ADAPTIVE: _adaptive_map,
         "basins": _basins,
         "bifurcation-curves": _curves,
         "bifurcation-curves of motions": _curves_of_motions,
@@ -405,6 +409,20 @@ def _map() -> dict[str, Any]:
         "sticking": np.array([[False, False, False], [False, True, False]]),
         "least_impact_velocity": np.array([[0.1, 0.2, 0.3], [0.4, np.nan, np.nan]]),
         "settled_after": np.array([[50, -1, 70], [80, -1, 20]], dtype=np.int32),
-        "reason": np.array([[0, 1, 0], [0, 1, 0]], dtype=np.int8),
-        "reasons": np.array(["", "not closed"]),
+        "certified": np.array([[True, False, True], [True, False, False]]),
+        "reason": np.array([[0, 1, 0], [0, 1, 2]], dtype=np.int8),
+        "reasons": np.array(["", "not closed", "rests"]),
     }
+
+
+def _adaptive_map() -> dict[str, Any]:
+    """The same map with four computed points; the two of the last clearance and first omegas are inferred."""
+    whole = _map()
+    computed = np.array([[True, True, True], [False, False, True]])
+    figures = ("least_impact_velocity", "settled_after", "certified")
+    whole["reason"] = np.array([[0, 1, 0], [3, 3, 2]], dtype=np.int8)
+    whole["reasons"] = np.array(["", "not closed", "rests", "not computed"])
+    at_computed = {name: whole.pop(name)[computed] for name in figures} | {
+        "multiplier": np.array([0.5, np.nan, 0.6, 0.7])
+    }
+    return {**whole, "computed": computed, "at_computed": at_computed}

@@ -10,7 +10,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import httpx2
-from sdk_documents import MANY, npz
+from sdk_documents import ADAPTIVE, MANY, npz
 
 from grazemap.models import job_id, parse_request
 
@@ -88,7 +88,8 @@ class FakeService:
         if self.ending == "failed":
             job["problem"] = {"type": "urn:x", "title": "Tile failed", "status": 500, "detail": "tile 3"}
         if self.ending == "successful":
-            self.results[job["id"]] = npz(MANY if isinstance(job["request"].get("initial"), list) else job["process"])
+            several, adaptive = isinstance(job["request"].get("initial"), list), job["request"].get("adaptive")
+            self.results[job["id"]] = npz(MANY if several else ADAPTIVE if adaptive else job["process"])
 
     def _events(self, job: dict[str, Any]) -> httpx2.Response:
         self.finish(job)

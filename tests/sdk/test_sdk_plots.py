@@ -6,9 +6,9 @@ import sys
 
 import numpy as np
 import pytest
-from sdk_documents import MANY, POINTS, REQUESTS, document, npz
+from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
-from grazemap.plots import palette, save_picture
+from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
@@ -47,6 +47,35 @@ def test_the_map_has_regions_curve_points_and_shares():
     assert ax.get_ylim() == pytest.approx((1.45, 1.65))
     assert not any("recurrence" in entry for entry in entries)
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$", "clearance $b$")
+
+
+def test_an_adaptive_map_shows_what_was_computed():
+    umap = decode_result(npz(ADAPTIVE))
+    ax = umap.plot_computed()
+    assert legend(ax) == ["computed (66.7%)", "inferred (33.3%)"]
+    assert ax.get_xlim() == pytest.approx((0.175, 0.325))
+    np.testing.assert_array_equal(ax.collections[0].get_array().reshape(2, 3), umap.computed)
+    assert legend(umap.plot()) == legend(decode_result(npz("unfolding-maps")).plot())
+    with pytest.raises(ValueError, match="not adaptive"):
+        decode_result(npz("unfolding-maps")).plot_computed()
+
+
+def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
+    monkeypatch.setattr(unfolding, "_DRAWN_AS_CELLS", 1)
+    monkeypatch.setattr(unfolding, "_MEASURED_SIDE", 20)
+    shape, whole = (40, 60), document("unfolding-maps")
+    arrays = {name: np.resize(array, shape) for name, array in whole.items() if np.ndim(array) == 2}
+    arrays |= {"kind": np.ones(shape, np.int8), "period": np.where(np.arange(60) < 30, 1, 3) * np.ones((40, 1), int)}
+    arrays |= {"impacts_right": arrays["period"], "impacts_left": arrays["period"]}
+    axes = {"omega": np.linspace(0.2, 0.3, 60), "clearance": np.linspace(1.0, 2.0, 40)}
+    ax = decode_result(npz("unfolding-maps", arrays | axes)).plot()
+    assert not ax.collections
+    drawn = ax.images[0].get_array()
+    assert (drawn == (np.arange(60) >= 30)).all()
+    one, three = sorted(ax.texts, key=lambda text: text.get_position()[0])
+    assert (one.get_text(), three.get_text()) == ("1-$1_r$-$1_l$", "3-$3_r$-$3_l$")
+    assert 0.2 < one.get_position()[0] < 0.25 < three.get_position()[0] < 0.3
+    assert 1.0 < one.get_position()[1] < 2.0
 
 
 def test_small_motions_are_drawn_together_and_counted():

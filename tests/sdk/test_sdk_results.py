@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
-from sdk_documents import MANY, POINTS, REQUESTS, document, npz
+from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
 import grazemap
 from grazemap import questions
@@ -341,6 +341,29 @@ def test_a_map_counts_its_motions_and_never_gives_the_unresolved_a_label():
     assert umap.labels().tolist() == [["1-2r-2l", "unresolved", "3-4r-4l"], ["1-2r-2l", "unresolved", "1-(-1)r-(-1)l"]]
 
 
+@pytest.mark.parametrize("ending", [".npz", ".json"])
+def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_nothing_invented(ending, tmp_path):
+    full = decode_result(npz("unfolding-maps"))
+    umap = grazemap.load(decode_result(npz(ADAPTIVE)).save(tmp_path / f"map{ending}"))
+    assert full.computed is None
+    assert umap.computed.tolist() == [[True, True, True], [False, False, True]]
+    for name in ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
+        np.testing.assert_array_equal(getattr(umap, name), getattr(full, name))
+    for name, nothing in (("settled_after", -1), ("least_impact_velocity", np.nan)):
+        expected = np.where(umap.computed, getattr(full, name), nothing)
+        np.testing.assert_array_equal(getattr(umap, name), expected)
+    np.testing.assert_array_equal(umap.multiplier, [[0.5, np.nan, 0.6], [np.nan, np.nan, 0.7]])
+    assert umap.lyapunov is None
+    assert umap.period.dtype.itemsize <= 4
+    assert [(motion.label, motion.pixels) for motion in umap.motions()] == [
+        (motion.label, motion.pixels) for motion in full.motions()
+    ]
+    assert "66.7% computed" in repr(umap)
+    assert "computed" not in repr(full)
+    assert umap.to_xarray()["computed"].sel(omega=0.25, clearance=1.6).item() is False
+    assert "computed" not in full.to_xarray()
+
+
 @pytest.mark.parametrize(
     "content",
     [
@@ -449,7 +472,8 @@ def test_a_dataset_has_coordinates_units_and_labels():
     assert made["omega"].attrs["units"] == "nondimensional"
     assert made["settled_after"].attrs["units"] == "forcing periods"
     assert made["reason"].sel(omega=0.25, clearance=1.6).item() == "not closed"
-    assert made["reason"].sel(omega=0.3, clearance=1.6).item() == ""
+    assert made["reason"].sel(omega=0.3, clearance=1.6).item() == "rests"
+    assert made["certified"].values.tolist() == [[True, False, True], [True, False, False]]
     assert decode_result(npz("trajectories")).to_xarray()["velocity"].sel(mass=2, time=10.0) == 1.0
 
 

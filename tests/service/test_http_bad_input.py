@@ -158,6 +158,14 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("trajectories", {**TRAJECTORY, "times": [1, 43.4]}, "/times/1", "periods", "time behind the record"),
     ("trajectories", {**TRAJECTORY, "times": [1], "samples_per_period": 200}, "/samples_per_period", "one of them",
      "two ways of sampling"),
+    (
+        "unfolding-maps",
+        {**MAP, "adaptive": True, "policy": "sweep-up"},
+        "/policy",
+        "rest or ensemble",
+        "an adaptive sweep",
+    ),
+    ("unfolding-maps", {**MAP, "adaptive": 1}, "/adaptive", "boolean", "a number for a boolean"),
     ("unfolding-maps", {**MAP, "max_periods": 0}, "/max_periods", ">= 1 and <= 1000000", "no periods"),
 ]  # fmt: skip
 
@@ -187,12 +195,18 @@ def test_numbers_that_are_none_are_named(client: TestClient, store: Store, numbe
 
 
 CHAIN = {"masses": [1.0] * 64, "stiffnesses": [1.0] * 64, "forcing": [1.0] * 64}
+LARGE = {
+    "omega": {"start": 0.26, "stop": 0.32, "points": 4096},
+    "clearance": {"start": 1.2, "stop": 2.1, "points": 4096},
+}
 WORK: list[tuple[str, Any, str]] = [
     ("trajectories", {**TRAJECTORY, "oscillator": CHAIN, "periods": 10, "samples_per_period": 100_000}, "bytes"),
     ("trajectories", {**TRAJECTORY, "omega": 0.001, "periods": 10**6, "samples_per_period": 1}, "seconds"),
     ("grazing-curves", {"omega": {**RANGE, "points": 1_000_001}}, "points"),
     ("grazing-curves", {"omega": {**RANGE, "points": 10**4000}}, "points"),
     ("unfolding-maps", {**MAP, "omega": {**RANGE, "points": 10**12}}, "points"),
+    ("unfolding-maps", {**MAP, "omega": {**RANGE, "points": 2**24}, "adaptive": True}, "points"),
+    ("unfolding-maps", LARGE, "points"),
     ("trajectories", {**TRAJECTORY, "periods": 10**9}, "periods"),
     ("trajectories", {**TRAJECTORY, "periods": 10**6, "samples_per_period": 1000}, "samples"),
     ("trajectories", {**TRAJECTORY, "initial": [{}] * 1000, "periods": 1001}, "periods"),
@@ -281,6 +295,18 @@ def test_a_sweep_whose_columns_take_too_long_is_refused(client: TestClient, stor
     assert answer.status_code == 422
     assert set(answer.json()["limit"]) == {"seconds"}
     assert store.jobs() == ([], None)
+
+
+def test_an_adaptive_map_may_be_larger_than_a_full_one(client: TestClient) -> None:
+    answer = client.post("/v1/unfolding-maps", json={**LARGE, "adaptive": True, "max_periods": 200})
+    assert answer.status_code == 201
+    job = answer.json()
+    assert job["request"]["adaptive"] is True
+    assert job["estimate"]["tiles"] == job["progress"]["total"] == 64
+    assert client.get("/v1").json()["limits"]["adaptive_pixels"] == 4096**2
+    longer = client.post("/v1/unfolding-maps", json={**LARGE, "adaptive": True, "max_periods": 10_000}).json()
+    assert longer["type"] == "urn:grazemap:problem:too-much-work"
+    assert longer["estimate"]["forcing_periods"] > longer["limit"]["forcing_periods"] == 1e9
 
 
 def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> None:

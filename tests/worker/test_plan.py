@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 
 from grazemap.models import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
 from grazemap_worker.store import plan
-from grazemap_worker.store.plan import PERIODS_PER_SECOND, TILE_SECONDS, spectral_bound
+from grazemap_worker.store.plan import (
+    MAP_PERIODS_PER_SECOND,
+    PERIODS_PER_SECOND,
+    TILE_SECONDS,
+    WORST_TILE_SECONDS,
+    spectral_bound,
+)
 
 DEFAULT = Oscillator()
 
@@ -58,6 +64,34 @@ def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() ->
     assert estimate(known, known).seconds == 2 * estimate(known).seconds
     many = {**known, "stops": [1] * 8, "phases": [0.1 * k for k in range(8)], "velocities": [0.1] * 8}
     assert estimate(many).seconds > 2 * estimate(known).seconds
+
+
+def adaptive(columns: int, rows: int, **settings: object) -> UnfoldingMapsRequest:
+    return map_request(columns, rows).model_copy(update={"adaptive": True, **settings})
+
+
+def test_an_adaptive_map_is_cut_into_tall_strips_and_costs_less_the_larger_it_is() -> None:
+    shares = []
+    for side in (128, 1024, 4096):
+        full = plan("unfolding-maps", map_request(side, side, 200))
+        cut = plan("unfolding-maps", adaptive(side, side, max_periods=200))
+        assert (cut.tile_rows, cut.tile_columns) == (side, 64)
+        assert cut.estimate.tiles == cut.count == side // 64
+        shares.append(cut.estimate.seconds / full.estimate.seconds)
+    assert 1.6 >= shares[0] > shares[1] > shares[2] > 0.05
+    assert shares[2] < 0.3
+    small, many = plan("unfolding-maps", adaptive(5, 7)), adaptive(512, 512, policy="ensemble", initial_conditions=10)
+    assert (small.count, small.tile_rows, small.tile_columns) == (1, 7, 5)
+    base = plan("unfolding-maps", adaptive(512, 512)).estimate
+    assert plan("unfolding-maps", many).estimate.seconds == pytest.approx(10 * base.seconds)
+    assert plan("unfolding-maps", many).estimate.periods == pytest.approx(10 * base.periods)
+
+
+@pytest.mark.parametrize("max_periods", [10_000, 1_000_000])
+def test_a_strip_is_cut_where_it_might_take_longer_than_a_tile_may(max_periods: int) -> None:
+    cut = plan("unfolding-maps", adaptive(128, 4096, max_periods=max_periods))
+    assert cut.tile_rows * cut.tile_columns * max_periods / MAP_PERIODS_PER_SECOND < 1.2 * WORST_TILE_SECONDS
+    assert cut.tile_rows < 4096
 
 
 def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:

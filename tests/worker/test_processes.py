@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.models import Oscillator, ProcessRequest, job_id, parse_request
+from grazemap.models import Oscillator, ProcessRequest, canonical, job_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.one_impact_orbits import orbits_at_clearance
@@ -316,6 +316,32 @@ def test_any_cut_of_a_map_gives_the_same_bytes() -> None:
     assert uncut["least_impact_velocity"].dtype == np.float64
 
 
+def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_computed() -> None:
+    body = {
+        "omega": {"start": 0.272, "stop": 0.29, "points": 40},
+        "clearance": {"start": 1.84, "stop": 1.99, "points": 60},
+        "max_periods": 100,
+    }
+    request = parse_request("unfolding-maps", {**body, "adaptive": True})
+    cut = Plan(rows=60, columns=40, tile_rows=30, tile_columns=16)
+    document = decode_npz(encode_npz(tiled(request, cut), {}))[0]
+    full = tiled(parse_request("unfolding-maps", body), Plan(rows=60, columns=40, tile_rows=60, tile_columns=40))
+    computed, figures = document["computed"], document["at_computed"]
+    assert document.keys() | figures.keys() == full.keys() | {"computed", "at_computed"}
+    for name in ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
+        assert document[name].dtype == full[name].dtype
+        assert document[name][computed].tobytes() == full[name][computed].tobytes(), name
+    for name, array in figures.items():
+        assert array.tobytes() == full[name][computed].tobytes(), name
+    reasons = document["reasons"][document["reason"][~computed]]
+    assert ((reasons != "") == (document["kind"][~computed] == 0)).all()
+    # closing the seams has computed more than the tiles had
+    process = PROCESSES["unfolding-maps"].tile
+    assert process is not None
+    assert computed.sum() > sum(process(request, tile)["computed"].sum() for tile in cut.tiles)
+    assert computed.mean() < 0.7
+
+
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
 def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> None:
     request = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 3})
@@ -328,6 +354,15 @@ def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> Non
     again = parse_request("unfolding-maps", {**MAP, "policy": policy, "initial_conditions": 5, "seed": 4})
     same = encode_npz(tiled(again, planned), {}) == encode_npz(uncut, {})
     assert same == (policy != "ensemble")
+
+
+def test_a_map_that_is_not_adaptive_is_the_question_that_it_was() -> None:
+    def asked(**changes: object) -> str:
+        return job_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}), "1.0")
+
+    # nothing of it is in the question's text, so ids of questions from before maps could be adaptive are the same
+    assert "adaptive" not in canonical(parse_request("unfolding-maps", {**MAP, "adaptive": False}))
+    assert asked() == asked(adaptive=False) != asked(adaptive=True)
 
 
 def test_what_an_ensemble_is_drawn_from_is_part_of_its_question_only() -> None:

@@ -210,7 +210,8 @@ def _reach(problem: OrbitProblem, speeds: FloatArray, radius: float) -> float:
     total = 0.0
     for i in range(speeds.shape[0]):
         total += abs(speeds[i])
-    return radius * problem.rebound * (problem.omega * by_speed * speeds.shape[0] + by_phase * total)
+    reach: float = radius * problem.rebound * (problem.omega * by_speed * speeds.shape[0] + by_phase * total)
+    return reach
 
 
 @kernel

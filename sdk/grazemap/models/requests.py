@@ -121,6 +121,8 @@ class UnfoldingMapsRequest(ProcessRequest):
 
     Trajectories start at rest; where the one of the clearance below or above has ended (a sweep follows a motion for as
     long as it lasts); or, of an ensemble, at random states, and the motion that most of them lead to counts.
+
+    An adaptive map is computed where neighbours differ and inferred between those that agree.
     """
 
     omega: Grid
@@ -131,6 +133,13 @@ class UnfoldingMapsRequest(ProcessRequest):
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
     initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+    adaptive: bool = False
+
+    @model_validator(mode="after")
+    def _neighbours_are_free(self) -> UnfoldingMapsRequest:
+        if self.adaptive and self.policy.startswith("sweep"):
+            raise invalid("a sweep follows its neighbours: every point is computed", "rest or ensemble", "policy")
+        return self
 
     @model_serializer(mode="wrap")
     def _without_what_is_not_asked(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -138,6 +147,8 @@ class UnfoldingMapsRequest(ProcessRequest):
         if self.policy != "ensemble":
             for name in ("initial_conditions", "seed"):
                 fields.pop(name, None)
+        if not self.adaptive:
+            fields.pop("adaptive", None)
         return fields
 
 

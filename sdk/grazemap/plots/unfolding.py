@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 # A region is named inside the picture when a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
+# A map with more points than this is drawn as an image, and its regions are measured on every so many of them.
+_DRAWN_AS_CELLS = 1 << 20
+_MEASURED_SIDE = 1024
+_INFERRED = "#f2f2f2"
 
 
 def plot_unfolding_map(
@@ -75,6 +79,30 @@ def plot_unfolding_map(
     return ax
 
 
+def plot_computed(umap: UnfoldingMap, ax: Axes | None = None) -> Axes:
+    """Draw which points of an adaptive map were computed, on axes like those of the map.
+
+    Raises
+    ------
+    ValueError
+        The map is not adaptive.
+    """
+    if umap.computed is None:
+        raise ValueError("every point of this map was computed: it is not adaptive")
+    ax = axes_or_new(ax, 8.0, 6.5)
+    codes = umap.computed.astype(np.int8)
+    _draw_codes(ax, umap, codes, [_INFERRED, INK])
+    for colour, share, text in (
+        (INK, umap.computed.mean(), "computed"),
+        (_INFERRED, 1.0 - umap.computed.mean(), "inferred"),
+    ):
+        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, label=f"{text} ({share:.1%})")
+    label_plane(ax, umap.units)
+    ax.set_title(f"Computed points of {len(umap.clearance)} × {len(umap.omega)}", fontsize=10)
+    legend_outside(ax, handlelength=1.4)
+    return ax
+
+
 def _draw_regions(
     ax: Axes,
     umap: UnfoldingMap,
@@ -82,26 +110,32 @@ def _draw_regions(
     irregular: list[MotionShare],
     rest: list[MotionShare],
 ) -> None:
-    from matplotlib.colors import ListedColormap
-
     entries = [(motion_colour(motion), _entry(motion)) for motion in [*shown, *irregular]]
-    codes = np.full(umap.kind.shape, len(entries))
+    codes = np.full(umap.kind.shape, len(entries), dtype=np.int16)
     for code, motion in enumerate([*shown, *irregular]):
         codes[umap.mask(motion)] = code
     if rest:
         share = sum(motion.share for motion in rest)
         entries.append((OTHER, f"{len(rest)} other motions ({share:.1%})"))
-    ax.pcolormesh(
+    _draw_codes(ax, umap, codes, [colour for colour, _ in entries])
+    for colour, text in entries:
+        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=0.4, label=text)
+
+
+def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], colours: list[str]) -> None:
+    """Colour every point by its code."""
+    from matplotlib.colors import ListedColormap
+
+    draw = ax.pcolormesh if codes.size <= _DRAWN_AS_CELLS else ax.pcolorfast
+    draw(
         cell_borders(umap.omega),
         cell_borders(umap.clearance),
         codes,
-        cmap=ListedColormap([colour for colour, _ in entries]),
+        cmap=ListedColormap(colours),
         vmin=-0.5,
-        vmax=len(entries) - 0.5,
+        vmax=len(colours) - 0.5,
         rasterized=True,
     )
-    for colour, text in entries:
-        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=0.4, label=text)
 
 
 def _entry(motion: MotionShare) -> str:
@@ -117,9 +151,12 @@ def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare) -> None:
     """Write a motion's label where the largest square fits into its region, if that is large enough to read."""
     from matplotlib.patheffects import withStroke
 
-    row, column, side = largest_square(umap.mask(motion))
-    if side < _NAMED_REGION * min(umap.kind.shape) or side < 3:
+    step = -(-max(umap.kind.shape) // _MEASURED_SIDE)
+    mask = umap.mask(motion)[::step, ::step]
+    row, column, side = largest_square(mask)
+    if side < _NAMED_REGION * min(mask.shape) or side < 3:
         return
+    row, column = step * row, step * column
     ax.text(
         float(umap.omega[column]),
         float(umap.clearance[row]),

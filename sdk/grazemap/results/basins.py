@@ -30,6 +30,8 @@ class Attractor:
         omega times it: these tell motions with the same label apart.
     multiplier, lyapunov : float or None
         Largest multiplier over one period, of a periodic one; largest exponent per forcing period, where it is known.
+    certified : bool
+        Whether a periodic motion is proven, from every state that leads to it.
     states : int
         Initial states that lead to it.
     share : float
@@ -49,6 +51,7 @@ class Attractor:
     mean_velocity: float | None = None
     multiplier: float | None = None
     lyapunov: float | None = None
+    certified: bool = False
 
     @property
     def motion(self) -> MotionShare:

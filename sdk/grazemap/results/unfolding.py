@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -41,13 +42,20 @@ class UnfoldingMap(Result):
         NaN where the motion has no impacts or is not periodic.
     settled_after : ndarray of int, shape (clearance, omega)
         Forcing periods; -1 where the motion is not periodic.
+    certified : ndarray of bool, shape (clearance, omega)
+        Whether a periodic motion is proven: its orbit was solved for and is the only one nearby, a motion, and stable.
     reason : ndarray of int, shape (clearance, omega)
-        Index into `reasons`: why a motion is unresolved.
+        Index into `reasons`: why a motion is unresolved, or is periodic and not certified.
     reasons : tuple of str
     multiplier : ndarray of shape (clearance, omega), or None
         Largest modulus of the multipliers over one motion period; NaN where the motion is not periodic.
     lyapunov : ndarray of shape (clearance, omega), or None
         Largest Lyapunov exponent per forcing period; NaN where it is not known.
+    lyapunov_error : ndarray of shape (clearance, omega), or None
+        Standard error of an exponent that was measured along the trajectory; NaN for others.
+    computed : ndarray of bool, shape (clearance, omega), or None
+        Of an adaptive map: where the motion was computed. Elsewhere kind, reason, label, symmetric and sticking are
+        inferred from the points around, and all figures are NaN, or -1. None: every point was computed.
     share : ndarray of shape (clearance, omega), or None
         Of an ensemble: of the initial states, those that lead to this motion or its mirror image.
     motions_found : ndarray of int, shape (clearance, omega), or None
@@ -55,7 +63,7 @@ class UnfoldingMap(Result):
     """
 
     process: ClassVar[str] = "unfolding-maps"
-    NOT_ALWAYS: ClassVar[tuple[str, ...]] = ("multiplier", "lyapunov", "share", "motions_found")
+    NOT_ALWAYS: ClassVar[tuple[str, ...]] = ("multiplier", "lyapunov", "lyapunov_error", "share", "motions_found")
 
     omega: FloatArray
     clearance: FloatArray
@@ -68,15 +76,26 @@ class UnfoldingMap(Result):
     sticking: NDArray[np.bool_]
     least_impact_velocity: FloatArray
     settled_after: IntArray
+    certified: NDArray[np.bool_]
     reason: IntArray
     reasons: tuple[str, ...]
     multiplier: FloatArray | None = None
     lyapunov: FloatArray | None = None
+    lyapunov_error: FloatArray | None = None
     share: FloatArray | None = None
     motions_found: IntArray | None = None
+    computed: NDArray[np.bool_] | None = None
 
     @classmethod
     def _fields(cls, document: Document) -> dict[str, Any]:
+        if "computed" not in document:
+            return cls._of_grid(document, integers)
+        computed = np.asarray(document["computed"], dtype=np.bool_)
+        figures = {name: _spread(values, computed) for name, values in document["at_computed"].items()}
+        return cls._of_grid({**document, **figures}, _small_integers) | {"computed": computed}
+
+    @classmethod
+    def _of_grid(cls, document: Document, integers: Callable[[Any], NDArray[Any]]) -> dict[str, Any]:
         whole = ("kind", "period", "impacts_right", "impacts_left", "settled_after", "reason")
         figures = ("omega", "clearance", "least_impact_velocity")
         not_always = {
@@ -89,16 +108,24 @@ class UnfoldingMap(Result):
             **{name: floats(document[name]) for name in figures},
             **{name: integers(document[name]) for name in whole},
             **{name: tuple(str(text) for text in document[name]) for name in ("kinds", "reasons")},
-            **{name: np.asarray(document[name], dtype=np.bool_) for name in ("symmetric", "sticking")},
+            **{name: np.asarray(document[name], dtype=np.bool_) for name in ("symmetric", "sticking", "certified")},
         }
 
     def motions(self) -> list[MotionShare]:
         """Return the motions of the map, those that cover most of it first."""
-        codes = np.stack([self.kind, self.period, self.impacts_right, self.impacts_left], axis=-1).reshape(-1, 4)
+        labels = [self.kind, self.period, self.impacts_right, self.impacts_left]
+        # neighbours are mostly alike: only where runs of equal ones begin have labels to be sorted
+        begins = np.ones(self.kind.size, dtype=np.bool_)
+        begins[1:] = np.any([label.ravel()[1:] != label.ravel()[:-1] for label in labels], axis=0)
+        starts = np.flatnonzero(begins)
+        codes = np.stack([label.ravel()[starts] for label in labels], axis=-1)
         codes[codes[:, 0] != self._code("periodic"), 1:] = 0
-        found, counts = np.unique(codes, axis=0, return_counts=True)
+        found, places = np.unique(codes, axis=0, return_inverse=True)
+        lengths = np.diff(starts, append=self.kind.size)
+        counts = np.bincount(places.ravel(), weights=lengths).astype(np.int64)
         shares = [
-            self._share(code, pixels, len(codes)) for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
+            self._share(code, pixels, self.kind.size)
+            for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
         ]
         return sorted(shares, key=lambda motion: (-motion.pixels, motion.label))
 
@@ -131,6 +158,12 @@ class UnfoldingMap(Result):
 
         return plot_unfolding_map(self, ax, curve, points, motions, curves)
 
+    def plot_computed(self, ax: Axes | None = None) -> Axes:
+        """Draw which points of an adaptive map were computed. Raises ValueError of another map."""
+        from grazemap.plots.unfolding import plot_computed
+
+        return plot_computed(self, ax)
+
     def _code(self, kind: str) -> int:
         return self.kinds.index(kind) if kind in self.kinds else -1
 
@@ -142,4 +175,25 @@ class UnfoldingMap(Result):
         return MotionShare(motion_label(period, right, left), name, period, right, left, pixels, pixels / total)
 
     def _summary(self) -> str:
-        return f"{len(self.clearance)} x {len(self.omega)} points, {len(self.motions())} motions"
+        computed = "" if self.computed is None else f" ({self.computed.mean():.1%} computed)"
+        periodic = self.kind == self._code("periodic")
+        share = self.certified[periodic].mean() if periodic.any() else 1.0
+        points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
+        return f"{points}, {len(self.motions())} motions, {share:.1%} of the periodic points certified"
+
+
+def _small_integers(value: Any) -> NDArray[Any]:
+    """Return whole numbers in no more than four bytes: adaptive maps are large."""
+    values = np.asarray(value)
+    return values if values.dtype.itemsize <= 4 else values.astype(np.int32)
+
+
+def _spread(values: Any, computed: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return an array of the grid from the figures of its computed points, in the order of its rows."""
+    figures = np.asarray(values)
+    if figures.dtype.kind not in "ib":
+        figures = floats(values)
+    nothing: Any = {"f": np.nan, "i": -1, "b": False}[figures.dtype.kind]
+    whole = np.full(computed.shape, nothing, dtype=figures.dtype)
+    whole[computed] = figures
+    return whole

@@ -30,6 +30,7 @@ class Limits(BaseModel):
     masses: int
     points: int
     pixels: int
+    adaptive_pixels: int
     work_periods: float
     work_seconds: float
     single_tile_seconds: float
@@ -70,6 +71,7 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
             masses=settings.max_masses,
             points=settings.max_points,
             pixels=settings.max_pixels,
+            adaptive_pixels=settings.max_adaptive_pixels,
             work_periods=settings.max_work,
             work_seconds=settings.max_seconds,
             single_tile_seconds=min(settings.max_seconds, MOST_TILE_SECONDS),

@@ -18,6 +18,14 @@ EXAMPLES = {
             "max_periods": 200,
         }
     },
+    "map computed where neighbours differ": {
+        "value": {
+            "omega": {"start": 0.26, "stop": 0.30, "points": 32},
+            "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
+            "max_periods": 200,
+            "adaptive": True,
+        }
+    },
 }
 
 router = process_router()

@@ -1,8 +1,12 @@
-"""The process unfolding-maps: the motion that every point of a grid settles to, in tiles of the grid."""
+"""The process unfolding-maps: the motion that every point of a grid settles to, in tiles of the grid.
+
+An adaptive map's document has what inferred points have too as arrays of the grid, and everything else of the computed
+ones only, in `at_computed`: in the order of the grid's rows, as numpy's ``array[computed]``.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,33 +16,36 @@ from grazemap.models import UnfoldingMapsRequest, grid_values
 from grazemap_worker.processes.core_objects import core_oscillator
 from grazemap_worker.store import Plan, Tile
 
+if TYPE_CHECKING:
+    from grazemap_core.adaptive_map import Settings
+
 _AXES = ("omega", "clearance")
 _NAMES = ("kinds", "reasons")
+_AT_COMPUTED = "at_computed"
 
 
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """Return a rectangle of the map: its omega and clearance, and the arrays [clearance, omega] of the core.
 
-    The values of the grid are those of the whole one, so any cut gives the same bytes (a sweep's tiles are as tall as
-    the map). Raises CoreError.
+    The values of the grid are those of the whole one, so any cut of a map that is not adaptive gives the same bytes (a
+    sweep's tiles are as tall as the map). Raises CoreError.
     """
+    from grazemap_core.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.motion import KINDS, REASONS
     from grazemap_core.unfolding import unfolding_map_tile
 
     row_start, row_stop, column_start, column_stop = tile
     omega = grid_values(request.omega)[column_start:column_stop]
     clearance = grid_values(request.clearance)[row_start:row_stop]
-    arrays = unfolding_map_tile(
-        core_oscillator(request.oscillator),
-        omega,
-        clearance,
-        request.max_periods,
-        request.max_period,
-        request.policy,
-        request.initial_conditions,
-        request.seed,
-    )
     reasons = [REASONS.get(code, "") for code in range(1 + max(REASONS))]
+    oscillator, settings = core_oscillator(request.oscillator), _settings(request)
+    arrays: Document
+    if request.adaptive:
+        arrays = _without_figures_of_inferred(adaptive_map_tile(oscillator, omega, clearance, **settings))
+        assert len(reasons) == NOT_COMPUTED
+        reasons.append(NOT_COMPUTED_REASON)
+    else:
+        arrays = dict(unfolding_map_tile(oscillator, omega, clearance, **settings))
     return {
         "omega": omega,
         "clearance": clearance,
@@ -49,19 +56,65 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
 
 
 def assemble(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document]) -> Document:
-    """Return the whole map from the documents of its tiles, in the plan's order."""
-    whole: dict[str, NDArray[Any]] = {}
-    for rectangle, document in zip(plan.tiles, tiles, strict=True):
-        row_start, row_stop, column_start, column_stop = rectangle
-        for name, part in document.items():
-            if name in _AXES or name in _NAMES:
-                continue
-            if name not in whole:
-                whole[name] = np.empty((plan.rows, plan.columns), dtype=part.dtype)
-            whole[name][row_start:row_stop, column_start:column_stop] = part
+    """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
+    names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
+    whole: Document = {name: _joined(plan, [tile[name] for tile in tiles]) for name in names}
+    if request.adaptive:
+        whole[_AT_COMPUTED] = _closed(request, plan, tiles, whole)
     return {
         "omega": grid_values(request.omega),
         "clearance": grid_values(request.clearance),
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
     }
+
+
+def _settings(request: UnfoldingMapsRequest) -> Settings:
+    return {
+        "max_periods": request.max_periods,
+        "max_period": request.max_period,
+        "policy": request.policy,
+        "initial_conditions": request.initial_conditions,
+        "seed": request.seed,
+    }
+
+
+def _joined(plan: Plan, parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Return an array of the grid from those of the tiles, in the plan's order."""
+    array = np.empty((plan.rows, plan.columns), dtype=parts[0].dtype)
+    for (row_start, row_stop, column_start, column_stop), part in zip(plan.tiles, parts, strict=True):
+        array[row_start:row_stop, column_start:column_stop] = part
+    return array
+
+
+def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
+    """Return an adaptive map's document."""
+    from grazemap_core.adaptive_map import LABEL
+
+    dense = (*LABEL, "computed")
+    figures = {name: array[arrays["computed"]] for name, array in arrays.items() if name not in dense}
+    return {name: arrays[name] for name in dense} | {_AT_COMPUTED: figures}
+
+
+def _closed(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document) -> Document:
+    """Close the seams of an adaptive map, in place, and return the figures of what was computed in all of it."""
+    from grazemap_core.adaptive_map import close_seams
+
+    rows, columns, fresh = close_seams(
+        core_oscillator(request.oscillator),
+        grid_values(request.omega),
+        grid_values(request.clearance),
+        whole,
+        list(range(plan.tile_rows, plan.rows, plan.tile_rows)),
+        list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
+        **_settings(request),
+    )
+    figures: Document = {}
+    for name, first in tiles[0][_AT_COMPUTED].items():  # one at a time: an array of the grid for each is much
+        array = np.zeros((plan.rows, plan.columns), dtype=first.dtype)
+        for (row_start, row_stop, column_start, column_stop), tile in zip(plan.tiles, tiles, strict=True):
+            array[row_start:row_stop, column_start:column_stop][tile["computed"]] = tile[_AT_COMPUTED][name]
+        if len(rows):
+            array[rows, columns] = fresh[name]
+        figures[name] = array[whole["computed"]]
+    return figures

@@ -3,7 +3,8 @@
 A plan is a pure function of the request: the service makes it (without the core), the worker reads it. Only maps
 have more than one tile. A map's grid is cut into equal rectangles (the last ones smaller) that should take
 `TILE_SECONDS` each, as tall as can be, because the clearances of one omega run side by side; the bytes of a result do
-not depend on the cut. A sweep's tiles are whole columns.
+not depend on the cut. A sweep's tiles are whole columns. An adaptive map's are strips of `ADAPTIVE_COLUMNS`: which of
+its points are computed does depend on them.
 """
 
 from __future__ import annotations
@@ -41,6 +42,15 @@ FULL_COLUMN = 128
 SWEEP_PERIODS_PER_SECOND = 1.5e5
 # Clearances in a tile at most: more would not run faster.
 TALLEST_TILE = 1024
+# Columns and most rows of a tile of an adaptive map: tall, because few clearances of each omega are computed, and wide
+# enough for the computed lines along its sides to be few.
+ADAPTIVE_COLUMNS = 64
+ADAPTIVE_ROWS = 4096
+# Its share of computed pixels was 0.26 and 0.14 in maps of 1024 x 1024 and 4096 x 4096 over one window: all of a
+# map this long and wide, times a power of its size, for borders are fractal. Pixels near them take longer.
+ADAPTIVE_SIDE = 60.0
+ADAPTIVE_POWER = 0.45
+ADAPTIVE_PERIODS = 1.6
 # What a pixel takes on average to settle, and the share of pixels that go on to max_periods.
 PERIODS_TO_SETTLE = 45
 UNSETTLED = 0.1
@@ -213,6 +223,8 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     starts = request.initial_conditions if request.policy == "ensemble" else 1
     if not sweeps:
         cost *= starts * max(1.0, FULL_COLUMN / (starts * rows))
+    if request.adaptive:
+        return _adaptive_plan(rows, columns, starts, request.max_periods, cost / MAP_PERIODS_PER_SECOND)
     pixel_seconds = periods_per_pixel * cost / rate
     at_worst = request.max_periods * cost / rate
     pixels_per_tile = _pixels_per_tile(pixel_seconds, at_worst)
@@ -220,6 +232,23 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
     return _estimated(shape, starts * periods_per_pixel, pixel_seconds)
+
+
+def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, period_seconds: float) -> Plan:
+    """Return strips, and the cost from the share of pixels that are expected to be computed.
+
+    `period_seconds` is what a forcing period of all trajectories of a pixel takes.
+    """
+    share = min(1.0, (ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** ADAPTIVE_POWER)
+    periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(max_periods))
+    longest = round(WORST_TILE_SECONDS / (max_periods * period_seconds * ADAPTIVE_COLUMNS))
+    shape = Plan(
+        rows=rows,
+        columns=columns,
+        tile_rows=_even(rows, max(1, min(longest, ADAPTIVE_ROWS))),
+        tile_columns=min(columns, ADAPTIVE_COLUMNS),
+    )
+    return _estimated(shape, starts * periods, periods * period_seconds)
 
 
 def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:

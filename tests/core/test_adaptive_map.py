@@ -1,0 +1,135 @@
+"""Adaptive maps beside full ones: what is computed is the same to the byte, what is inferred claims no more."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from grazemap_core.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, close_seams
+from grazemap_core.errors import ParameterError
+from grazemap_core.motion import KINDS
+from grazemap_core.oscillator import Oscillator
+from grazemap_core.unfolding import unfolding_map_tile
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+PERIODIC, UNRESOLVED = KINDS.index("periodic"), KINDS.index("unresolved")
+# two wide regions, crooked borders between them, and mirror images that alternate
+OMEGA, CLEARANCE = np.linspace(0.272, 0.29, 41), np.linspace(1.84, 1.99, 60)
+MOTIONS = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+Arrays = dict[str, NDArray[Any]]
+
+
+@pytest.fixture(scope="module")
+def full() -> Arrays:
+    return unfolding_map_tile(DEFAULT, OMEGA, CLEARANCE, 100)
+
+
+@pytest.fixture(scope="module")
+def adaptive() -> Arrays:
+    return adaptive_map_tile(DEFAULT, OMEGA, CLEARANCE, max_periods=100)
+
+
+def beside_another(arrays: Arrays) -> NDArray[np.bool_]:
+    """Points that have another label than one of the eight around them."""
+    label = np.stack([arrays[name].astype(np.int64) for name in MOTIONS])
+    found = np.zeros(label.shape[1:], dtype=np.bool_)
+    for i, j in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        there = np.roll(label, (-i, -j), axis=(1, 2))
+        differ = np.any(label != there, axis=0)
+        differ[label.shape[1] - i :] = False
+        if j:
+            differ[:, -1 if j > 0 else 0] = False
+        found |= differ | np.roll(differ, (i, j), axis=(0, 1))
+    return found
+
+
+def test_computed_points_have_the_bytes_of_the_full_map(full: Arrays, adaptive: Arrays) -> None:
+    computed = adaptive["computed"]
+    assert 0.1 < computed.mean() < 0.6
+    assert adaptive.keys() == full.keys() | {"computed"}
+    for name, array in full.items():
+        assert adaptive[name].dtype == array.dtype
+        assert adaptive[name][computed].tobytes() == array[computed].tobytes(), name
+
+
+def test_inferred_points_have_a_label_and_nothing_else(full: Arrays, adaptive: Arrays) -> None:
+    inferred = ~adaptive["computed"]
+    same = np.all([adaptive[name] == full[name] for name in MOTIONS], axis=0)
+    unresolved = adaptive["kind"] == UNRESOLVED
+    assert (same | unresolved)[inferred].mean() > 0.99
+    assert (adaptive["reason"][inferred] == np.where(unresolved[inferred], NOT_COMPUTED, 0)).all()
+    assert (adaptive["settled_after"][inferred] == -1).all()
+    for name in ("multiplier", "lyapunov", "least_impact_velocity"):
+        assert np.isnan(adaptive[name][inferred]).all()
+    assert not (inferred & (adaptive["kind"] == PERIODIC) & beside_another(adaptive)).any()
+
+
+def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays) -> None:
+    rows, columns = [0, 24, 60], [0, 16, 32, 41]
+    whole = {name: np.empty_like(full[name]) for name in LABEL} | {"computed": np.empty(full["kind"].shape, np.bool_)}
+    for top, bottom in pairwise(rows):
+        for left, right in pairwise(columns):
+            tile = adaptive_map_tile(DEFAULT, OMEGA[left:right], CLEARANCE[top:bottom], max_periods=100)
+            for name in whole:
+                whole[name][top:bottom, left:right] = tile[name]
+    before = whole["computed"].copy()
+    doubtful = ~before & (whole["kind"] == PERIODIC) & beside_another(whole)
+    assert doubtful.any()
+    row, column, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, rows[1:-1], columns[1:-1], max_periods=100)
+    assert whole["computed"][doubtful].all()
+    assert not (~whole["computed"] & (whole["kind"] == PERIODIC) & beside_another(whole)).any()
+    new = np.zeros_like(before)
+    new[row, column] = True
+    assert (new == (whole["computed"] & ~before)).all()
+    for name in full:
+        assert figures[name].tobytes() == full[name][row, column].tobytes(), name
+    for name in LABEL:
+        assert (whole[name][row, column] == full[name][row, column]).all()
+
+
+def test_a_map_without_seams_in_doubt_is_left_as_it_is(adaptive: Arrays) -> None:
+    whole = {name: array.copy() for name, array in adaptive.items()}
+    rows, columns, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, [30], [7, 21], max_periods=100)
+    assert not len(rows)
+    assert not len(columns)
+    assert figures == {}
+    assert all(whole[name].tobytes() == adaptive[name].tobytes() for name in whole)
+
+
+def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
+    # one-sided motions, for the most part
+    omega, clearance = np.linspace(0.285, 0.297, 33), np.linspace(1.84, 1.91, 33)
+    settings: Settings = {"max_periods": 60, "max_period": 8, "policy": "ensemble", "initial_conditions": 1, "seed": 3}
+    full = unfolding_map_tile(DEFAULT, omega, clearance, **settings)
+    adaptive = adaptive_map_tile(DEFAULT, omega, clearance, **settings)
+    computed = adaptive["computed"]
+    for name, array in full.items():
+        assert adaptive[name][computed].tobytes() == array[computed].tobytes(), name
+    assert np.isnan(adaptive["share"][~computed]).all()
+    assert (adaptive["motions_found"][~computed] == -1).all()
+    few, many = (np.sort([full[name] for name in ("impacts_right", "impacts_left")], axis=0)[k] for k in (0, 1))
+    mirrored = full["impacts_right"] != adaptive["impacts_right"]
+    inferred = ~computed & (adaptive["kind"] == PERIODIC) & (full["kind"] == PERIODIC)
+    for found, expected in ((np.minimum, few), (np.maximum, many)):
+        pair = found(adaptive["impacts_right"], adaptive["impacts_left"])
+        assert (pair == expected)[inferred].mean() > 0.95
+    assert (mirrored & inferred).any()
+
+
+@pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "none"])
+def test_a_sweep_has_to_compute_every_point(policy: str) -> None:
+    with pytest.raises(ParameterError, match="policy"):
+        adaptive_map_tile(DEFAULT, OMEGA, CLEARANCE, policy=policy)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (1, 30), (9, 1), (2, 2)])
+def test_any_grid_will_do(columns: int, rows: int) -> None:
+    grid = (DEFAULT, OMEGA[:columns], CLEARANCE[:rows])
+    full, adaptive = unfolding_map_tile(*grid, 60), adaptive_map_tile(*grid, max_periods=60)
+    computed = adaptive["computed"]
+    assert computed[[0, 0, -1, -1], [0, -1, 0, -1]].all()
+    assert all((adaptive[name] == full[name])[computed].all() for name in LABEL)

@@ -1,0 +1,136 @@
+"""Refining a grid of labels, on pictures whose truth is known: no kernel runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from grazemap_core.refinement import UNKNOWN, UNRESOLVED, Floats, Labels, Places, Refinement
+from grazemap_core.tolerances import SAME_APPROACH
+
+IRREGULAR, MOTION = 1, 2  # the labels from MOTION on are motions
+
+
+class Picture:
+    """A truth to be found, with a count of what was asked."""
+
+    def __init__(self, truth: NDArray[np.int32], approach: Floats | None = None) -> None:
+        self.truth = truth.astype(np.int32)
+        self.approach = np.zeros(truth.shape) if approach is None else approach
+        self.asked = np.zeros(truth.shape, dtype=int)
+
+    def compute(self, rows: Places, columns: Places) -> tuple[Labels, Floats]:
+        self.asked[rows, columns] += 1
+        return self.truth[rows, columns], self.approach[rows, columns]
+
+    def refined(self, spacing: int = 8) -> Refinement:
+        grid = self.blank()
+        grid.refine(spacing)
+        return grid
+
+    def blank(self) -> Refinement:
+        shape = self.truth.shape
+        label, computed = np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
+        return Refinement(label, computed, lambda found: found == IRREGULAR, self.compute)
+
+
+def blobs(seed: int, shape: tuple[int, int], labels: int, roughness: float) -> NDArray[np.int32]:
+    """Regions with crooked borders and islands."""
+    rng = np.random.default_rng(seed)
+    fields = [ndimage.gaussian_filter(rng.normal(size=shape), roughness) for _ in range(labels)]
+    return np.argmax(fields, axis=0).astype(np.int32)
+
+
+def wrong_motions(grid: Refinement, truth: NDArray[np.int32]) -> NDArray[np.bool_]:
+    return np.asarray((grid.label >= MOTION) & (grid.label != truth))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 10**6), st.integers(1, 70), st.integers(1, 70), st.integers(2, 6), st.sampled_from([0.5, 1.5, 4.0])
+)
+def test_a_part_that_was_touched_is_nowhere_claimed_to_be_another_motion(
+    seed: int, rows: int, columns: int, labels: int, roughness: float
+) -> None:
+    picture = Picture(blobs(seed, (rows, columns), labels, roughness))
+    grid = picture.refined()
+    assert (grid.label != UNKNOWN).all()
+    assert (picture.asked == grid.computed).all()  # nothing twice
+    assert (grid.label == picture.truth)[grid.computed].all()
+    wrong = wrong_motions(grid, picture.truth)
+    for label in np.unique(picture.truth):
+        parts, count = ndimage.label(picture.truth == label, structure=np.ones((3, 3)))
+        touched = np.isin(np.arange(count + 1), np.unique(parts[grid.computed]))
+        touched[0] = False
+        assert not wrong[touched[parts]].any()
+
+
+def test_a_tongue_is_followed_to_its_tip() -> None:
+    truth = np.full((65, 257), MOTION)
+    for column in range(257):  # 24 points wide at the left, and then less than a lattice
+        width = max(1, 24 - column // 8)
+        truth[33 - width // 2 : 33 - width // 2 + width, column] = MOTION + 1
+    grid = Picture(truth).refined()
+    assert (grid.label == truth).all()
+    assert grid.computed.mean() < 0.2
+
+
+@pytest.mark.parametrize(("side", "least"), [(128, 1.7), (256, 1.7)])
+def test_the_work_grows_with_the_border_and_not_with_the_area(side: int, least: float) -> None:
+    def work(points: int) -> float:
+        at = (np.arange(points) + 0.5) / points - 0.5
+        disc = at[:, None] ** 2 + at**2 < 0.35**2
+        grid = Picture(MOTION + disc).refined(spacing=points // 16)  # as many points of the first lattice
+        assert (grid.label == MOTION + disc).all()
+        return float(grid.computed.sum() - 17**2)
+
+    assert least < work(2 * side) / work(side) < 2.3
+
+
+def test_what_lies_among_irregular_and_unresolved_points_is_left_unresolved() -> None:
+    rng = np.random.default_rng(2)
+    truth = np.full((81, 81), MOTION)
+    truth[8:, :] = rng.choice([UNRESOLVED, IRREGULAR], size=(73, 81))
+    grid = Picture(truth).refined()
+    inside = ~grid.computed[16:]
+    assert inside.mean() > 0.9
+    assert (grid.label[16:][inside] == UNRESOLVED).all()
+    assert not wrong_motions(grid, truth).any()
+
+
+def test_an_irregular_label_is_inferred_only_well_inside_its_region() -> None:
+    truth = np.full((65, 65), MOTION)
+    truth[:, 24:] = IRREGULAR
+    grid = Picture(truth).refined()
+    inferred = ~grid.computed & (grid.label == IRREGULAR)
+    assert inferred[:, 40:].any()
+    assert not inferred[:, 24:26].any()
+
+
+def test_points_of_one_motion_that_was_reached_by_different_ways_are_looked_between() -> None:
+    truth = np.full((17, 17), MOTION)
+    truth[3:6, 3:6] = MOTION + 1  # an island between the lines of the first lattice
+    same, apart = np.zeros((17, 17)), np.zeros((17, 17))
+    apart[:, 8:] = 1.01 * SAME_APPROACH
+    unseen, seen = Picture(truth, same).refined(), Picture(truth, apart).refined()
+    assert (unseen.label == MOTION).all()
+    assert unseen.computed.sum() == 9
+    assert (seen.label == truth).all()
+
+
+def test_closing_follows_a_doubt_from_where_it_arises() -> None:
+    truth = np.full((20, 60), MOTION)
+    truth[10, :] = MOTION + 1
+    picture = Picture(truth)
+    grid = picture.blank()
+    grid.label[:], grid.label[10, 30:], grid.computed[10, 30:] = MOTION, MOTION + 1, True
+    nowhere = np.empty(0, dtype=np.int64)
+    grid.close(nowhere, nowhere)
+    assert not picture.asked.any()
+    grid.close(np.arange(20), np.full(20, 29))
+    assert (grid.label == truth).all()
+    assert picture.asked.sum() < 5 * 60
