@@ -13,16 +13,20 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.grazing import checked_order
-from grazemap_core.motion import Motion
+from grazemap_core.kernels.closing import NOT_CLOSED
+from grazemap_core.lyapunov import lyapunov_exponents
+from grazemap_core.motion import REASONS, Motion
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.start import State
-from grazemap_core.trajectory import trajectory
+from grazemap_core.trajectory import Trajectory, trajectory
 
 Parameter = Literal["clearance", "omega"]
 PARAMETERS: Final = ("clearance", "omega")
 POLICIES: Final = ("rest", "sweep-up", "sweep-down")
+EXPONENT_PERIODS: Final = 500
+"""Forcing periods over which exponents are measured where a trajectory has not closed, and a tenth as many before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +40,8 @@ class Section:
     impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
         Of every impact recorded, the signed velocity before it.
     motion : Motion
-        Periodic, or unresolved with the reason.
+        Where the trajectory has not closed, the growth of small changes over EXPONENT_PERIODS more tells whether it is
+        chaotic or quasi-periodic, or nothing: then it is unresolved, with the reason.
     """
 
     displacement: Floats
@@ -139,8 +144,29 @@ def _follow(
             velocity=run.velocity[0, :periods],
             impact_velocity=run.impacts.velocity,
             impact_stop=run.impacts.stop,
-            motion=run.motion,
+            motion=run.motion if not whole or run.final is None else _named(oscillator, omega, clearance, run),
         )
+
+
+def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajectory) -> Motion:
+    """Return the motion of a trajectory; where it has not closed, as its exponents say."""
+    motion, end = run.motion, run.final
+    if end is None or motion.reason != REASONS[NOT_CLOSED]:
+        return motion
+    try:
+        exponents = lyapunov_exponents(
+            oscillator,
+            omega,
+            clearance,
+            end.displacement,
+            end.velocity,
+            end.phase,
+            periods=EXPONENT_PERIODS,
+            transient_periods=EXPONENT_PERIODS // 10,
+        )
+    except LinearisationError:
+        return motion
+    return motion if exponents.kind == "unresolved" else Motion(kind=exponents.kind)
 
 
 def _within(state: State, clearance: float) -> State:

@@ -45,7 +45,7 @@ class Motion:
 
     Attributes
     ----------
-    kind : "periodic" or "unresolved"
+    kind : one of KINDS
     period : int or None
         Least period n, in forcing periods.
     impacts_right, impacts_left : int or None

@@ -7,6 +7,7 @@ import pytest
 
 from grazemap_core.bifurcation_diagram import sections
 from grazemap_core.errors import ParameterError
+from grazemap_core.motion import KINDS
 from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.one_impact_orbits import orbits_at_clearance
 from grazemap_core.oscillator import Oscillator
@@ -71,6 +72,19 @@ def test_sweeps_name_what_sweeps_of_maps_name():
                 counts = sorted((section.motion.impacts_right, section.motion.impacts_left))
                 assert section.motion.period == tile["period"][i, 0]
                 assert counts == sorted((tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]))
+
+
+def test_chaos_is_told_from_what_has_not_settled():
+    clearance = np.linspace(1.2, 2.1, 32)
+    tile = unfolding_map_tile(DEFAULT, np.array([0.28]), clearance)
+    found = list(sections(DEFAULT, "clearance", clearance, 0.28))
+    kinds = [section.motion.kind for section in found]
+    assert kinds.count("chaotic") >= 2
+    for i, section in enumerate(found):
+        if section.motion.kind == "chaotic":
+            assert tile["kind"][i, 0] in (KINDS.index("chaotic"), KINDS.index("unresolved"))
+            assert section.motion.reason is None
+        assert (section.motion.reason is not None) == (section.motion.kind == "unresolved")
 
 
 @pytest.mark.parametrize(
