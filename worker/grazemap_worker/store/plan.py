@@ -68,6 +68,8 @@ CURVE_SECONDS = 5.0e-8
 POINTS_SECONDS = 1.0e-5
 # One overshoot of a discontinuity mapping, exact and leading order.
 MAPPING_SECONDS = 1.0e-2
+# Of a bifurcation diagram: exponents where the motion has not closed, as a mean over values in periods without them.
+DIAGRAM_EXPONENT_PERIODS = 300
 # Trajectories that are followed at most to find a motion with given stops.
 SEARCH_PERIODS = 1.2e4
 # One frequency of a bifurcation curve, per mass and period.
@@ -143,7 +145,8 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             values = grid_values(request.range)
             each = request.transient_periods + request.periods
             omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
-            seconds = each * float(period_costs(request.oscillator, omegas).sum()) / PERIODS_PER_SECOND
+            costs = float(period_costs(request.oscillator, omegas).sum())
+            seconds = (each + DIAGRAM_EXPONENT_PERIODS) * costs / PERIODS_PER_SECOND
             return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
         case BifurcationCurvesRequest() if request.motions is not None:
             return _curves_plan(request)
