@@ -20,6 +20,7 @@ from grazemap.models import (
     ProblemError,
     ProcessRequest,
     TrajectoriesRequest,
+    UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
     grid_points,
     grid_values,
@@ -101,7 +102,7 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
         name = "horizontal" if across > down else "vertical"
         values = getattr(request, name).values
         return [(_of_points(f"{name}/values", values), "points", across * down, settings.max_pixels)]
-    if isinstance(request, UnfoldingMapsRequest):
+    if isinstance(request, UnfoldingMapsRequest | UnfoldingDiagramsRequest):
         across, down = grid_points(request.omega), grid_points(request.clearance)
         longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
         return [(_of_points(*longer), "points", across * down, settings.max_pixels)]
@@ -132,7 +133,7 @@ def _sample_bytes(request: TrajectoriesRequest) -> int:
 def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
     """Refuse a system one period of which is over the limit, before its plan is made: estimates would overflow."""
     match request:
-        case UnfoldingMapsRequest():
+        case UnfoldingMapsRequest() | UnfoldingDiagramsRequest():
             least = float(grid_values(request.omega)[0])
         case BifurcationDiagramsRequest():
             least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed

@@ -26,6 +26,7 @@ from grazemap.models import (
     PeriodicOrbitsRequest,
     ProcessRequest,
     TrajectoriesRequest,
+    UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
     grid_points,
     grid_values,
@@ -68,6 +69,9 @@ BRANCH_SECONDS = 2.0e-3
 BRANCH_POINTS = 300
 WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
+# Explaining the borders of a map: for each of its points, and the least that it takes, per mass.
+BORDERS_POINT_SECONDS = 5.0e-4
+BORDERS_SECONDS = 4.0
 # Places of a window at which a motion is looked for.
 CURVES_PLACES = 9
 
@@ -145,6 +149,8 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             return _orbit_plan(request)
         case UnfoldingMapsRequest():
             return _map_plan(request)
+        case UnfoldingDiagramsRequest():
+            return _diagram_plan(request)
         case BasinsRequest():
             return _basins_plan(request)
         case TrajectoriesRequest():
@@ -220,6 +226,16 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
     return _estimated(shape, starts * periods_per_pixel, pixel_seconds)
+
+
+def _diagram_plan(request: UnfoldingDiagramsRequest) -> Plan:
+    """Return the plan of the map; its borders are explained when all tiles are there, its curves cost nothing."""
+    shape = _map_plan(request.unfolding_map)
+    if not request.borders:
+        return shape
+    size = request.oscillator.size
+    seconds = shape.estimate.seconds + size * (BORDERS_SECONDS + BORDERS_POINT_SECONDS * shape.rows * shape.columns)
+    return shape.model_copy(update={"estimate": shape.estimate.model_copy(update={"seconds": seconds})})
 
 
 def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:
