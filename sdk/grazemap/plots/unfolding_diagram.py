@@ -8,6 +8,7 @@ import numpy as np
 
 from grazemap.plots.axes import INK, cell_borders, legend_outside
 from grazemap.plots.borders import curve_name, curve_style
+from grazemap.plots.curve import draw_curve
 from grazemap.plots.unfolding import plot_unfolding_map
 from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
@@ -32,13 +33,14 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
     Returns
     -------
     Axes
-        With the curves that explain borders, one colour for each type; borders of basins of attraction are dotted,
-        unexplained ones have a colour of their own. Without borders the curves are those in closed form.
+        With the grazing curve, dashed, and the curves that explain borders, one colour for each type. Borders of basins
+        of attraction are white, unexplained ones magenta. Without borders the curves are those in closed form.
     """
     borders = diagram.borders
     umap = diagram.unfolding_map
     closed_forms = diagram.bifurcation_curves if borders is None else None
-    ax = plot_unfolding_map(umap, ax, diagram.grazing_curve, diagram.codimension_two_points, motions, closed_forms)
+    ax = plot_unfolding_map(umap, ax, None, diagram.codimension_two_points, motions, closed_forms)
+    draw_curve(ax, diagram.grazing_curve, halo=True, dashed=True)
     if borders is not None:
         _draw_border_curves(ax, borders)
         for name, colour, text in (
@@ -47,9 +49,9 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
         ):
             chosen = np.flatnonzero(borders.where(name) & borders.regular)
             _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
-    ax.set_title(
-        f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10
-    )
+    size = f"{len(umap.clearance)} × {len(umap.omega)} points"
+    note = "" if borders is None else "; mirror images are one motion, without a border"
+    ax.set_title(f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}", fontsize=10)
     legend_outside(ax, handlelength=1.4, labelspacing=0.35)
     return ax
 
@@ -58,7 +60,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
     """Draw the curves that explain a border, as far as their orbits are motions; the grazing curve is there already."""
     for kind in _TYPES:
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
-        style = curve_style(kind, 1.2, halo=True)
+        style = curve_style(kind, 1.0, halo=True)
         for place, curve in enumerate(chosen):
             clearance = np.where(curve.admissible, curve.clearance, np.nan)
             label = f"{curve_name(kind)}, {len(chosen)} curves" if place == 0 else None
@@ -68,6 +70,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
     """Draw the sides that the cells of pairs of neighbouring points share."""
     from matplotlib.collections import LineCollection
+    from matplotlib.patheffects import Normal, withStroke
 
     if not chosen:
         return
@@ -79,6 +82,7 @@ def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[
             lines.append([(across[column], up[row + 1]), (across[column + 1], up[row + 1])])
         else:
             lines.append([(across[column + 1], up[row]), (across[column + 1], up[row + 1])])
-    ax.add_collection(LineCollection(lines, colors=INK, linewidths=2.4, zorder=3, capstyle="round"))
-    ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.3, zorder=3.1, capstyle="round"))
-    ax.plot([], [], "-", color=colour, linewidth=2.0, markeredgecolor=INK, label=f"{text} ({len(chosen)} steps)")
+    ax.add_collection(LineCollection(lines, colors=INK, linewidths=2.2, zorder=3, capstyle="round"))
+    ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.2, zorder=3.1, capstyle="round"))
+    rim = [withStroke(linewidth=2.8, foreground=INK), Normal()]
+    ax.plot([], [], "-", color=colour, linewidth=1.8, path_effects=rim, label=f"{text} ({len(chosen)} steps)")

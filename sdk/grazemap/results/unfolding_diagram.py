@@ -54,6 +54,11 @@ class BorderCurve:
     pairs: int
     ends: tuple[str, ...]
 
+    @property
+    def label(self) -> str:
+        """The motion, told from a symmetric one with as many impacts."""
+        return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
+
 
 @dataclass(frozen=True, slots=True)
 class Border:
@@ -209,12 +214,13 @@ class UnfoldingDiagram(Result):
         labels, borders = self._one_label_each(), self.borders
         rows, columns = borders.others()
         for k in range(len(borders)):
-            first, second = sorted((labels[borders.row[k], borders.column[k]], labels[rows[k], columns[k]]))
+            ends = ((borders.row[k], borders.column[k]), (rows[k], columns[k]))
+            first, second = sorted(str(labels[end]) for end in ends)
             curve = borders.curves[borders.curve[k]] if borders.curve[k] >= 0 else None
             border = Border(
                 motions=(first, second),
                 explanation=borders.explanations[borders.explanation[k]],
-                curve="" if curve is None else f"{curve.type} of {curve.motion}",
+                curve="" if curve is None else f"{curve.type} of {curve.label}",
                 reason=borders.reasons[borders.reason[k]],
                 pairs=0,
             )
@@ -272,8 +278,7 @@ class UnfoldingDiagram(Result):
         codes = np.stack([umap.period, more, fewer, umap.symmetric], axis=-1)
         for period, right, left, symmetric in np.unique(codes[periodic], axis=0).tolist():
             here = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
-            twins = right == left and not symmetric
-            labels[here] = motion_label(period, right, left) + (" asymmetric" if twins else "")
+            labels[here] = _label(motion_label(period, right, left), right, left, bool(symmetric))
         return labels
 
     def _summary(self) -> str:
@@ -283,6 +288,11 @@ class UnfoldingDiagram(Result):
             return points
         left = self.borders.count("unexplained")
         return f"{points}, {len(self.borders.curves)} curves, {left} steps between periodic motions unexplained"
+
+
+def _label(motion: str, right: int, left: int, symmetric: bool) -> str:
+    """Return the label of a motion; with as many impacts on either stop it may not be its own mirror image."""
+    return motion if symmetric or right != left else f"{motion} asymmetric"
 
 
 def _curve(record: Mapping[str, Any]) -> BorderCurve:

@@ -228,13 +228,18 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     return _estimated(shape, starts * periods_per_pixel, pixel_seconds)
 
 
+def borders_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what explaining the borders of a map takes, which is no part of its tiles."""
+    if not request.borders:
+        return 0.0
+    points = float(grid_points(request.omega) * grid_points(request.clearance))
+    return request.oscillator.size * (BORDERS_SECONDS + BORDERS_POINT_SECONDS * points)
+
+
 def _diagram_plan(request: UnfoldingDiagramsRequest) -> Plan:
     """Return the plan of the map; its borders are explained when all tiles are there, its curves cost nothing."""
     shape = _map_plan(request.unfolding_map)
-    if not request.borders:
-        return shape
-    size = request.oscillator.size
-    seconds = shape.estimate.seconds + size * (BORDERS_SECONDS + BORDERS_POINT_SECONDS * shape.rows * shape.columns)
+    seconds = shape.estimate.seconds + borders_seconds(request)
     return shape.model_copy(update={"estimate": shape.estimate.model_copy(update={"seconds": seconds})})
 
 
