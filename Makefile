@@ -12,7 +12,7 @@ OF_WORKERS := tests/worker
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce serve test kernels-of-maps kernels-of-all-else test-without-kernels test-workers test-stacks hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: help run reproduce borders serve test kernels-of-maps kernels-of-all-else test-without-kernels test-workers test-stacks hardware certify bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -28,6 +28,9 @@ run: $(STAMP)  ## the paper's grazing curve, codimension-two points and unfoldin
 
 reproduce: $(STAMP)  ## docs/reproduction.md: the paper's figures and numbers, and its motions, through the service (four minutes)
 	$(BIN)/python -m examples.reproduce
+
+borders: $(STAMP)  ## unfolding diagrams of 256 x 256 points, every border explained, into out/ (a quarter of an hour)
+	$(BIN)/python examples/unfolding_borders.py
 
 serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C
 	$(BIN)/grazemap up

@@ -8,7 +8,7 @@ not among them: unlike the closed forms of `window_curves` this is a search, and
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,8 +87,9 @@ def motion_curves(
         orbit_branch(oscillator, orbit, *bounds, name, longest_step, max_points) for name, bounds in ranges.items()
     )
     curves: list[BifurcationCurve] = []
-    for point in _followable(oscillator, (first, second)):
-        if not any(lies_on(point, curve) for curve in curves):
+    for special in (*first.special_points, *second.special_points):
+        point = followable(oscillator, special)
+        if point is not None and not any(lies_on(point, curve) for curve in curves):
             curves.append(bifurcation_curve(oscillator, point, omega, clearance, longest_step, max_points))
     return MotionCurves(orbit, (first, second), tuple(curves))
 
@@ -161,19 +162,17 @@ def _as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
     return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
 
 
-def _followable(oscillator: Oscillator, branches: tuple[OrbitBranch, ...]) -> Iterator[SpecialPoint]:
-    """Yield the special points of branches that curves can begin at; where one ends on another one, that one's."""
-    for branch in branches:
-        for point in branch.special_points:
-            parent = merged(point.impacts) if point.type in ("PD", "SB") else None
-            if (
-                parent is not None
-            ):  # the parameter is good to round-off there, and so is then the orbit of the other one
-                orbit = periodic_orbit(oscillator, point.omega, point.clearance, parent)
-                if orbit.converged:
-                    yield replace(point, status="converged", impacts=orbit.impacts)
-            elif point.status == "converged":
-                yield point
+def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | None:
+    """Return a special point that its curve can begin at, None where there is none.
+
+    Where the branch ends on another one it is that one's: the parameter is good to round-off there, and so is then the
+    orbit of the other branch.
+    """
+    parent = merged(point.impacts) if point.type in ("PD", "SB") else None
+    if parent is None:
+        return point if point.status == "converged" else None
+    orbit = periodic_orbit(oscillator, point.omega, point.clearance, parent)
+    return replace(point, status="converged", impacts=orbit.impacts) if orbit.converged else None
 
 
 def _places(side: Window) -> list[float]:

@@ -305,6 +305,28 @@ SAME_CURVE: Final = 5e-3
 """Distance from the polyline of a curve at which a special point of its type, all its impacts compared, is on it. Steps
 of 0.05 over turns of up to `PATH_STRAIGHT` leave a fourth of it between a curve and its chords."""
 
+# --- borders of maps ----------------------------------------------------------------------------------------------
+
+SAME_SPEED: Final = 1e-6
+"""Difference of the slowest impacts of two orbits, in units of omega * clearance, up to which they are one. A motion
+that a map has proven is known to round-off; neighbouring families of one name are apart by far more, but for points
+that a fold or a birth is closer to than 1e-12 of the clearance."""
+
+BORDER_REACH: Final = 0.55
+"""Distance from the middle between two neighbouring points of a map, in its steps, up to which a curve separates them:
+half a step where it passes between them, and what its chords are away from it."""
+
+BORDER_STEP: Final = 16.0
+"""Longest step along a curve that is to explain borders, in steps of the map. Near the default oscillator's
+codimension-two point chords of it are 0.03 steps of a 256 x 256 map away from the saddle-node curve."""
+
+END_OF_RANGE: Final = 8.0 * EPSILON
+"""Relative difference from the end of its range up to which a branch has arrived there: values and their units are
+multiplied and divided."""
+
+BORDER_MARGIN: Final = 1.5
+"""Steps of the map by which the window of such a curve is wider than the borders that are left to be explained."""
+
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500

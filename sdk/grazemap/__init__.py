@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         PeriodicOrbit,
         Trajectories,
         Trajectory,
+        UnfoldingDiagram,
         UnfoldingMap,
         load,
     )
@@ -56,6 +57,7 @@ _HOME = {
     "PeriodicOrbit": "grazemap.results",
     "Trajectories": "grazemap.results",
     "Trajectory": "grazemap.results",
+    "UnfoldingDiagram": "grazemap.results",
     "UnfoldingMap": "grazemap.results",
     "__version__": "grazemap.version",
     "load": "grazemap.results",
@@ -80,6 +82,7 @@ __all__ = [
     "PeriodicOrbit",
     "Trajectories",
     "Trajectory",
+    "UnfoldingDiagram",
     "UnfoldingMap",
     "__version__",
     "errors",

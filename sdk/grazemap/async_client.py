@@ -30,6 +30,7 @@ from grazemap.results import (
     Result,
     Trajectories,
     Trajectory,
+    UnfoldingDiagram,
     UnfoldingMap,
 )
 from grazemap.validation import validated
@@ -229,6 +230,26 @@ class AsyncClient:
             oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed, adaptive
         )
         return await self._answer(UnfoldingMap, request, progress)
+
+    async def unfolding_diagram(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values,
+        clearance: Values,
+        shape: tuple[int, int] | None = (256, 256),
+        max_periods: int = 1000,
+        max_period: int = 32,
+        max_order: int = 8,
+        max_multiple: int = 4,
+        borders: bool = True,
+        progress: bool = True,
+    ) -> UnfoldingDiagram:
+        """As `Client.unfolding_diagram`."""
+        request = questions.unfolding_diagram(
+            oscillator, omega, clearance, shape, max_periods, max_period, max_order, max_multiple, borders
+        )
+        return await self._answer(UnfoldingDiagram, request, progress)
 
     async def basins(
         self,

@@ -30,6 +30,7 @@ from grazemap.results import (
     Result,
     Trajectories,
     Trajectory,
+    UnfoldingDiagram,
     UnfoldingMap,
 )
 from grazemap.validation import validated
@@ -396,6 +397,46 @@ class Client:
             oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed, adaptive
         )
         return self._answer(UnfoldingMap, request, progress)
+
+    def unfolding_diagram(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        omega: Values,
+        clearance: Values,
+        shape: tuple[int, int] | None = (256, 256),
+        max_periods: int = 1000,
+        max_period: int = 32,
+        max_order: int = 8,
+        max_multiple: int = 4,
+        borders: bool = True,
+        progress: bool = True,
+    ) -> UnfoldingDiagram:
+        """Compute an unfolding map and all that is drawn over it: curves, points, and what its borders are.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : (start, stop) or increasing list or array
+        shape : (int, int), optional
+            Numbers of clearances and of omegas; None where they are given as lists or arrays.
+        max_periods, max_period : int
+            As of `unfolding_map`; the trajectories start at rest.
+        max_order, max_multiple : int
+            As of `codimension_two_points`; the curves in closed form are those of motions up to max_multiple too.
+        borders : bool
+            Whether every border of the map's regions is explained: by a curve that is followed for it, or as one of
+            basins of attraction. Takes about as long as the map.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        request = questions.unfolding_diagram(
+            oscillator, omega, clearance, shape, max_periods, max_period, max_order, max_multiple, borders
+        )
+        return self._answer(UnfoldingDiagram, request, progress)
 
     def basins(
         self,

@@ -23,6 +23,7 @@ from grazemap.results import (
     State,
     Trajectories,
     Trajectory,
+    UnfoldingDiagram,
     UnfoldingMap,
 )
 
@@ -127,6 +128,8 @@ def _contents(result: Result) -> tuple[Variables, Variables]:
             return _branch(result)
         case UnfoldingMap():
             return _unfolding_map(result)
+        case UnfoldingDiagram():
+            return _unfolding_diagram(result)
         case _:
             raise TypeError(f"no Dataset for a {type(result).__name__}")
 
@@ -304,6 +307,20 @@ def _curves(result: BifurcationCurves) -> tuple[Variables, Variables]:
         "curve_admissible": (("curve",), np.array([curve.admissible for curve in result.curves], dtype=np.bool_)),
     }
     return variables, {}
+
+
+def _unfolding_diagram(result: UnfoldingDiagram) -> tuple[Variables, Variables]:
+    """Return the map, the clearances of the grazing curve, and the pairs of points at borders as columns."""
+    variables, coordinates = _unfolding_map(result.unfolding_map)
+    curve, borders = result.grazing_curve, result.borders
+    variables["grazing_clearance"] = (("grazing_omega",), curve.clearance)
+    coordinates["grazing_omega"] = (("grazing_omega",), curve.omega)
+    if borders is not None:
+        for name in ("row", "column", "along", "regular", "curve", "distance"):
+            variables[f"border_{name}"] = (("border",), getattr(borders, name))
+        variables["border_explanation"] = (("border",), np.array(borders.explanations)[borders.explanation])
+        variables["border_reason"] = (("border",), np.array(borders.reasons)[borders.reason])
+    return variables, coordinates
 
 
 def _orbit(result: PeriodicOrbit) -> tuple[Variables, Variables]:

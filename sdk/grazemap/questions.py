@@ -27,6 +27,7 @@ from grazemap.models import (
     ProcessRequest,
     Range,
     TrajectoriesRequest,
+    UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
 from grazemap.results import PeriodicOrbit, State
@@ -135,6 +136,31 @@ def unfolding_map(
         "adaptive": adaptive,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
+
+
+def unfolding_diagram(
+    oscillator: OscillatorLike,
+    omega: Values,
+    clearance: Values,
+    shape: tuple[int, int] | None,
+    max_periods: int,
+    max_period: int,
+    max_order: int,
+    max_multiple: int,
+    borders: bool,
+) -> UnfoldingDiagramsRequest:
+    """Return the question for an unfolding diagram; shape as of an unfolding map. Raises ParameterError."""
+    rows, columns = _shape(shape, "(clearance points, omega points)")
+    body = {
+        "omega": _grid("omega", omega, columns, "shape"),
+        "clearance": _grid("clearance", clearance, rows, "shape"),
+        "max_periods": max_periods,
+        "max_period": max_period,
+        "max_order": max_order,
+        "max_multiple": max_multiple,
+        "borders": borders,
+    }
+    return _request(UnfoldingDiagramsRequest, "unfolding-diagrams", oscillator, body)
 
 
 def bifurcation_diagram(

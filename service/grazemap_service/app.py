@@ -28,6 +28,7 @@ from grazemap_service.routers import (
     results,
     root,
     trajectories,
+    unfolding_diagrams,
     unfolding_maps,
 )
 from grazemap_service.settings import VERSION, Settings
@@ -42,6 +43,7 @@ _ROUTERS = (
     trajectories,
     bifurcation_diagrams,
     unfolding_maps,
+    unfolding_diagrams,
     basins,
     periodic_orbits,
     orbit_branches,

@@ -20,6 +20,7 @@ from grazemap.models import (
     ProblemError,
     ProcessRequest,
     TrajectoriesRequest,
+    UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
     grid_points,
     grid_values,
@@ -28,7 +29,7 @@ from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
 from grazemap_worker.queueing import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
-from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, period_costs, plan
+from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, borders_seconds, period_costs, plan
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
@@ -69,6 +70,8 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     most_seconds = min(settings.max_seconds, MOST_TILE_SECONDS * planned.count)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)
+    if isinstance(request, UnfoldingDiagramsRequest) and borders_seconds(request) > MOST_TILE_SECONDS:
+        raise _too_much("/borders", "seconds", borders_seconds(request), MOST_TILE_SECONDS)
     return planned
 
 
@@ -101,10 +104,11 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
         name = "horizontal" if across > down else "vertical"
         values = getattr(request, name).values
         return [(_of_points(f"{name}/values", values), "points", across * down, settings.max_pixels)]
-    if isinstance(request, UnfoldingMapsRequest):
+    if isinstance(request, UnfoldingMapsRequest | UnfoldingDiagramsRequest):
         across, down = grid_points(request.omega), grid_points(request.clearance)
         longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
-        most = settings.max_adaptive_pixels if request.adaptive else settings.max_pixels
+        adaptive = isinstance(request, UnfoldingMapsRequest) and request.adaptive
+        most = settings.max_adaptive_pixels if adaptive else settings.max_pixels
         return [(_of_points(*longer), "points", across * down, most)]
     if isinstance(request, TrajectoriesRequest):
         states, periods = len(request.states), request.periods + request.transient_periods
@@ -133,7 +137,7 @@ def _sample_bytes(request: TrajectoriesRequest) -> int:
 def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
     """Refuse a system one period of which is over the limit, before its plan is made: estimates would overflow."""
     match request:
-        case UnfoldingMapsRequest():
+        case UnfoldingMapsRequest() | UnfoldingDiagramsRequest():
             least = float(grid_values(request.omega)[0])
         case BifurcationDiagramsRequest():
             least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed

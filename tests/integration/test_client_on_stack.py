@@ -47,12 +47,16 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
     assert many.trajectories[2].displacement[:, 0] == pytest.approx(path.displacement[:, -1], abs=1e-13)
     umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
     assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
+    whole = stack.unfolding_diagram(omega=(0.27, 0.272), clearance=(1.84, 1.87), shape=(4, 3), progress=False)
+    assert whole.borders is not None
+    assert len(whole.borders) > 0
+    assert whole.borders.count("unexplained") == 0
     diagram = stack.bifurcation_diagram(omega=0.29, clearance=(1.6, 2.1), points=3, progress=False)
     assert diagram.labels()[0] == "1-2r-2l"
     sides = {"horizontal": ("displacement", 1, (-1.9, 1.9)), "vertical": ("velocity", 1, (-1.0, 1.0))}
     basins = stack.basins(omega=0.29, clearance=1.9927, **sides, shape=(20, 30), progress=False)
     assert {attractor.label for attractor in basins.attractors} == {"1-(-1)r-(-1)l", "3-1r-1l"}
-    for result in (curve, points, mapping, path, many, diagram, umap, basins):
+    for result in (curve, points, mapping, path, many, diagram, umap, whole, basins):
         assert result.meta["numerics"] == numerics().as_meta()
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)

@@ -18,6 +18,10 @@ REQUESTS: dict[str, dict[str, Any]] = {
         "omega": {"start": 0.2, "stop": 0.3, "points": 3},
         "clearance": {"start": 1.5, "stop": 1.6, "points": 2},
     },
+    "unfolding-diagrams": {
+        "omega": {"start": 0.2, "stop": 0.3, "points": 3},
+        "clearance": {"start": 1.5, "stop": 1.6, "points": 2},
+    },
     "bifurcation-diagrams": {"vary": "clearance", "range": [1.5, 1.6], "omega": 0.29, "periods": 3},
     "periodic-orbits": {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1, -1]}},
     "orbit-branches": {
@@ -100,6 +104,7 @@ def document(process: str) -> dict[str, Any]:
         "bifurcation-diagrams": _diagram,
         "unfolding-maps": _map,
         ADAPTIVE: _adaptive_map,
+        "unfolding-diagrams": _unfolding_diagram,
         "basins": _basins,
         "bifurcation-curves": _curves,
         "bifurcation-curves of motions": _curves_of_motions,
@@ -309,6 +314,42 @@ def _diagram() -> dict[str, Any]:
             },
         ],
     }
+
+
+def _unfolding_diagram() -> dict[str, Any]:
+    return {
+        "unfolding_map": _map(),
+        "grazing_curve": _curve(),
+        "codimension_two_points": {"points": POINTS},
+        "bifurcation_curves": _curves(),
+        "borders": {
+            "row": np.array([0, 0, 0, 1]),
+            "column": np.array([0, 1, 0, 1]),
+            "along": np.array([0, 0, 1, 1]),
+            "regular": np.array([True, True, True, False]),
+            "explanation": np.array([1, 2, 0, 3]),
+            "reason": np.array([0, 0, 1, 0]),
+            "curve": np.array([1, -1, -1, -1]),
+            "distance": np.array([0.25, np.nan, np.nan, np.nan]),
+            "explanations": np.array(["unexplained", "curve", "coexistence", "goes on"]),
+            "reasons": np.array(["", "no orbit"]),
+            "curves": [
+                {**_STEADY, **_LINE, "type": "GR", "pairs": 0, "admissible": np.array([True, True, True])},
+                {**_ONE_STOP, **_LINE, "type": "SN", "pairs": 1, "admissible": np.array([True, False, True])},
+            ],
+            "without_orbit": 1,
+            "irregular_pairs": 2,
+        },
+    }
+
+
+_LINE = {
+    "omega": np.array([0.2, 0.25, 0.3]),
+    "clearance": np.array([1.5, 1.55, 1.6]),
+    "ends": ["window", "window"],
+}
+_STEADY = {"motion": "1-(-1)r-(-1)l", "period": 1, "impacts_right": -1, "impacts_left": -1, "symmetric": True}
+_ONE_STOP = {"motion": "1-1r-(-1)l", "period": 1, "impacts_right": 1, "impacts_left": -1, "symmetric": False}
 
 
 def _basins() -> dict[str, Any]:

@@ -30,6 +30,7 @@ def test_public_names_are_these():
         "PeriodicOrbit",
         "Trajectories",
         "Trajectory",
+        "UnfoldingDiagram",
         "UnfoldingMap",
         "__version__",
         "errors",

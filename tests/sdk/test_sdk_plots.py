@@ -342,3 +342,25 @@ def test_curves_that_are_no_borders_are_drawn_when_asked_for():
     ax = decode_result(npz("unfolding-maps")).plot(curves=curves)
     assert "graze (GR), 1-1r-(-1)l" in legend(ax)
     assert ax.get_xlim() == pytest.approx((0.175, 0.325))
+
+
+def test_a_diagram_draws_what_its_borders_are():
+    result = decode_result(npz("unfolding-diagrams"))
+    ax = result.plot()
+    entries = legend(ax)
+    for text in (
+        r"grazing curve $b = A(\omega)$",
+        "saddle-node (SN), 1 curves",
+        "border of basins: both motions attract (1 steps)",
+        "border that is not explained (1 steps)",
+    ):
+        assert entries.count(text) == 1
+    assert not any("graze (GR)" in text for text in entries)  # the grazing curve is drawn as such
+    line = next(line for line in ax.lines if line.get_label().startswith("saddle-node"))
+    np.testing.assert_array_equal(np.isnan(line.get_ydata()), [False, True, False])
+    drawn = [collection.get_segments() for collection in ax.collections if hasattr(collection, "get_segments")]
+    between = [np.round(segments[0], 6).tolist() for segments in drawn[::2]]
+    # between rows 0 and 1 of column 1, and between columns 0 and 1 of row 0
+    assert between == [[[0.225, 1.55], [0.275, 1.55]], [[0.225, 1.45], [0.225, 1.55]]]
+    bare = type(result).from_document({k: v for k, v in result._document.items() if k != "borders"}, result.meta)
+    assert "saddle-node (SN), 1-1r-(-1)l" in legend(bare.plot())

@@ -163,6 +163,15 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
     assert allowed in refused(validated, "trajectories", body)[pointer][1]
 
 
+def test_the_parts_of_a_diagram_are_asked_as_by_themselves():
+    whole = questions.unfolding_diagram(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), 500, 16, 4, 2, True)
+    alone = questions.unfolding_map(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), "rest", 500, 16)
+    assert whole.unfolding_map == alone
+    assert whole.grazing_curve == questions.grazing_curve(None, (0.26, 0.3), 1800, 4)
+    assert whole.codimension_two_points == questions.codimension_two_points(None, (0.26, 0.3), 4, 2)
+    assert whole.bifurcation_curves == questions.bifurcation_curves(None, (0.26, 0.3), (1.3, 2.0), 2, 1800)
+
+
 def orbit(motion=None, initial=None):
     return questions.periodic_orbit(None, 0.3, 1.5, motion, initial, 100, 8)
 

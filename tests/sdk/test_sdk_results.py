@@ -215,6 +215,70 @@ def test_basins_have_attractors_with_what_is_known_of_them(tmp_path):
     assert made["motion"].sel(vertical=0.5).values.tolist() == ["chaotic", "unresolved", "1-2r-1l"]
 
 
+def test_a_diagram_has_its_parts_and_what_every_border_is(tmp_path):
+    path = decode_result(npz("unfolding-diagrams")).save(tmp_path / "diagram.json")
+    for result in (decode_result(npz("unfolding-diagrams")), load(path)):
+        assert result.unfolding_map.labels()[1].tolist() == ["1-2r-2l", "unresolved", "1-(-1)r-(-1)l"]
+        assert result.unfolding_map.meta["process"] == "unfolding-maps"
+        assert result.grazing_curve.meta["request"]["omega"]["points"] == 400
+        assert len(result.codimension_two_points.points) == 2
+        assert [curve.type for curve in result.bifurcation_curves.curves] == ["SN", "GR", "PD"]
+        borders = result.borders
+        assert len(borders) == 4
+        assert [curve.pairs for curve in borders.curves] == [0, 1]
+        assert borders.curves[1].admissible.tolist() == [True, False, True]
+        assert borders.curves[1].ends == ("window", "window")
+        rows, columns = borders.others()
+        assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == [(1, 0), (1, 1), (0, 1), (1, 2)]
+        counts = {name: borders.count(name) for name in borders.explanations}
+        assert counts == {"unexplained": 1, "curve": 1, "coexistence": 1, "goes on": 0}
+        assert borders.count("goes on", regular=False) == 1
+        assert borders.count("no such word") == 0
+    listed = {border.explanation: border for border in result.border_list()}
+    assert listed["curve"].curve == "SN of 1-1r-(-1)l"
+    assert listed["unexplained"].reason == "no orbit"
+    assert listed["goes on"] == result.border_list()[-1]
+    assert listed["goes on"].motions == ("1-(-1)r-(-1)l", "unresolved")
+    said = result.summary()
+    assert "2 of the 6 points that are not chaotic (33.33%)" in said
+    assert "3 steps between points with two periodic motions: 1 curve, 1 coexistence, 0 goes on, 1 unexplained" in said
+    assert "no orbit" in said
+    made = result.to_xarray()
+    assert made["border_explanation"].values.tolist() == ["curve", "coexistence", "unexplained", "goes on"]
+    assert made["kind"].dims == ("clearance", "omega")
+
+
+def test_mirror_images_have_one_label_in_a_diagram_and_asymmetric_twins_another():
+    document = npz("unfolding-diagrams")
+    plain = decode_result(document)
+    one_sided = decode_result(
+        npz("unfolding-diagrams", {"unfolding_map": _with(plain, impacts_right=1, impacts_left=2)})
+    )
+    other = decode_result(npz("unfolding-diagrams", {"unfolding_map": _with(plain, impacts_right=2, impacts_left=1)}))
+    assert [one.motions for one in one_sided.border_list()] == [one.motions for one in other.border_list()]
+    twins = decode_result(npz("unfolding-diagrams", {"unfolding_map": _with(plain, symmetric=False)}))
+    assert any("1-2r-2l asymmetric" in border.motions for border in twins.border_list())
+
+
+def _with(diagram, **values):
+    """Return the document of a diagram's map with some of its arrays filled with a value."""
+    umap = diagram.unfolding_map
+    names = ("omega", "clearance", "kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking",
+             "least_impact_velocity", "settled_after", "certified", "reason")  # fmt: skip
+    arrays = {name: getattr(umap, name).copy() for name in names}
+    for name, value in values.items():
+        arrays[name][:] = value
+    return {**arrays, "kinds": np.array(umap.kinds), "reasons": np.array(umap.reasons)}
+
+
+def test_a_diagram_without_borders_says_nothing_of_them():
+    whole = decode_result(npz("unfolding-diagrams"))
+    bare = type(whole).from_document({k: v for k, v in whole._document.items() if k != "borders"}, whole.meta)
+    assert bare.borders is None
+    assert bare.border_list() == []
+    assert "steps" not in bare.summary()
+
+
 def test_the_sequence_of_a_grazing_curve_is_there_where_it_was_asked_for():
     assert decode_result(npz("grazing-curves")).xi is None
     curve = decode_result(npz("grazing-curves", {"xi": np.arange(6.0).reshape(3, 2)}))

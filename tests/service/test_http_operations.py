@@ -58,6 +58,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
         "/v1/trajectories",
         "/v1/bifurcation-diagrams",
         "/v1/unfolding-maps",
+        "/v1/unfolding-diagrams",
         "/v1/basins",
         "/v1/periodic-orbits",
         "/v1/orbit-branches",

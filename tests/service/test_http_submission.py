@@ -24,6 +24,7 @@ EVERY_PROCESS = {
     "discontinuity-mappings": {"omega": 0.29, "overshoot": [1e-4]},
     "trajectories": {"omega": 0.29, "clearance": 1.6, "periods": 5},
     "unfolding-maps": MAP,
+    "unfolding-diagrams": MAP,
     "bifurcation-diagrams": {"vary": "omega", "range": [0.27, 0.28, 0.29], "clearance": 1.6},
     "periodic-orbits": ORBIT,
     "orbit-branches": {**ORBIT, "range": {"start": 1.8, "stop": 1.9}},

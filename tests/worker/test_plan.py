@@ -50,6 +50,21 @@ def test_tiles_of_a_large_map_take_about_the_time_aimed_at(columns: int, rows: i
     assert 0.3 * TILE_SECONDS < seconds <= 1.2 * TILE_SECONDS
 
 
+def test_a_diagram_is_cut_as_its_map_and_its_borders_take_longer() -> None:
+    body = {
+        "omega": {"start": 0.26, "stop": 0.3, "points": 100},
+        "clearance": {"start": 1.3, "stop": 2.0, "points": 100},
+    }
+    alone = plan("unfolding-maps", parse_request("unfolding-maps", body))
+    with_borders, without = (
+        plan("unfolding-diagrams", parse_request("unfolding-diagrams", {**body, "borders": borders}))
+        for borders in (True, False)
+    )
+    assert without == alone
+    assert with_borders.tiles == alone.tiles
+    assert with_borders.estimate.seconds > alone.estimate.seconds
+
+
 def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() -> None:
     window = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}}
 

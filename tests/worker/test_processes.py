@@ -246,6 +246,38 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
     assert planned.estimate.seconds > 0.0
 
 
+def test_a_diagram_has_what_its_parts_would_give_and_explains_its_borders() -> None:
+    body = {
+        "omega": {"start": 0.27, "stop": 0.272, "points": 4},
+        "clearance": {"start": 1.84, "stop": 1.87, "points": 6},
+        "max_multiple": 1,
+    }
+    request = parse_request("unfolding-diagrams", body)
+    one, many = (
+        tiled(request, Plan(rows=6, columns=4, tile_rows=rows, tile_columns=columns), "unfolding-diagrams")
+        for rows, columns in ((6, 4), (4, 3))
+    )
+    assert encode_npz(one, {}) == encode_npz(many, {})
+    alone = tiled(request.unfolding_map, Plan(rows=6, columns=4, tile_rows=6, tile_columns=4), "unfolding-maps")
+    assert encode_npz(one["unfolding_map"], {}) == encode_npz(alone, {})
+    curves = PROCESSES["bifurcation-curves"].whole(request.bifurcation_curves, lambda done, total: None)
+    assert encode_npz(one["bifurcation_curves"], {}) == encode_npz(curves, {})
+    borders = one["borders"]
+    assert len(borders["row"]) > 4
+    told = set(borders["explanations"][borders["explanation"][borders["regular"]]].tolist())
+    assert {"curve"} <= told <= {"curve", "coexistence"}
+    for number, curve in enumerate(borders["curves"]):
+        assert curve["pairs"] == np.count_nonzero(borders["curve"] == number)
+        assert curve["omega"].shape == curve["clearance"].shape == curve["admissible"].shape
+    assert {curve["motion"] for curve in borders["curves"] if curve["pairs"]} >= {"1-1r-(-1)l"}
+    bare = tiled(
+        parse_request("unfolding-diagrams", {**body, "borders": False}),
+        Plan(rows=6, columns=4, tile_rows=6, tile_columns=4),
+        "unfolding-diagrams",
+    )
+    assert "borders" not in bare
+
+
 def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
     document = whole("trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "samples_per_period": 8})
     assert document["displacement"].shape == document["velocity"].shape == (3, len(document["time"]))

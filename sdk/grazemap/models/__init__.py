@@ -33,6 +33,7 @@ from grazemap.models.requests import (
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     TrajectoriesRequest,
+    UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
     parse_request,
 )
@@ -70,6 +71,7 @@ __all__ = [
     "Range",
     "Status",
     "TrajectoriesRequest",
+    "UnfoldingDiagramsRequest",
     "UnfoldingMapsRequest",
     "canonical",
     "grid_points",

@@ -16,13 +16,16 @@ from grazemap.models.basins import BasinsRequest
 from grazemap.models.diagrams import BifurcationDiagramsRequest
 from grazemap.models.orbits import BifurcationCurvesRequest, OrbitBranchesRequest, PeriodicOrbitsRequest
 from grazemap.models.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
-from grazemap.models.ranges import Grid, Interval
+from grazemap.models.ranges import Grid, Interval, Range, grid_points
 from grazemap.models.states import InitialState, InitialStates
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 # The end of a record has three roundings, and a given time its own; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
+# Curves over a map: values of omega at least, and for each column of the map.
+_CURVE_POINTS = 400
+_CURVE_FINER = 2
 
 
 class GrazingCurvesRequest(ProcessRequest):
@@ -152,6 +155,58 @@ class UnfoldingMapsRequest(ProcessRequest):
         return fields
 
 
+class UnfoldingDiagramsRequest(ProcessRequest):
+    """An unfolding map, from rest, with all that is drawn over it.
+
+    The grazing curve, its codimension-two points, the bifurcation curves in closed form and, with `borders`, the curves
+    that explain the borders of the map's regions.
+    """
+
+    omega: Grid
+    clearance: Grid
+    max_periods: MaxPeriods = 1000
+    max_period: MaxPeriod = 32
+    max_order: Order = 8
+    max_multiple: Multiple = 4
+    borders: Annotated[bool, Listable] = True
+
+    @property
+    def unfolding_map(self) -> UnfoldingMapsRequest:
+        """The question for the map alone."""
+        names = ("oscillator", "omega", "clearance", "max_periods", "max_period")
+        return UnfoldingMapsRequest(**{name: getattr(self, name) for name in names})
+
+    @property
+    def grazing_curve(self) -> GrazingCurvesRequest:
+        """The question for the curve alone, finer than the map."""
+        window, points = _window(self.omega), max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
+        values = Range(start=window.start, stop=window.stop, points=points)
+        return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
+
+    @property
+    def codimension_two_points(self) -> CodimensionTwoPointsRequest:
+        """The question for the points alone."""
+        names = ("oscillator", "max_order", "max_multiple")
+        values = {name: getattr(self, name) for name in names}
+        return CodimensionTwoPointsRequest(omega=_window(self.omega), **values)
+
+    @property
+    def bifurcation_curves(self) -> BifurcationCurvesRequest:
+        """The question for the curves in closed form alone."""
+        return BifurcationCurvesRequest(
+            oscillator=self.oscillator,
+            omega=_window(self.omega),
+            clearance=_window(self.clearance),
+            max_multiple=self.max_multiple,
+            points=max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega)),
+        )
+
+
+def _window(grid: Range | list[float]) -> Interval:
+    start, stop = (grid.start, grid.stop) if isinstance(grid, Range) else (grid[0], grid[-1])
+    return Interval(start=start, stop=stop)
+
+
 PROCESSES: dict[str, type[ProcessRequest]] = {
     "grazing-curves": GrazingCurvesRequest,
     "codimension-two-points": CodimensionTwoPointsRequest,
@@ -159,6 +214,7 @@ PROCESSES: dict[str, type[ProcessRequest]] = {
     "trajectories": TrajectoriesRequest,
     "bifurcation-diagrams": BifurcationDiagramsRequest,
     "unfolding-maps": UnfoldingMapsRequest,
+    "unfolding-diagrams": UnfoldingDiagramsRequest,
     "basins": BasinsRequest,
     "periodic-orbits": PeriodicOrbitsRequest,
     "orbit-branches": OrbitBranchesRequest,

@@ -21,6 +21,7 @@ from grazemap.results import (
     Result,
     Trajectories,
     Trajectory,
+    UnfoldingDiagram,
     UnfoldingMap,
 )
 
@@ -33,7 +34,7 @@ def save_picture(result: Result, path: str | PathLike[str]) -> None:
     match result:
         case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | BifurcationCurves():
             axes = result.plot()
-        case BifurcationDiagram() | UnfoldingMap() | Basins() | PeriodicOrbit() | OrbitBranch():
+        case BifurcationDiagram() | UnfoldingMap() | UnfoldingDiagram() | Basins() | PeriodicOrbit() | OrbitBranch():
             axes = result.plot()
         case Trajectory() | Trajectories():
             axes, _ = result.plot()

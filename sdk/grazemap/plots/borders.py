@@ -35,21 +35,30 @@ def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: boo
 
     With `halo` they have a white rim, so that they read on coloured ground.
     """
-    from matplotlib.patheffects import Normal, withStroke
-
     seen: set[str] = set()
     for curve in result.curves:
         if admissible and not curve.admissible:
             continue
-        _, colour, text = (BIFURCATIONS | _OTHERS)[curve.type]
-        label = f"{text}, {curve.motion}"
-        width = 1.0 if curve.symmetric else 1.6
-        style: dict[str, Any] = {
-            "color": colour,
-            "linewidth": width,
+        label = f"{curve_name(curve.type)}, {curve.motion}"
+        style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo) | {
             "linestyle": _DASHES[(curve.period - 1) % len(_DASHES)],
             "alpha": 1.0 if curve.admissible else 0.3,
-            "path_effects": [withStroke(linewidth=width + 1.4, foreground="white"), Normal()] if halo else None,
         }
         ax.plot(curve.omega, curve.clearance, label=None if label in seen else label, zorder=3, **style)
         seen.add(label)
+
+
+def curve_name(type: str) -> str:
+    """Return what a type of curve is called."""
+    return (BIFURCATIONS | _OTHERS)[type][2]
+
+
+def curve_style(type: str, width: float, halo: bool) -> dict[str, Any]:
+    """Return how a curve of a type is drawn, as keywords of `Axes.plot`."""
+    from matplotlib.patheffects import Normal, withStroke
+
+    return {
+        "color": (BIFURCATIONS | _OTHERS)[type][1],
+        "linewidth": width,
+        "path_effects": [withStroke(linewidth=width + 1.4, foreground="white"), Normal()] if halo else None,
+    }

@@ -51,7 +51,7 @@ def plot_codimension_two_points(
     return ax
 
 
-def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
+def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool = False) -> None:
     """Add the grazing curve to axes, with a band under the stretches where the graze does not recur.
 
     Parameters
@@ -60,6 +60,8 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
     curve : GrazingCurve
     halo : bool
         Give the line a white rim and leave the band out, so that it reads on coloured ground.
+    dashed : bool
+        Dash the line, so that it is told from solid ones.
     """
     from matplotlib.patheffects import Normal, withStroke
 
@@ -69,6 +71,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
         curve.clearance,
         color=INK,
         linewidth=1.5 if halo else 1.2,
+        linestyle=(0, (5, 2)) if dashed else "-",
         label=r"grazing curve $b = A(\omega)$",
         path_effects=effects,
         zorder=3,

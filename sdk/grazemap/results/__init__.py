@@ -15,6 +15,7 @@ from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialP
 from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking, Unfolding
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
+from grazemap.results.unfolding_diagram import Border, BorderCurve, MapBorders, UnfoldingDiagram
 
 __all__ = [
     "RESULTS",
@@ -24,6 +25,8 @@ __all__ = [
     "BifurcationCurve",
     "BifurcationCurves",
     "BifurcationDiagram",
+    "Border",
+    "BorderCurve",
     "CodimensionTwoPoint",
     "CodimensionTwoPoints",
     "DiscontinuityMapping",
@@ -32,6 +35,7 @@ __all__ = [
     "Grazing",
     "GrazingCurve",
     "Impacts",
+    "MapBorders",
     "MotionShare",
     "NextContact",
     "OrbitBranch",
@@ -45,6 +49,7 @@ __all__ = [
     "Trajectories",
     "Trajectory",
     "Unfolding",
+    "UnfoldingDiagram",
     "UnfoldingMap",
     "decode_result",
     "load",

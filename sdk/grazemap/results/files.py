@@ -21,6 +21,7 @@ from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.orbits import OrbitBranch, PeriodicOrbit
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
+from grazemap.results.unfolding_diagram import UnfoldingDiagram
 
 _CLASSES: tuple[type[Result], ...] = (
     GrazingCurve,
@@ -29,6 +30,7 @@ _CLASSES: tuple[type[Result], ...] = (
     Trajectory,
     BifurcationDiagram,
     UnfoldingMap,
+    UnfoldingDiagram,
     Basins,
     PeriodicOrbit,
     OrbitBranch,

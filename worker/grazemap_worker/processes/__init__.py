@@ -20,6 +20,7 @@ from grazemap_worker.processes import (
     grazing_curves,
     orbits,
     trajectories,
+    unfolding_diagrams,
     unfolding_maps,
 )
 from grazemap_worker.store import Plan, Tile
@@ -54,6 +55,7 @@ PROCESSES: Mapping[str, Process] = {
     "trajectories": Process(whole=trajectories.compute),
     "bifurcation-diagrams": Process(whole=bifurcation_diagrams.compute),
     "unfolding-maps": Process(tile=unfolding_maps.compute_tile, assembled=unfolding_maps.assemble),
+    "unfolding-diagrams": Process(tile=unfolding_diagrams.compute_tile, assembled=unfolding_diagrams.assemble),
     "periodic-orbits": Process(whole=orbits.compute_orbit),
     "orbit-branches": Process(whole=orbits.compute_branch),
     "bifurcation-curves": Process(whole=bifurcation_curves.compute),

@@ -27,6 +27,7 @@ from grazemap.models import (
     PeriodicOrbitsRequest,
     ProcessRequest,
     TrajectoriesRequest,
+    UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
     grid_points,
     grid_values,
@@ -80,6 +81,9 @@ BRANCH_SECONDS = 2.0e-3
 BRANCH_POINTS = 300
 WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
+# Explaining the borders of a map: for each of its points, and the least that it takes, per mass.
+BORDERS_POINT_SECONDS = 5.0e-4
+BORDERS_SECONDS = 4.0
 # Places of a window at which a motion is looked for.
 CURVES_PLACES = 9
 
@@ -158,6 +162,8 @@ def plan(process: str, request: ProcessRequest) -> Plan:
             return _orbit_plan(request)
         case UnfoldingMapsRequest():
             return _map_plan(request)
+        case UnfoldingDiagramsRequest():
+            return _diagram_plan(request)
         case BasinsRequest():
             return _basins_plan(request)
         case TrajectoriesRequest():
@@ -252,6 +258,21 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
         tile_columns=min(columns, ADAPTIVE_COLUMNS),
     )
     return _estimated(shape, starts * periods, periods * period_seconds)
+
+
+def borders_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what explaining the borders of a map takes, which is no part of its tiles."""
+    if not request.borders:
+        return 0.0
+    points = float(grid_points(request.omega) * grid_points(request.clearance))
+    return request.oscillator.size * (BORDERS_SECONDS + BORDERS_POINT_SECONDS * points)
+
+
+def _diagram_plan(request: UnfoldingDiagramsRequest) -> Plan:
+    """Return the plan of the map; its borders are explained when all tiles are there, its curves cost nothing."""
+    shape = _map_plan(request.unfolding_map)
+    seconds = shape.estimate.seconds + borders_seconds(request)
+    return shape.model_copy(update={"estimate": shape.estimate.model_copy(update={"seconds": seconds})})
 
 
 def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:

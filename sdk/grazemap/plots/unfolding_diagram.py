@@ -1,0 +1,88 @@
+"""The unfolding diagram: the regions of a map, and the curves that are their borders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grazemap.plots.axes import INK, cell_borders, legend_outside
+from grazemap.plots.borders import curve_name, curve_style
+from grazemap.plots.curve import draw_curve
+from grazemap.plots.unfolding import plot_unfolding_map
+from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_TYPES = ("SN", "PD", "SB", "NS", "GR")
+_COEXISTENCE = "#FFFFFF"
+_UNEXPLAINED = "#FF00FF"
+
+
+def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, motions: int = 20) -> Axes:
+    """Draw an unfolding diagram.
+
+    Parameters
+    ----------
+    diagram : UnfoldingDiagram
+    ax : Axes, optional
+    motions : int
+        As of `plot_unfolding_map`.
+
+    Returns
+    -------
+    Axes
+        With the grazing curve, dashed, and the curves that explain borders, one colour for each type. Borders of basins
+        of attraction are white, unexplained ones magenta. Without borders the curves are those in closed form.
+    """
+    borders = diagram.borders
+    umap = diagram.unfolding_map
+    closed_forms = diagram.bifurcation_curves if borders is None else None
+    ax = plot_unfolding_map(umap, ax, None, diagram.codimension_two_points, motions, closed_forms)
+    draw_curve(ax, diagram.grazing_curve, halo=True, dashed=True)
+    if borders is not None:
+        _draw_border_curves(ax, borders)
+        for name, colour, text in (
+            ("coexistence", _COEXISTENCE, "border of basins: both motions attract"),
+            ("unexplained", _UNEXPLAINED, "border that is not explained"),
+        ):
+            chosen = np.flatnonzero(borders.where(name) & borders.regular)
+            _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
+    size = f"{len(umap.clearance)} × {len(umap.omega)} points"
+    note = "" if borders is None else "; none between mirror images is a border"
+    ax.set_title(f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}", fontsize=10)
+    legend_outside(ax, handlelength=1.4, labelspacing=0.35)
+    return ax
+
+
+def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
+    """Draw the curves that explain a border, as far as their orbits are motions; the grazing curve is there already."""
+    for kind in _TYPES:
+        chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
+        style = curve_style(kind, 1.0, halo=True)
+        for place, curve in enumerate(chosen):
+            clearance = np.where(curve.admissible, curve.clearance, np.nan)
+            label = f"{curve_name(kind)}, {len(chosen)} curves" if place == 0 else None
+            ax.plot(curve.omega, clearance, label=label, zorder=3, **style)
+
+
+def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
+    """Draw the sides that the cells of pairs of neighbouring points share."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patheffects import Normal, withStroke
+
+    if not chosen:
+        return
+    across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
+    lines = []
+    for k in chosen:
+        row, column = int(borders.row[k]), int(borders.column[k])
+        if borders.along[k] == 0:
+            lines.append([(across[column], up[row + 1]), (across[column + 1], up[row + 1])])
+        else:
+            lines.append([(across[column + 1], up[row]), (across[column + 1], up[row + 1])])
+    ax.add_collection(LineCollection(lines, colors=INK, linewidths=2.2, zorder=3, capstyle="round"))
+    ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.2, zorder=3.1, capstyle="round"))
+    rim = [withStroke(linewidth=2.8, foreground=INK), Normal()]
+    ax.plot([], [], "-", color=colour, linewidth=1.8, path_effects=rim, label=f"{text} ({len(chosen)} steps)")

@@ -1,0 +1,303 @@
+"""Unfolding diagrams: a map, the curves and points over it, and what every border of its regions is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.codec import Document
+from grazemap.models import ProcessRequest, UnfoldingDiagramsRequest, canonical, motion_label
+from grazemap.results.base import Result, floats, integers
+from grazemap.results.curves import BifurcationCurves
+from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.records import FloatArray, IntArray, known_fields
+from grazemap.results.unfolding import UnfoldingMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False)
+class BorderCurve:
+    """A curve that explains borders of a map.
+
+    Attributes
+    ----------
+    type : {"SN", "PD", "SB", "NS", "GR"}
+    motion : str
+        n-p_r-q_l of the motion that ends there; mirror images are one motion, more impacts come first. Without impacts
+        it is the steady motion, and the curve the grazing curve.
+    period, impacts_right, impacts_left : int
+    symmetric : bool
+    omega, clearance : ndarray of shape (m,)
+    admissible : ndarray of bool, shape (m,)
+        The orbits are motions.
+    pairs : int
+        How many pairs of neighbouring points it explains.
+    ends : tuple of two str
+        As of `BifurcationCurve`.
+    """
+
+    type: str
+    motion: str
+    period: int
+    impacts_right: int
+    impacts_left: int
+    symmetric: bool
+    omega: FloatArray
+    clearance: FloatArray
+    admissible: NDArray[np.bool_]
+    pairs: int
+    ends: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """The motion, told from a symmetric one with as many impacts."""
+        return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
+
+
+@dataclass(frozen=True, slots=True)
+class Border:
+    """Pairs of neighbouring points with the same two motions and the same explanation.
+
+    Attributes
+    ----------
+    motions : tuple of two str
+        Labels, mirror images being one, or kinds; in no order.
+    explanation : str
+        "curve", "coexistence", "goes on" or "unexplained"; see `MapBorders`.
+    curve : str
+        Type of the curve, and the motion that ends on it; empty without one.
+    reason : str
+        Why it is unexplained.
+    pairs : int
+    """
+
+    motions: tuple[str, str]
+    explanation: str
+    curve: str
+    reason: str
+    pairs: int
+
+
+@dataclass(frozen=True, eq=False)
+class MapBorders:
+    """The borders of a map's regions: p pairs of neighbouring points with different motions.
+
+    Attributes
+    ----------
+    row, column : ndarray of int, shape (p,)
+        The first point of a pair; the other one has the next larger clearance (`along` 0) or omega (1).
+    along : ndarray of int, shape (p,)
+    regular : ndarray of bool, shape (p,)
+        Both motions are periodic; the other pairs have one that is chaotic, quasi-periodic or unresolved.
+    explanation, reason : ndarray of int, shape (p,)
+        Index into `explanations` and `reasons`. "curve": one of the motions ends between the points, on a curve that
+        was computed. "coexistence": both are there at both points, stable and admissible: a border of basins of
+        attraction, and no bifurcation. "goes on": of a pair that is not regular: its periodic motion is there on the
+        other side too, and the trajectory does not lead to it, or has not yet.
+    explanations, reasons : tuple of str
+    curve : ndarray of int, shape (p,)
+        Index into `curves`; -1 without one.
+    distance : ndarray of shape (p,)
+        From the middle between the points to the curve, in steps of the map.
+    curves : tuple of BorderCurve
+    without_orbit : int
+        Points of the map with a periodic motion for which no orbit was found.
+    irregular_pairs : int
+        Pairs of points none of which is periodic, of different kinds; not among the p.
+    """
+
+    row: IntArray
+    column: IntArray
+    along: IntArray
+    regular: NDArray[np.bool_]
+    explanation: IntArray
+    reason: IntArray
+    explanations: tuple[str, ...]
+    reasons: tuple[str, ...]
+    curve: IntArray
+    distance: FloatArray
+    curves: tuple[BorderCurve, ...]
+    without_orbit: int
+    irregular_pairs: int
+
+    @classmethod
+    def from_document(cls, document: Document) -> MapBorders:
+        """Return the borders that a document of the codec describes."""
+        whole = ("row", "column", "along", "explanation", "reason", "curve")
+        texts = ("explanations", "reasons")
+        fields: dict[str, Any] = {
+            **{name: integers(document[name]) for name in whole},
+            **{name: tuple(str(text) for text in document[name]) for name in texts},
+            "regular": np.asarray(document["regular"], dtype=np.bool_),
+            "distance": floats(document["distance"]),
+            "curves": tuple(_curve(record) for record in document["curves"]),
+            **{name: int(document[name]) for name in ("without_orbit", "irregular_pairs")},
+        }
+        return cls(**fields)
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    def count(self, explanation: str, regular: bool = True) -> int:
+        """Return how many pairs have an explanation; those of periodic motions, or those of all others."""
+        return int(np.count_nonzero(self.where(explanation) & (self.regular == regular)))
+
+    def count_of(self, type: str) -> int:
+        """Return how many curves are of a type."""
+        return sum(curve.type == type for curve in self.curves)
+
+    def where(self, explanation: str) -> NDArray[np.bool_]:
+        """Return which pairs have an explanation, shape (p,)."""
+        known = explanation in self.explanations
+        there: NDArray[np.bool_] = self.explanation == (self.explanations.index(explanation) if known else -1)
+        return there
+
+    def others(self) -> tuple[IntArray, IntArray]:
+        """Return row and column of the second points, shape (p,) each."""
+        return self.row + (self.along == 0), self.column + (self.along == 1)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UnfoldingDiagram(Result):
+    """An unfolding map and all that is drawn over it, each as its own question would give it.
+
+    Attributes
+    ----------
+    unfolding_map : UnfoldingMap
+    grazing_curve : GrazingCurve
+    codimension_two_points : CodimensionTwoPoints
+    bifurcation_curves : BifurcationCurves
+        In closed form: of motions with one impact, or one on either stop.
+    borders : MapBorders or None
+        None where they were not asked for.
+    """
+
+    process: ClassVar[str] = "unfolding-diagrams"
+
+    unfolding_map: UnfoldingMap
+    grazing_curve: GrazingCurve
+    codimension_two_points: CodimensionTwoPoints
+    bifurcation_curves: BifurcationCurves
+    borders: MapBorders | None
+
+    @classmethod
+    def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
+        """Return the diagram; its parts have the meta that their own questions would have."""
+        asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
+        parts: tuple[tuple[str, type[Result], ProcessRequest], ...] = (
+            ("unfolding_map", UnfoldingMap, asked.unfolding_map),
+            ("grazing_curve", GrazingCurve, asked.grazing_curve),
+            ("codimension_two_points", CodimensionTwoPoints, asked.codimension_two_points),
+            ("bifurcation_curves", BifurcationCurves, asked.bifurcation_curves),
+        )
+        made: dict[str, Any] = {
+            name: kind.from_document(document[name], {**meta, "process": kind.process, "request": canonical(request)})
+            for name, kind, request in parts
+        }
+        borders = MapBorders.from_document(document["borders"]) if document.get("borders") is not None else None
+        return cls(meta=meta, _document=document, borders=borders, **made)
+
+    def border_list(self) -> list[Border]:
+        """Return the borders by their two motions and explanation, those with most pairs first; none without borders.
+
+        Those with a motion that is not periodic come last.
+        """
+        if self.borders is None:
+            return []
+        counts: dict[tuple[bool, Border], int] = {}
+        labels, borders = self._one_label_each(), self.borders
+        rows, columns = borders.others()
+        for k in range(len(borders)):
+            ends = ((borders.row[k], borders.column[k]), (rows[k], columns[k]))
+            first, second = sorted(str(labels[end]) for end in ends)
+            curve = borders.curves[borders.curve[k]] if borders.curve[k] >= 0 else None
+            border = Border(
+                motions=(first, second),
+                explanation=borders.explanations[borders.explanation[k]],
+                curve="" if curve is None else f"{curve.type} of {curve.label}",
+                reason=borders.reasons[borders.reason[k]],
+                pairs=0,
+            )
+            key = (not bool(borders.regular[k]), border)
+            counts[key] = counts.get(key, 0) + 1
+        listed = sorted(counts.items(), key=lambda item: (item[0][0], -item[1], item[0][1].motions))
+        return [
+            Border(border.motions, border.explanation, border.curve, border.reason, pairs)
+            for (_, border), pairs in listed
+        ]
+
+    def summary(self) -> str:
+        """Return in a few lines how the borders of the map are explained, and what is left."""
+        umap = self.unfolding_map
+        shares = {motion.kind: 0 for motion in umap.motions()}
+        for motion in umap.motions():
+            shares[motion.kind] += motion.pixels
+        told = umap.kind.size - shares.get("chaotic", 0)
+        unresolved = shares.get("unresolved", 0)
+        lines = [
+            f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
+            + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
+            f"unresolved: {unresolved} of the {told} points that are not chaotic ({unresolved / max(1, told):.2%})",
+        ]
+        if self.borders is None:
+            return "\n".join(lines)
+        borders = self.borders
+        for regular, title in ((True, "two periodic motions"), (False, "a motion that is not periodic")):
+            parts = [f"{borders.count(name, regular)} {name}" for name in borders.explanations[1:]]
+            parts.append(f"{borders.count(borders.explanations[0], regular)} {borders.explanations[0]}")
+            pairs = int(np.count_nonzero(borders.regular == regular))
+            lines.append(f"{pairs} steps between points with {title}: " + ", ".join(parts))
+        types = [f"{borders.count_of(kind)} {kind}" for kind in ("SN", "PD", "SB", "NS", "GR")]
+        lines.append(f"{len(borders.curves)} curves: " + ", ".join(types))
+        lines += [
+            f"unexplained, {border.pairs} x {' | '.join(border.motions)}: {border.reason}"
+            for border in self.border_list()
+            if border.reason
+        ]
+        return "\n".join(lines)
+
+    def plot(self, ax: Axes | None = None, *, motions: int = 20) -> Axes:
+        """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points."""
+        from grazemap.plots.unfolding_diagram import plot_unfolding_diagram
+
+        return plot_unfolding_diagram(self, ax, motions)
+
+    def _one_label_each(self) -> NDArray[np.str_]:
+        """Return labels in which mirror images are one motion, more impacts first."""
+        umap = self.unfolding_map
+        periodic = umap.kind == umap.kinds.index("periodic")
+        labels = np.array(umap.kinds)[umap.kind].astype("<U32")
+        more = np.maximum(umap.impacts_right, umap.impacts_left)
+        fewer = np.minimum(umap.impacts_right, umap.impacts_left)
+        codes = np.stack([umap.period, more, fewer, umap.symmetric], axis=-1)
+        for period, right, left, symmetric in np.unique(codes[periodic], axis=0).tolist():
+            here = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)
+            labels[here] = _label(motion_label(period, right, left), right, left, bool(symmetric))
+        return labels
+
+    def _summary(self) -> str:
+        umap = self.unfolding_map
+        points = f"{len(umap.clearance)} x {len(umap.omega)} points, {len(umap.motions())} motions"
+        if self.borders is None:
+            return points
+        left = self.borders.count("unexplained")
+        return f"{points}, {len(self.borders.curves)} curves, {left} steps between periodic motions unexplained"
+
+
+def _label(motion: str, right: int, left: int, symmetric: bool) -> str:
+    """Return the label of a motion; with as many impacts on either stop it may not be its own mirror image."""
+    return motion if symmetric or right != left else f"{motion} asymmetric"
+
+
+def _curve(record: Mapping[str, Any]) -> BorderCurve:
+    values = known_fields(BorderCurve, record)
+    arrays = {name: floats(values[name]) for name in ("omega", "clearance")}
+    admissible = np.asarray(values["admissible"], dtype=np.bool_)
+    ends = tuple(str(end) for end in values["ends"])
+    return BorderCurve(**(values | arrays | {"admissible": admissible, "ends": ends}))
