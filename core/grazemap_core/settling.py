@@ -72,7 +72,8 @@ class Settler:
         room = ROOM if task.linearised else 0
         self._ring = closing.orbit(size, task.max_period, LANES)
         self._group = lanes(size, room)
-        self._changes = lane_tangents(size, self._growth_halves)
+        free = self._models.free
+        self._changes = lane_tangents(free.decay, free.frequency_squared, self._growth_halves)
         self._work, self._scratch = workspace(size, room), queue(size)
         self._proving = proving(size)
         self._masses = (0,) * size

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
 from grazemap_core.kernels.cells import CellProblem
-from grazemap_core.kernels.compiled import copy_matrix, copy_vector, inlined, kernel
+from grazemap_core.kernels.compiled import copy_matrix, copy_vector, fused_inlined, kernel
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lanes import LANES, Masses
 from grazemap_core.kernels.lockstep import FREE, PRESSING, Lanes
@@ -40,6 +40,8 @@ IntArray = NDArray[np.int64]
 
 ROOM = 48
 """Impacts of half a period that a lane has room for."""
+FLOW_DEGREE = 13
+"""Of the series of a flow over half a cell at most, so of exponents up to 1/2: 2^-14/14! = 7e-16 is left out."""
 SCALAR_ROOM = 4096
 """Events of half a period beyond which no changes are carried along."""
 
@@ -61,6 +63,9 @@ class LaneTangents(NamedTuple):
         As in `lyapunov.Tangents`.
     state, cursor, near, resting, since : (LANES, N, 2), (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
         Where every lane began the half period, as in `lockstep.Lanes`.
+    series : (2, N, FLOW_DEGREE)
+        Of each block's answer to a unit rate over a short time: coefficients from that of the first power on, and those
+        of the derivative, from the constant on.
     scratch : Tangents
         All else that `lyapunov` needs.
     work : Workspace
@@ -78,12 +83,14 @@ class LaneTangents(NamedTuple):
     near: FloatArray
     resting: FloatArray
     since: FloatArray
+    series: FloatArray
     scratch: Tangents
     work: Workspace
 
 
-def lane_tangents(masses: int, halves: int) -> LaneTangents:
-    """Return room for the changes along all lanes, and for exponents over so many half periods."""
+def lane_tangents(decay: FloatArray, frequency_squared: FloatArray, halves: int) -> LaneTangents:
+    """Return room for the changes along all lanes of a chain's blocks, and for exponents over so many half periods."""
+    masses = len(decay)
     size = 2 * masses
     return LaneTangents(
         carried=np.zeros(LANES, dtype=np.int64),
@@ -97,9 +104,21 @@ def lane_tangents(masses: int, halves: int) -> LaneTangents:
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
+        series=_flow_series(decay, frequency_squared),
         scratch=tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_ROOM),
     )
+
+
+def _flow_series(decay: FloatArray, frequency_squared: FloatArray) -> FloatArray:
+    """Return `LaneTangents.series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
+    series = np.zeros((2, len(decay), FLOW_DEGREE))
+    before, term = np.zeros(len(decay)), np.ones(len(decay))
+    for power in range(1, FLOW_DEGREE + 1):
+        series[0, :, power - 1], series[1, :, power - 1] = term, power * term
+        following = -(2.0 * decay * power * term + frequency_squared * before) / (power * (power + 1.0))
+        before, term = term, following
+    return series
 
 
 @kernel
@@ -152,7 +171,7 @@ def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
             copy_vector(changes.since[lane], group.since[lane])
 
 
-@inlined
+@fused_inlined
 def _carry_between_stops(
     blocks: int,
     count: int,
@@ -164,20 +183,39 @@ def _carry_between_stops(
     factor: float,
     drag: float,
     end: float,
+    step: float,
+    flow_table: FloatArray,
+    series: FloatArray,
     events: FloatArray,
     rows: int,
     columns: FloatArray,
 ) -> None:
     """Carry `count` columns along half a period that lasts until `end` and has impacts only.
 
-    As `tangent.flow_tangent` and `tangent.strike_tangent`; numbers of blocks and columns are constants to the compiler.
+    As `tangent.flow_tangent` and `tangent.strike_tangent`, but that the flow is one over whole cells, which is in the
+    table, and a short one, of less than half a cell either way. Numbers of blocks and columns are constants to the
+    compiler.
     """
     passed = 0.0
     for row in range(rows + 1):
         last = row == rows
         time = end if last else events[row, TIME]
+        cells = int((time - passed) / step + 0.5)
+        short = (time - passed) - cells * step
         for j in range(blocks):
-            e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time - passed)
+            if cells < flow_table.shape[0]:
+                y, rate = 0.0, 0.0
+                for power in range(FLOW_DEGREE, 0, -1):
+                    y = y * short + series[0, j, power - 1]
+                    rate = rate * short + series[1, j, power - 1]
+                y *= short
+                square, twice = frequency_squared[j], 2.0 * decay[j]
+                t = flow_table[cells, j]
+                over = rate + twice * y
+                e11, e12 = over * t[0] + y * t[2], over * t[1] + y * t[3]
+                e21, e22 = rate * t[2] - square * y * t[0], rate * t[3] - square * y * t[1]
+            else:
+                e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time - passed)
             for c in range(count):
                 first, second = columns[2 * j, c], columns[2 * j + 1, c]
                 columns[2 * j, c] = e11 * first + e12 * second
@@ -251,6 +289,7 @@ def carry_lanes(
     events, cursor, even, status = group.events, group.cursor, group.even, group.status
     decay, discriminant, frequency_squared = problem.decay, problem.discriminant, problem.frequency_squared
     readout, kick, frequency = problem.readout, problem.kick, problem.frequency
+    flow_table, series = problem.flow_table, changes.series
     factor, drag, end = 1.0 + problem.restitution, held.drag, problem.step * (problem.cells // 2)
     room, halves = events.shape[1], changes.growth.shape[1]
     sign = 1.0 if half % 2 == 0 else -1.0
@@ -277,6 +316,9 @@ def carry_lanes(
                     factor,
                     drag,
                     end,
+                    problem.step,
+                    flow_table,
+                    series,
                     impacts,
                     rows,
                     columns,
@@ -293,6 +335,9 @@ def carry_lanes(
                     factor,
                     drag,
                     end,
+                    problem.step,
+                    flow_table,
+                    series,
                     impacts,
                     rows,
                     columns,
