@@ -22,6 +22,7 @@ from grazemap_core.kernels.closing import (
     NAMED,
     NOT_CLOSED,
     RESTS,
+    TOUCHES_OR_NOT,
     Orbit,
     mean_section,
     name_motion,
@@ -303,6 +304,7 @@ def _judge_settling(
         if sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
             distance = orbit_nearby(problem, ring, lane, k, returned, job.max_period, clearance)
             if np.isfinite(distance):
+                distance = max(distance, LIMIT_DISTANCE)
                 proof = _prove(problem, held, chain, room, group, lane, k, returned, distance)
                 if proof.doubt == NAMED:
                     _enter_proof(codes, figures, proof, (entered + 1) // 2)
@@ -313,8 +315,11 @@ def _judge_settling(
     if reason == NAMED:
         window = period if symmetric else 2 * period  # half periods after which z returns
         after = max(0, (entered - 3 * window + 1) // 2)
-        doubt = RESTS
-        if not (sticking or right == INFINITE or left == INFINITE or group.regime[lane] == RESTING):
+        if right == -1 and left == -1:
+            doubt = TOUCHES_OR_NOT  # else the envelope would have fitted between the stops
+        elif sticking or right == INFINITE or left == INFINITE or group.regime[lane] == RESTING:
+            doubt = RESTS
+        else:
             proof = _prove(problem, held, chain, room, group, lane, k, window, LIMIT_DISTANCE)
             doubt = proof.doubt
             if doubt == NAMED:
