@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.kernels.block_flow import block_flow
-from grazemap_core.kernels.compiled import fused_kernel, kernel
+from grazemap_core.kernels.compiled import fused_kernel, kernel, plain
 from grazemap_core.kernels.dense import eliminate
 from grazemap_core.kernels.orbit_equations import OrbitProblem
 
@@ -59,8 +59,9 @@ class Shooting(NamedTuple):
         What a kick adds to each block's part in the acceleration of mass 1.
     places, speeds : (2 N, k)
         What a unit residual of place, or speed, at an impact comes to at the end of the turn.
-    rows, pair : (2 N + 2, 2 N), (2 N + 2, 2)
-    read, closed : (4, k), (2 N,)
+    basis, rows : (2 N + 2, 2 N), (2 N + 2, 2 k)
+    of_place, of_speed : (2 k, k)
+    closed : (2 N,)
     """
 
     closing: FloatArray
@@ -76,9 +77,10 @@ class Shooting(NamedTuple):
     bend: FloatArray
     places: FloatArray
     speeds: FloatArray
+    basis: FloatArray
     rows: FloatArray
-    pair: FloatArray
-    read: FloatArray
+    of_place: FloatArray
+    of_speed: FloatArray
     closed: FloatArray
 
 
@@ -99,9 +101,10 @@ def shooting(count: int, blocks: int) -> Shooting:
         bend=np.zeros(blocks),
         places=np.zeros((size, count)),
         speeds=np.zeros((size, count)),
-        rows=np.zeros((size + 2, size)),
-        pair=np.zeros((size + 2, 2)),
-        read=np.zeros((4, count)),
+        basis=np.zeros((size + 2, size)),
+        rows=np.zeros((size + 2, 2 * count)),
+        of_place=np.zeros((2 * count, count)),
+        of_speed=np.zeros((2 * count, count)),
         closed=np.zeros(size),
     )
 
@@ -239,52 +242,57 @@ def solve_step(problem: OrbitProblem, speeds: FloatArray, room: Shooting) -> flo
 
 
 @fused_kernel
-def _back_over(problem: OrbitProblem, i: int, speed: float, bend: FloatArray, rows: FloatArray, room: Shooting) -> None:
+def _back_over(
+    problem: OrbitProblem,
+    i: int,
+    speed: float,
+    bend: FloatArray,
+    rows: FloatArray,
+    first: int,
+    end: int,
+    room: Shooting,
+) -> None:
     """Turn columns that read a state just before impact i + 1 into those that read it just before impact i.
 
-    rows (2 N + 2, n); the last two receive what each reads of a unit residual of place, and of speed, at impact i.
+    Columns first to end - 1 of rows (2 N + 2, n); the last two rows receive what each reads of a unit residual of
+    place, and of speed, at impact i.
     """
     flow = room.flow
     omega, rebound = problem.omega, problem.rebound
-    blocks, columns = bend.shape[0], rows.shape[1]
+    blocks = bend.shape[0]
     velocity, acceleration = room.before[i, 1], room.before[i, 2]
     place, faster = rows[2 * blocks], rows[2 * blocks + 1]
-    for c in range(columns):
+    for c in range(first, end):
         place[c], faster[c] = 0.0, 0.0
     for j in range(blocks):
         kick, drift, drag = problem.kick[j, 0], problem.kick[j, 1], bend[j]
         e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
-        for c in range(columns):
-            a, b = rows[2 * j, c], rows[2 * j + 1, c]
+        above, below = rows[2 * j], rows[2 * j + 1]
+        for c in range(first, end):
+            a, b = above[c], below[c]
             y, rate = a * e11 + b * e21, a * e12 + b * e22
-            rows[2 * j, c], rows[2 * j + 1, c] = y, rate
+            above[c], below[c] = y, rate
             faster[c] -= rebound * omega * (y * kick + rate * drift)
             place[c] += rebound * speed * (y * drift + rate * drag)
-    for c in range(columns):
+    for c in range(first, end):
         place[c] = -(place[c] + acceleration * faster[c]) / velocity
     for j in range(blocks):
-        for c in range(columns):
-            rows[2 * j, c] += place[c]
-            rows[2 * j + 1, c] += faster[c] / omega
+        above, below = rows[2 * j], rows[2 * j + 1]
+        for c in range(first, end):
+            above[c] += place[c]
+            below[c] += faster[c] / omega
 
 
 @fused_kernel
-def _sum_of_moduli(places: FloatArray, speeds: FloatArray, read: FloatArray, closed: FloatArray, count: int) -> float:
-    """Return the sum over m impacts of ``|read + closed (places or speeds)|``.
-
-    Parameters
-    ----------
-    places, speeds : (2 N, k)
-    read : (2, k)
-    closed : (2 N,)
-    """
+def _sum_of_moduli(inputs: FloatArray, read: FloatArray, closed: FloatArray, count: int) -> float:
+    """Return the sum over impacts of ``|read + closed inputs|``, with inputs (2 N, k), read (k,), closed (2 N,)."""
+    for c in range(closed.shape[0]):
+        share, row = closed[c], inputs[c]
+        for m in range(count):
+            read[m] += share * row[m]
     total = 0.0
     for m in range(count):
-        place, speed = read[0, m], read[1, m]
-        for c in range(closed.shape[0]):
-            place += closed[c] * places[c, m]
-            speed += closed[c] * speeds[c, m]
-        total += abs(place) + abs(speed)
+        total += abs(read[m])
     return total
 
 
@@ -292,19 +300,12 @@ def _sum_of_moduli(places: FloatArray, speeds: FloatArray, read: FloatArray, clo
 def norm_of_inverse(problem: OrbitProblem, speeds: FloatArray, room: Shooting) -> float:
     """Return the largest sum of moduli of a row of the inverse of the matrix of `solve_step`, which has been called.
 
-    Every phase and speed is followed back around to all residuals.
+    Every phase and speed is followed back around to all residuals, all of them side by side.
     """
     count, blocks = speeds.shape[0], problem.decay.shape[0]
     size = 2 * blocks
-    system, places, faster, read, rows, pair, bend = (
-        room.system,
-        room.places,
-        room.speeds,
-        room.read,
-        room.rows,
-        room.pair,
-        room.bend,
-    )
+    system, places, faster, bend, closed = room.system, room.places, room.speeds, room.bend, room.closed
+    basis, rows, of_place, of_speed = room.basis, room.rows, room.of_place, room.of_speed
     for row in range(size):
         for column in range(size):
             system[row, column] = (problem.sign if row == column else 0.0) - room.turned[row, column]
@@ -314,32 +315,32 @@ def norm_of_inverse(problem: OrbitProblem, speeds: FloatArray, room: Shooting) -
     # each coordinate of the state at the end of the turn, followed back to the beginning
     for row in range(size):
         for c in range(size):
-            rows[row, c] = 1.0 if row == c else 0.0
+            basis[row, c] = 1.0 if row == c else 0.0
     for i in range(count - 1, -1, -1):
-        _back_over(problem, i, speeds[i], bend, rows, room)
+        _back_over(problem, i, speeds[i], bend, basis, plain(0), size, room)
         for c in range(size):
-            places[c, i], faster[c, i] = rows[size, c], rows[size + 1, c]
-    largest = 0.0
-    for i in range(count):
+            places[c, i], faster[c, i] = basis[size, c], basis[size + 1, c]
+    # each phase and speed, from its impact to the first one
+    for i in range(count - 1, -1, -1):
+        _back_over(problem, i, speeds[i], bend, rows, 2 * (i + 1), 2 * count, room)
+        for c in range(2 * (i + 1), 2 * count):
+            of_place[c, i], of_speed[c, i] = rows[size, c], rows[size + 1, c]
         velocity, acceleration = room.before[i, 1], room.before[i, 2]
         for j in range(blocks):
-            pair[2 * j, 0], pair[2 * j + 1, 0] = -1.0 / velocity, 0.0
-            pair[2 * j, 1], pair[2 * j + 1, 1] = -acceleration / velocity, 1.0 / problem.omega
+            rows[2 * j, 2 * i], rows[2 * j + 1, 2 * i] = -1.0 / velocity, 0.0
+            rows[2 * j, 2 * i + 1], rows[2 * j + 1, 2 * i + 1] = -acceleration / velocity, 1.0 / problem.omega
         for unknown in range(2):
-            for m in range(i + 1, count):
-                read[2 * unknown, m], read[2 * unknown + 1, m] = 0.0, 0.0
+            c = 2 * i + unknown
             # of the residuals at its own impact, besides those that are in the state
-            read[2 * unknown, i], read[2 * unknown + 1, i] = pair[0, unknown], float(unknown)
-        for m in range(i - 1, -1, -1):
-            _back_over(problem, m, speeds[m], bend, pair, room)
-            for unknown in range(2):
-                read[2 * unknown, m], read[2 * unknown + 1, m] = pair[size, unknown], pair[size + 1, unknown]
-        for unknown in range(2):
-            closed = room.closed
-            for c in range(size):
-                closed[c] = 0.0
-                for d in range(size):
-                    closed[c] += pair[d, unknown] * system[d, size + c]
-            total = _sum_of_moduli(places, faster, read[2 * unknown : 2 * unknown + 2], closed, count)
-            largest = total if not total <= largest else largest
+            of_place[c, i], of_speed[c, i] = rows[0, c], float(unknown)
+            for m in range(i + 1, count):
+                of_place[c, m], of_speed[c, m] = 0.0, 0.0
+    largest = 0.0
+    for c in range(2 * count):
+        for d in range(size):
+            closed[d] = 0.0
+            for e in range(size):
+                closed[d] += rows[e, c] * system[e, size + d]
+        total = _sum_of_moduli(places, of_place[c], closed, count) + _sum_of_moduli(faster, of_speed[c], closed, count)
+        largest = total if not total <= largest else largest
     return largest
