@@ -49,9 +49,10 @@ def _of_line(line: Line, regions: Regions, samples: list[Sample]) -> Section:
     section.say(
         "One motion of each region, in the middle of the longest stretch on which the line has it, or what is there"
         " instead: where that has an impact too many, at the slowest one. Orbits with impacts are solved for; t is"
-        " counted from where the forcing is zero and rises, and speeds are those before the impacts. Of motions that are their own mirror image the impacts of half a period"
-        " are listed. The last column is where the orbit's own branch over b is one of stable motions, whatever"
-        f" trajectories from rest come to there. Periods up to {MAX_PERIOD} were looked for, for {PATIENCE} periods."
+        " counted from where the forcing is zero and rises, and speeds are those before the impacts. Of motions that"
+        " are their own mirror image the impacts of half a period are listed. The last column is where the orbit's own"
+        " branch over b is one of stable motions, whatever trajectories from rest come to there. Periods up to"
+        f" {MAX_PERIOD} were looked for, for {PATIENCE} periods."
     )
     section.show(HEAD, [sample.row for sample in samples])
     section.say(_proofs(samples))

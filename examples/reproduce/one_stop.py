@@ -12,7 +12,7 @@ from examples.reproduce.motions import TRANSIENT
 from examples.reproduce.page import Section, below
 from examples.reproduce.paper import GAMMA, READINGS
 from examples.reproduce.samples import TURN, Sample, as_asked, stretch
-from examples.reproduce.starts import SEED, counted, states
+from examples.reproduce.starts import SEED, counted, states, swept
 from grazemap import Client, OrbitBranch, PeriodicOrbit, Trajectories
 
 CHAIN = READINGS[GAMMA]
@@ -67,6 +67,7 @@ def one_stop(client: Client, sample: Sample, high: float, low: float, places: in
         " from region l down to region n:"
     )
     section.show(["b", "motions (of how many starts)"], attractors(client, sample.omega, clearances))
+    section.say(swept(client, sample.omega, high, low))
     searched = [search(client, sample.omega, value) for value in clearances]
     section.say(
         "**Unstable ones too.** The equations of a motion of period 3 with three impacts on C, solved by Newton's"

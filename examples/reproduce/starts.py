@@ -1,4 +1,4 @@
-"""The same random initial states at every clearance, in units of it, and the names of what they lead to."""
+"""Other starts than rest: random states, the same at every clearance in units of it; and sweeps of the clearance."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from grazemap import Trajectories
+from examples.reproduce.motions import MAX_PERIODS
+from examples.reproduce.paper import GAMMA, READINGS
+from grazemap import Client, Trajectories
 
 SEED = 2026
+SWEPT = 101
 
 
 def states(clearance: float, count: int) -> list[dict[str, Any]]:
@@ -32,3 +35,21 @@ def counted(result: Trajectories) -> str:
     names = Counter(path.motion.label or path.motion.kind for path in result.trajectories)
     ordered = sorted(names.items(), key=lambda item: (-item[1], item[0]))
     return ", ".join(f"{name} ({count})" for name, count in ordered)
+
+
+def swept(client: Client, omega: float, high: float, low: float) -> str:
+    """Say which motions sweeps up and down between two clearances come to."""
+    texts = []
+    for policy, name in (("sweep-down", "downwards"), ("sweep-up", "upwards")):
+        # a map has at least two columns; the second, a neighbouring omega, is not used
+        umap = client.unfolding_map(
+            READINGS[GAMMA], omega=[omega, omega + 1e-3], clearance=(low, high), shape=(SWEPT, 2), policy=policy,
+            max_periods=MAX_PERIODS, progress=False,
+        )  # fmt: skip
+        names = Counter(umap.labels()[:, 0].tolist())
+        ordered = sorted(names.items(), key=lambda item: (-item[1], item[0]))
+        texts.append(f"{name} {', '.join(f'{label} ({count})' for label, count in ordered)}")
+    return (
+        f"Sweeps over {SWEPT} clearances between b = {high:.4f} and {low:.4f}, each begun where the one before has"
+        f" ended, come to (at how many clearances): {'; '.join(texts)}."
+    )

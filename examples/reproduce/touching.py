@@ -10,13 +10,14 @@ from examples.reproduce.asking import answers
 from examples.reproduce.motions import TRANSIENT
 from examples.reproduce.page import Section, below
 from examples.reproduce.paper import GAMMA, READINGS
-from examples.reproduce.starts import counted, states
+from examples.reproduce.starts import counted, states, swept
 from examples.reproduce.states import graze, initial
 from grazemap import Client, Trajectories
 
 CHAIN = READINGS[GAMMA]
 RECORDED = 64
 STARTS = 24
+HEAD = ("b", "motions (of how many starts)", "slowest impact", "fastest, gentlest motion", "fastest of all", "omega b")
 
 
 def touching(client: Client, omega: float, high: float, low: float, places: int = 12) -> Section:
@@ -46,12 +47,13 @@ def touching(client: Client, omega: float, high: float, low: float, places: int 
     )
     clearances = np.round(np.linspace(high, low, places + 2)[1:-1], 5).tolist()
     rows = speeds(client, omega, clearances)
-    section.show(["b", "motions (of how many starts)", "slowest impact", "fastest impact", "fastest/(omega b)"], rows)
-    gentlest = min((row[3:] for row in rows if row[3] != "-"), key=lambda cells: float(cells[0]), default=None)
+    section.show(HEAD, rows)
+    section.say(swept(client, omega, high, low))
+    gentlest = min((row[3] for row in rows if row[3] != "-"), key=float, default=None)
     if gentlest is not None:
         section.say(
-            "None of these motions with impacts merely touches: the gentlest one's fastest impact has a speed of"
-            f" {gentlest[0]}, {gentlest[1]} omega b. What is there are slow impacts next to the grazing curve, many"
+            "None of the trajectories with impacts merely touches: the fastest impact of the gentlest one has a speed"
+            f" of {gentlest}. What is there are slow impacts next to the grazing curve, many"
             " of them in motions that close late or never. In a phase portrait such a motion looks as if it touched the"
             " stops many times: that fits the printed label, with 0 for what is slow."
         )
@@ -59,7 +61,7 @@ def touching(client: Client, omega: float, high: float, low: float, places: int 
 
 
 def speeds(client: Client, omega: float, clearances: Sequence[float]) -> list[list[str]]:
-    """Return for each clearance the motions from many starts, and their slowest and fastest impact."""
+    """Return for each clearance the line that `HEAD` describes: the motions from many starts, and their speeds."""
     questions = [
         {
             "oscillator": CHAIN.model_dump(), "omega": omega, "clearance": value, "initial": states(value, STARTS),
@@ -69,14 +71,9 @@ def speeds(client: Client, omega: float, clearances: Sequence[float]) -> list[li
     ]  # fmt: skip
     rows = []
     for value, result in zip(clearances, answers(client, Trajectories, questions), strict=True):
-        all_speeds = np.abs(np.concatenate([path.impacts.velocity for path in result.trajectories]))
-        slowest, fastest = (float(all_speeds.min()), float(all_speeds.max())) if len(all_speeds) else (np.nan, np.nan)
-        rows.append(
-            [f"{value:.5f}", counted(result)]
-            + (
-                [f"{slowest:.4f}", f"{fastest:.4f}", f"{fastest / (omega * value):.2f}"]
-                if len(all_speeds)
-                else ["-"] * 3
-            )
-        )
+        hits = [np.abs(path.impacts.velocity) for path in result.trajectories if len(path.impacts)]
+        fastest = [float(speed.max()) for speed in hits]
+        figures = [min(float(speed.min()) for speed in hits), min(fastest), max(fastest)] if hits else []
+        cells = [f"{figure:.4f}" for figure in figures] or ["-"] * 3
+        rows.append([f"{value:.5f}", counted(result), *cells, f"{omega * value:.4f}"])
     return rows
