@@ -26,7 +26,7 @@ $(STAMP): requirements.lock pyproject.toml
 run: $(STAMP)  ## the paper's grazing curve, codimension-two points and unfolding map, into out/
 	$(BIN)/python examples/reproduce_default.py
 
-reproduce: $(STAMP)  ## docs/reproduction.md: the paper's figures and numbers, and its motions, through the service (four minutes)
+reproduce: $(STAMP)  ## docs/reproduction.md: the paper's figures and numbers, and its motions, through the service (five minutes)
 	$(BIN)/python -m examples.reproduce
 
 borders: $(STAMP)  ## unfolding diagrams of 256 x 256 points, every border explained, into out/ (a quarter of an hour)

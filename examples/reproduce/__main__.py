@@ -13,6 +13,7 @@ from examples.reproduce.codimension_two import computed_points, figure_5, figure
 from examples.reproduce.discontinuity import mapping, unfolding
 from examples.reproduce.double_grazing import figure_2, figure_3, figure_6
 from examples.reproduce.errors import errors
+from examples.reproduce.figure_8 import figure_8
 from examples.reproduce.figure_9 import figure_9
 from examples.reproduce.page import PICTURES, Row, Section, save_pictures, table, wrapped
 from examples.reproduce.paper import GAMMA, TITLE
@@ -23,7 +24,7 @@ POINTS = 1013
 
 
 def first_part(client: Client) -> Iterator[Section]:
-    """Yield the sections on the paper's own numbers, without the long sequences of Figure 9."""
+    """Yield the sections on the paper's own numbers, without the maps of Figures 8 and 9."""
     yield figure_2(client)
     yield figure_3(client)
     yield mapping(client)
@@ -47,8 +48,7 @@ def head(rows: list[Row], cpu: str) -> str:
         ),
         wrapped(
             f"The paper is *{TITLE}*; numbers in brackets are its equations. Its system: k_2 = k_3 = 5, m_2 = m_3 = 10,"
-            " zeta_i = 0.05, R = 0.8, f = (1, 0, 0). Figures 1 and 4 are sketches without numbers; Figure 8, the"
-            " unfolding diagram, is not on this page."
+            " zeta_i = 0.05, R = 0.8, f = (1, 0, 0). Figures 1 and 4 are sketches without numbers."
         ),
         "Every number that the paper prints as a result, beside ours:",
         table(
@@ -86,8 +86,11 @@ def main() -> None:
         for section in first_part(client):
             sections.append(section)
             say(section.title)
-        sections += figure_9(client, given.points)
+        motions, samples = figure_9(client, given.points)
+        say(motions[0].title)
+        sections.append(figure_8(client, samples))
         say(sections[-1].title)
+        sections += motions
         cpu = str(client.grazing_curve(omega=[0.1, 0.2], progress=False).meta["numerics"]["cpu"])
         write(given.docs, sections, cpu)
     say(f"written: {given.docs / PAGE} and {sum(len(section.pictures) for section in sections)} pictures")

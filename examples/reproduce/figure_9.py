@@ -2,63 +2,130 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from itertools import combinations
 
-from examples.reproduce.motions import MAX_PERIODS, Line, Run, motions_along, plain_runs
+from examples.reproduce.motions import Line, motions_along
+from examples.reproduce.one_stop import one_stop
 from examples.reproduce.page import Section
 from examples.reproduce.paper import GAMMA, READINGS, REGIONS, Region
-from grazemap import Client
-
-FINE = 701
-
-
-@dataclass
-class Found:
-    """What was found of one printed region: its runs, and a remark where that needs one."""
-
-    runs: list[Run] = field(default_factory=list)
-    remark: str = ""
-
-    @property
-    def long(self) -> list[Run]:
-        """The runs of more than two clearances, or all where there are none."""
-        return [run for run in self.runs if len(run.clearances) > 2] or self.runs
+from examples.reproduce.portraits import portraits
+from examples.reproduce.regions import Found, Regions, regions_of
+from examples.reproduce.samples import DRAWN, HEAD, MAX_PERIOD, PATIENCE, Sample, samples_of
+from examples.reproduce.touching import touching
+from grazemap import Client, PeriodicOrbit
 
 
-Regions = dict[str, Found]
-Finer = Callable[[float, float], list[Run]]
-
-
-def figure_9(client: Client, points: int) -> list[Section]:
-    """Return the head of the part on Figure 9, and a section for each of its two frequencies."""
+def figure_9(client: Client, points: int) -> tuple[list[Section], list[Sample]]:
+    """Return the part on Figure 9: head, frequencies, labels that were not found; and the samples of all regions."""
     lines: dict[str, list[Line]] = {
         name: [motions_along(client, name, omega, *limits, points) for omega, (limits, _) in REGIONS.items()]
         for name in READINGS
     }
-    found = {name: [_regions_of(client, line) for line in lines[name]] for name in READINGS}
-    sections = [_head(found, points)]
+    found = {name: [regions_of(client, line) for line in lines[name]] for name in READINGS}
+    sections, all_samples = [_head(found, points, lines[GAMMA])], []
     for line, regions in zip(lines[GAMMA], found[GAMMA], strict=True):
-        (high, low), printed = REGIONS[line.omega]
-        section = Section(f"omega = {line.omega}, clearance from {high:g} down to {low:g}")
-        section.show(
-            ["region", "printed", "here, n = least period", "clearances", "remark"],
-            [_row(region, regions[region.letter]) for region in printed],
+        samples = _samples(client, line.omega, regions)
+        all_samples += samples
+        sections.append(_of_line(line, regions, samples))
+        sections += _not_found(client, line.omega, regions, samples)
+    return sections, all_samples
+
+
+def _samples(client: Client, omega: float, regions: Regions) -> list[Sample]:
+    """Return a sample of every region that has a place."""
+    span, printed = REGIONS[omega]
+    places = {region: regions[region.letter].place for region in printed}
+    return samples_of(client, omega, span, {region: at for region, at in places.items() if at is not None})
+
+
+def _of_line(line: Line, regions: Regions, samples: list[Sample]) -> Section:
+    """Return the section of a frequency: what was found, one motion of each region, and the whole sequence."""
+    (high, low), printed = REGIONS[line.omega]
+    section = Section(f"omega = {line.omega}, clearance from {high:g} down to {low:g}")
+    section.show(
+        ["region", "printed", "here, n = least period", "clearances", "remark"],
+        [_row(region, regions[region.letter]) for region in printed],
+    )
+    section.say(
+        "One motion of each region, in the middle of the longest stretch on which the line has it, or what is there"
+        " instead: where that has an impact too many, at the slowest one. Orbits with impacts are solved for; t is"
+        " counted from where the forcing is zero and rises, and speeds are those before the impacts. Of motions that"
+        " are their own mirror image the impacts of half a period are listed. The last column is where the orbit's own"
+        " branch over b is one of stable motions, whatever trajectories from rest come to there. Periods up to"
+        f" {MAX_PERIOD} were looked for, for {PATIENCE} periods."
+    )
+    section.show(HEAD, [sample.row for sample in samples])
+    section.say(_proofs(samples))
+    name = f"figure_9_{f'{line.omega:g}'.partition('.')[2]}.png"
+    section.draw(name, f"Phase portraits of mass 1 at omega = {line.omega}", lambda: portraits(samples))
+    section.say("The whole sequence:")
+    section.show(
+        ["from", "to", "points", "motion", "turns at A"],
+        [
+            (f"{run.clearances[0]:.4f}", f"{run.clearances[-1]:.4f}", str(len(run.clearances)), run.label,
+             str(run.turns or "-"))
+            for run in line.runs
+        ],
+    )  # fmt: skip
+    return section
+
+
+def _proofs(samples: list[Sample]) -> str:
+    """Say which of the motions are proven, and what the others are."""
+    orbits = [sample for sample in samples if sample.orbit is not None]
+    proven = [sample for sample in orbits if sample.proven]
+    text = (
+        f"Of these {len(orbits)} orbits {len(proven)} are proven: each is the only one near its numbers (Kantorovich's"
+        " bound), meets the stops at its impacts and nowhere else, and has all its multipliers inside the unit circle."
+    )
+    for sample in samples:
+        name = f" In region {sample.region.letter}"
+        if sample.orbit is not None and not sample.proven:
+            text += f"{name} the orbit is solved for, and not proven: {_lacking(sample.orbit)}."
+        elif sample.orbit is None and sample.steady:
+            text += f"{name} mass 1 moves without impacts, as it does wherever b > A(omega)."
+        elif sample.orbit is None and sample.kind == "periodic":
+            text += f"{name} the trajectory closes, and its orbit was not solved for."
+        elif sample.orbit is None:
+            text += f"{name} the motion does not close; {DRAWN} periods of it are drawn."
+    by_letter = {sample.region.letter: sample for sample in orbits if sample.stable}
+    alike = [
+        f"{one.region.letter} and {other.region.letter}"
+        for one, other in combinations(by_letter.values(), 2)
+        if one.row[-1] == other.row[-1]
+    ]
+    if alike:
+        text += (
+            f" Where two regions have the same stretch, {', '.join(alike)}, their motions are of one branch or mirror"
+            " images: what tells the printed labels apart is a loop in the picture or the side that is hit, no"
+            " bifurcation."
         )
-        section.say("The whole sequence:")
-        section.show(
-            ["from", "to", "points", "motion", "turns at A"],
-            [
-                (f"{run.clearances[0]:.4f}", f"{run.clearances[-1]:.4f}", str(len(run.clearances)), run.label,
-                 str(run.turns or "-"))
-                for run in line.runs
-            ],
-        )  # fmt: skip
-        sections.append(section)
+    return text
+
+
+def _lacking(orbit: PeriodicOrbit) -> str:
+    """Say what is missing for a proof."""
+    if not orbit.certified:
+        return f"the bound, which may be 1/2, is {orbit.kantorovich:.1e}"
+    return f"contacts with a stop besides the impacts: {orbit.contacts}"
+
+
+def _not_found(client: Client, omega: float, regions: Regions, samples: list[Sample]) -> list[Section]:
+    """Return a section on each label with touches, or with impacts on one stop, that was not found from rest."""
+    sections = []
+    by_letter = {sample.region.letter: sample for sample in samples}
+    for region in REGIONS[omega][1]:
+        found, sample = regions[region.letter], by_letter.get(region.letter)
+        if found.runs or found.gap is None:
+            continue
+        if region.right == 0:
+            sections.append(touching(client, omega, *found.gap))
+        elif region.right == -1 and sample is not None and sample.orbit is not None:
+            sections.append(one_stop(client, sample, *found.gap))
     return sections
 
 
-def _head(found: dict[str, list[Regions]], points: int) -> Section:
+def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Section:
     """Return what is said of both lines: what n means, and which reading of zeta has the paper's motions."""
     labelled = [
         (place, region)
@@ -91,6 +158,7 @@ def _head(found: dict[str, list[Regions]], points: int) -> Section:
         " them would be if n were the least period in forcing periods, which is what grazemap's own n is, as the paper"
         " defines it."
     )
+    head.say(_literal(lines))
     head.say("**Which reading of zeta.** By the same rule, along the same lines:")
     head.show(
         ["damping", "labels found", "not found"],
@@ -113,68 +181,19 @@ def _head(found: dict[str, list[Regions]], points: int) -> Section:
     return head
 
 
-def _regions_of(client: Client, line: Line) -> Regions:
-    """Return what was found of each region; those with numbers first, as the others lie between them."""
-
-    def finer(high: float, low: float) -> list[Run]:
-        return plain_runs(client, line.reading, line.omega, high, low, FINE)
-
-    regions = REGIONS[line.omega][1]
-    found = {region.letter: _match(region, line.runs) for region in regions if region.n is not None}
-    for k, region in enumerate(regions):
-        if region.n is None:
-            neighbours = [(letter, found[letter]) for letter in (regions[k - 1].letter, regions[k + 1].letter)]
-            found[region.letter] = _match_between(region, neighbours, line.runs, finer)
-    return found
-
-
-def _match(region: Region, runs: list[Run]) -> Found:
-    """Return what was found of a printed region with numbers."""
-    found = [run for run in runs if run.matches(region)]
-    if found:
-        return Found(found)
-    mirrored = [run for run in runs if run.matches(region, mirrored=True)]
-    if mirrored:
-        return Found(mirrored, "As its mirror image: which of the two is reached depends on the start.")
-    impacts = (region.right or 0, region.left or 0)
-    near = [
-        run
-        for run in runs
-        if run.motion and run.turns == region.n and max(run.motion[1:]) == max(impacts) > min(run.motion[1:])
-    ]
-    texts = [
-        f"{run.label} at {run.clearances[0]:.4f} to {run.clearances[-1]:.4f}, its slowest impact at"
-        f" {min(run.slowest):.4f} to {max(run.slowest):.4f}"
-        for run in near
-    ]
-    return Found([], f"Not reached from rest. With the same n there are {'; '.join(texts)}." if near else "Not found.")
-
-
-def _match_between(region: Region, neighbours: list[tuple[str, Found]], runs: list[Run], finer: Finer) -> Found:
-    """Return what was found of a region printed with "multi", which lies between two others."""
-    touching = [run for run in runs if run.motion and run.motion[1:] == (region.right, region.left)]
-    if touching:
-        return Found(touching)
-    remark = "No motion that only touches was found. " if region.right == 0 else ""
-    names = " and ".join(letter for letter, _ in neighbours)
-    before, after = ([value for run in found.long for value in run.clearances] for _, found in neighbours)
-    if not before or not after:
-        return Found([], f"{remark}Its neighbours {names} were not both found.")
-    high = min(before)
-    low = max(value for value in after if value < high)
-    inside = [run for run in runs if low < run.clearances[0] < high]
-    fine = "finer " if not inside else ""
-    inside = inside or [run for run in finer(high, low) if low < run.clearances[0] < high]
-    total = sum(len(run.clearances) for run in inside)
-    unclosed = [run for run in inside if run.motion is None]
-    count = sum(len(run.clearances) for run in unclosed)
-    extent = f" (from {unclosed[0].clearances[0]:.5f} to {unclosed[-1].clearances[-1]:.5f})" if unclosed else ""
-    periods = [run.motion[0] for run in inside if run.motion]
-    closed = f"; the others have periods from {min(periods)} to {max(periods)}" if periods else ""
-    return Found(
-        [],
-        f"{remark}Of {total} {fine}clearances between {names}, {count}{extent} do not close in {MAX_PERIODS}"
-        f" periods{closed}.",
+def _literal(lines: list[Line]) -> str:
+    """Say which labels with numbers trajectories from rest have along their line when n is the least period."""
+    met: list[str] = []
+    others: list[str] = []
+    for line in lines:
+        motions = {run.motion for run in line.runs}
+        for region in REGIONS[line.omega][1]:
+            if region.n is not None and region.right is not None and region.left is not None:
+                either = {(region.n, region.right, region.left), (region.n, region.left, region.right)}
+                (met if either & motions else others).append(f"{region.letter} ({region.label})")
+    return (
+        "Read literally, n as the least period, the labels that trajectories from rest have somewhere on their line"
+        f" are {', '.join(met)}; those met nowhere on it are {', '.join(others)}."
     )
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
+from examples.reproduce.asking import answers
 from examples.reproduce.paper import READINGS, Region
-from grazemap import Client, JobHandle, Trajectory
+from grazemap import Client, Trajectory
 from grazemap.models import motion_label
 
 TRANSIENT = 1500
@@ -107,26 +108,24 @@ def plain_runs(client: Client, reading: str, omega: float, high: float, low: flo
     return runs
 
 
+def turns_at_a(path: Trajectory) -> int:
+    """Return how often mass 1 turns back on the side of stop A, in a record of whole periods of a motion."""
+    x, v = path.displacement[0], path.velocity[0]
+    # the record may begin on a turn: one motion period has both ends, of which one counts
+    return int(np.sum((v[:-1] > 0) & (v[1:] <= 0) & (x[:-1] > 0)))
+
+
 def _count_turns(client: Client, reading: str, omega: float, pieces: list[Run]) -> None:
     """Count the turns of each motion on its trajectory; all are asked for at once, for all workers."""
-    jobs = [_ask(client, reading, omega, piece) for piece in pieces]
-    for done, (piece, job) in enumerate(zip(pieces, jobs, strict=True)):
-        path = job.wait().result()
-        assert isinstance(path, Trajectory)
-        x, v = path.displacement[0], path.velocity[0]
-        turns = (v[:-1] > 0) & (v[1:] <= 0)
-        # the record may begin on a turn: one motion period has both ends, of which one counts
-        piece.turns = int(np.sum(turns & (x[:-1] > 0)))
-        if (done + 1) % 100 == 0 or done + 1 == len(pieces):
-            print(
-                f"  {reading}, omega = {omega}: {done + 1} of {len(pieces)} trajectories", file=sys.stderr, flush=True
-            )
+    questions = [_question(reading, omega, piece) for piece in pieces]
+    paths = answers(client, Trajectory, questions, f"{reading}, omega = {omega}, trajectories")
+    for piece, path in zip(pieces, paths, strict=True):
+        piece.turns = turns_at_a(path)
 
 
-def _ask(client: Client, reading: str, omega: float, piece: Run) -> JobHandle:
+def _question(reading: str, omega: float, piece: Run) -> dict[str, Any]:
     assert piece.motion is not None
-    question = {
+    return {
         "oscillator": READINGS[reading].model_dump(), "omega": omega, "clearance": piece.clearances[0],
         "transient_periods": TRANSIENT, "periods": piece.motion[0], "samples_per_period": SAMPLES,
     }  # fmt: skip
-    return client.submit("trajectories", question)

@@ -5,15 +5,31 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from examples.reproduce.codimension_two import computed_points, figure_5, figure_7
 from examples.reproduce.discontinuity import mapping, unfolding
 from examples.reproduce.double_grazing import figure_2, figure_3
 from examples.reproduce.errors import errors
+from examples.reproduce.figure_8 import (
+    CHAIN,
+    CLEARANCE,
+    COLUMNS,
+    EVERY_COLUMN,
+    EVERY_ROW,
+    OMEGA,
+    ROWS,
+    borders,
+    closed_forms,
+    labels,
+)
 from examples.reproduce.motions import Run
+from examples.reproduce.one_stop import attractors, search
 from examples.reproduce.page import PICTURES, Section
-from examples.reproduce.paper import GAMMA, Region
+from examples.reproduce.paper import GAMMA, REGIONS, Region
+from examples.reproduce.samples import samples_of
+from examples.reproduce.touching import speeds
 from grazemap.embedded import LocalClient
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -28,6 +44,35 @@ def same(printed: str, computed: str) -> bool:
     digits, _, exponent = printed.partition("e")
     unit = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
     return abs(float(printed) - float(computed)) < 1.5 * unit
+
+
+def table_rows(title: str, page: str = PAGE) -> list[list[str]]:
+    """Return the lines of the tables of a section, heads among them."""
+    start = page.index(f"## {title}\n")
+    lines = page[start:].removeprefix("## ").partition("\n## ")[0].splitlines()
+    return [line.strip("| ").split(" | ") for line in lines if line.startswith("| ")]
+
+
+def on_page(cells: list[str], title: str, page: str = PAGE) -> bool:
+    """Whether a table of a section has a line, its numbers up to their last digits."""
+    texts = [NUMBER.sub("#", cell) for cell in cells]
+    for row in table_rows(title, page):
+        if [NUMBER.sub("#", cell) for cell in row] == texts:
+            pairs = zip(NUMBER.findall(" | ".join(row)), NUMBER.findall(" | ".join(cells)), strict=True)
+            if all(same(*pair) for pair in pairs):
+                return True
+    return False
+
+
+def printed_clearance(title: str, column: int, first: str) -> float:
+    """Return the clearance in a column of the line that begins with a word, of the table that has it there."""
+    rows = [row for row in table_rows(title) if row[0] == first and re.fullmatch(r"\d\.\d{4,6}", row[column])]
+    return float(rows[0][column])
+
+
+def title_of_line(omega: float) -> str:
+    high, low = REGIONS[omega][0]
+    return f"omega = {omega}, clearance from {high:g} down to {low:g}"
 
 
 def assert_on_page(section: Section) -> None:
@@ -51,6 +96,46 @@ def test_the_page_has_what_is_computed(stack: LocalClient, part) -> None:
 
 def test_the_page_has_the_proofs_of_the_paper_s_errors(stack: LocalClient) -> None:
     assert_on_page(errors(stack, computed_points(stack)[GAMMA]))
+
+
+def test_the_page_has_the_unfolding_map_at_some_places_and_its_borders(stack: LocalClient) -> None:
+    umap = stack.unfolding_map(
+        CHAIN,
+        omega=np.linspace(*OMEGA, COLUMNS)[::EVERY_COLUMN],
+        clearance=np.linspace(*CLEARANCE, ROWS)[::EVERY_ROW],
+        progress=False,
+    )
+    rows = labels(umap) + borders(closed_forms(stack))
+    assert len(rows) > 16
+    assert [row for row in rows if not on_page(row, "Figure 8: the unfolding diagram")] == []
+
+
+@pytest.mark.parametrize(("omega", "letters"), [(0.29, "acf"), (0.27, "mp")])
+def test_the_page_has_the_orbits_of_figure_9(stack: LocalClient, omega: float, letters: str) -> None:
+    title, (span, printed) = title_of_line(omega), REGIONS[omega]
+    wanted = {region: printed_clearance(title, 2, region.letter) for region in printed if region.letter in letters}
+    samples = samples_of(stack, omega, span, wanted)
+    assert [sample.row for sample in samples if not on_page(sample.row, title)] == []
+    with_impacts = [sample for sample in samples if sample.region.letter != "a"]
+    assert all(sample.proven for sample in with_impacts)
+    row = with_impacts[0].row
+    planted = re.sub(r"(\d)( \()", lambda found: f"{(int(found[1]) + 5) % 10}{found[2]}", row[7], count=1)
+    assert planted != row[7]
+    assert not on_page([*row[:7], planted], title)
+
+
+def test_the_page_has_what_was_searched_for(stack: LocalClient) -> None:
+    title = "Region (b): multi-0r-0l"
+    first = table_rows(title)[2][0]
+    (row,) = speeds(stack, 0.29, [float(first)])
+    assert on_page(row, title)
+    title = "Region (m): 3-(-1)r-3l"
+    first = table_rows(title)[3][0]
+    (row,) = attractors(stack, 0.27, [float(first)])
+    assert on_page(row, title)
+    row = search(stack, 0.27, float(first)).row
+    assert on_page(row, title)
+    assert not on_page([*row[:3], str(int(row[3]) + 1), *row[4:]], title)
 
 
 def test_every_picture_of_the_page_is_there() -> None:

@@ -1,0 +1,178 @@
+"""Region (m) of Figure 9, 3-(-1)r-3l: where such a motion would be, and what is there instead."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from examples.reproduce.asking import answers
+from examples.reproduce.motions import TRANSIENT
+from examples.reproduce.page import Section, below
+from examples.reproduce.paper import GAMMA, READINGS
+from examples.reproduce.samples import TURN, Sample, as_asked, stretch
+from examples.reproduce.starts import SEED, counted, states, swept
+from grazemap import Client, OrbitBranch, PeriodicOrbit, Trajectories
+
+CHAIN = READINGS[GAMMA]
+PERIOD, STOPS = 3, (-1, -1, -1)
+GUESSES, STARTS = 40, 24
+# Impacts of random guesses are no faster than twice those of the motions here.
+FASTEST = 0.4
+# Speeds and times of two solutions that are one.
+SAME = 1e-6
+
+
+@dataclass
+class Searched:
+    """What Newton's method comes to from random guesses at one clearance.
+
+    Attributes
+    ----------
+    clearance : float
+    failed : int
+        Guesses from which it does not converge.
+    repeated, other : list of PeriodicOrbit
+        Different solutions: the motion with one impact a period, run through three times; and all others.
+    """
+
+    clearance: float
+    failed: int
+    repeated: list[PeriodicOrbit]
+    other: list[PeriodicOrbit]
+
+    @property
+    def row(self) -> list[str]:
+        """Its line on the page."""
+        return [
+            f"{self.clearance:.4f}",
+            str(self.failed),
+            str(len(self.repeated)),
+            str(len(self.other)),
+            str(sum(orbit.admissible for orbit in self.other)),
+            str(sum(bool(np.any(orbit.velocities > 0.0)) for orbit in self.other)),
+        ]
+
+
+def one_stop(client: Client, sample: Sample, high: float, low: float, places: int = 6) -> Section:
+    """Return the section; `sample` is the motion found instead, `high` and `low` the clearances to search between."""
+    section = Section("Region (m): 3-(-1)r-3l")
+    orbit = sample.orbit
+    assert orbit is not None
+    _branch(client, section, orbit)
+    clearances = np.round(np.linspace(high, low, places + 2)[1:-1], 4).tolist()
+    section.say(
+        f"**Coexisting attractors.** From rest and {STARTS} random states, {TRANSIENT} periods later, at clearances"
+        " from region l down to region n:"
+    )
+    section.show(["b", "motions (of how many starts)"], attractors(client, sample.omega, clearances))
+    section.say(swept(client, sample.omega, high, low))
+    searched = [search(client, sample.omega, value) for value in clearances]
+    section.say(
+        "**Unstable ones too.** The equations of a motion of period 3 with three impacts on C, solved by Newton's"
+        f" method from {GUESSES} random guesses at each of these clearances: from how many it does not converge; how"
+        " many different solutions have three impacts alike, and so period 1; how many others there are; how many of"
+        " these are motions; and how many hit the stop from behind, with a velocity of the wrong sign."
+    )
+    section.show(
+        ["b", "not converged", "impacts alike", "others", "motions among these", "wrong sign"],
+        [one.row for one in searched],
+    )
+    solutions = [orbit for one in searched for orbit in one.other]
+    lowest, highest = min(clearances), max(clearances)
+    branches = followed(client, solutions, lowest, highest)
+    admissible = sum(bool(branch.admissible.any()) for branch in branches)
+    section.say(
+        f"The branches of all {len(solutions)} other solutions, over b from {lowest:.4f} to {highest:.4f},"
+        f" have {sum(len(branch.parameter) for branch in branches)} computed points, and {admissible or 'none'} of"
+        f" these branches {'has' if admissible < 2 else 'have'} a point that is a motion. That is a search and"
+        " no proof."
+    )
+    return section
+
+
+def _branch(client: Client, section: Section, orbit: PeriodicOrbit) -> None:
+    """Say what becomes of the motion with a slow impact on A where that vanishes."""
+    one = client.periodic_orbit(
+        CHAIN, omega=orbit.omega, clearance=orbit.clearance + 2e-3, motion=(1, [-1]), progress=False
+    )
+    reach = (orbit.clearance - 0.05, orbit.clearance + 0.05)
+    branch = client.orbit_branch(
+        CHAIN, omega=orbit.omega, clearance=orbit.clearance, motion=orbit, range=reach, progress=False
+    )
+    single = client.orbit_branch(
+        CHAIN, omega=one.omega, clearance=one.clearance, motion=one, range=reach, progress=False
+    )
+    vanishing = next(p for p in branch.special_points if p.type == "GR" and p.impact is not None)
+    grazing = min(
+        (p for p in single.special_points if p.type == "GR" and p.impact is None),
+        key=lambda p: abs(p.parameter - vanishing.parameter),
+    )
+    left = vanishing.velocities[np.arange(len(orbit.stops)) != vanishing.impact]
+    high, low = stretch(branch, orbit.clearance)
+    hits = {stop: np.abs(orbit.velocities[orbit.stops == stop]) for stop in (1, -1)}
+    section.say(
+        f"**What is there.** Between regions l and n trajectories from rest come to {orbit.motion.label}, with one slow"
+        f" impact on A: at b = {orbit.clearance:.4f} at a speed of {float(hits[1].max()):.4f}, beside"
+        f" {float(hits[-1].min()):.4f} to {float(hits[-1].max()):.4f} on C. In the phase portrait above it can hardly"
+        f" be told from a motion that only passes A closely. It is stable from b = {high} to {low}, and the speed on A"
+        f" falls to zero at b = {vanishing.parameter:.12f}. There the printed label would begin; but the three impacts"
+        f" on C that are left are alike to within {below(float(np.ptp(left)))}: the motion is 1-(-1)r-1l, run through"
+        f" three times, which itself begins to touch A at b = {grazing.parameter:.12f}. No 3-(-1)r-3l leaves this"
+        " branch."
+    )
+
+
+def attractors(client: Client, omega: float, clearances: Sequence[float]) -> list[list[str]]:
+    """Return for each clearance the motions from many starts."""
+    questions = [
+        {
+            "oscillator": CHAIN.model_dump(), "omega": omega, "clearance": value, "initial": states(value, STARTS),
+            "periods": 1, "transient_periods": TRANSIENT, "samples_per_period": 1,
+        }
+        for value in clearances
+    ]  # fmt: skip
+    results = answers(client, Trajectories, questions)
+    return [[f"{value:.4f}", counted(result)] for value, result in zip(clearances, results, strict=True)]
+
+
+def search(client: Client, omega: float, clearance: float) -> Searched:
+    """Return the different solutions that random guesses lead to."""
+    random = np.random.default_rng(SEED)
+    phases = np.sort(random.uniform(0.0, PERIOD * TURN, (GUESSES, len(STOPS))), axis=1)
+    velocities = -random.uniform(0.0, FASTEST, (GUESSES, len(STOPS)))
+    questions = [
+        {
+            "oscillator": CHAIN.model_dump(), "omega": omega, "clearance": clearance,
+            "motion": {"period": PERIOD, "stops": list(STOPS), "phases": times.tolist(), "velocities": speeds.tolist()},
+        }
+        for times, speeds in zip(phases, velocities, strict=True)
+    ]  # fmt: skip
+    found = answers(client, PeriodicOrbit, questions)
+    solved: list[PeriodicOrbit] = []
+    for orbit in found:
+        if orbit.converged and not any(_same(orbit, known) for known in solved):
+            solved.append(orbit)
+    solved.sort(key=lambda orbit: tuple(np.sort(orbit.velocities).tolist()))
+    repeated = [orbit for orbit in solved if float(np.ptp(orbit.velocities)) < SAME]
+    other = [orbit for orbit in solved if float(np.ptp(orbit.velocities)) >= SAME]
+    return Searched(clearance, sum(not orbit.converged for orbit in found), repeated, other)
+
+
+def followed(client: Client, solutions: Sequence[PeriodicOrbit], low: float, high: float) -> list[OrbitBranch]:
+    """Return the branches of solutions over the clearance."""
+    questions = [
+        {
+            "oscillator": CHAIN.model_dump(), "omega": orbit.omega, "clearance": orbit.clearance,
+            "motion": as_asked(orbit), "range": {"start": low, "stop": high},
+        }
+        for orbit in solutions
+    ]  # fmt: skip
+    return answers(client, OrbitBranch, questions)
+
+
+def _same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+    """Whether two solutions are one, up to whole forcing periods by which it is shifted: then the speeds are turned."""
+    speeds = other.velocities
+    return any(bool(np.all(np.abs(one.velocities - np.roll(speeds, k)) < SAME)) for k in range(len(speeds)))

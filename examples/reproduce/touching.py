@@ -1,0 +1,79 @@
+"""Region (b) of Figure 9, multi-0r-0l: which motions there are that only touch the stops, and what moves there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from examples.reproduce.asking import answers
+from examples.reproduce.motions import TRANSIENT
+from examples.reproduce.page import Section, below
+from examples.reproduce.paper import GAMMA, READINGS
+from examples.reproduce.starts import counted, states, swept
+from examples.reproduce.states import graze, initial
+from grazemap import Client, Trajectories
+
+CHAIN = READINGS[GAMMA]
+RECORDED = 64
+STARTS = 24
+HEAD = ("b", "motions (of how many starts)", "slowest impact", "fastest, gentlest motion", "fastest of all", "omega b")
+
+
+def touching(client: Client, omega: float, high: float, low: float, places: int = 12) -> Section:
+    """Return the section; `high` and `low` are the clearances between which the region must lie."""
+    section = Section("Region (b): multi-0r-0l")
+    point = graze(client, CHAIN, omega)
+    path = client.trajectory(
+        CHAIN, omega=omega, clearance=point.clearance, initial=initial(point.grazing.state), periods=4, progress=False
+    )
+    touches = int(np.sum(path.impacts.kind == "graze"))
+    curve = client.grazing_curve(CHAIN, omega=[omega, omega + 1e-3], max_order=8, progress=False)
+    again = int(curve.first_recurrence[0])
+    section.say(
+        "0_r and 0_l are touches at zero velocity, by the paper's own definition. Such a touch changes nothing: -R"
+        " times a velocity of zero is zero. So a motion that meets the stops only in touches is one of the chain"
+        " without stops, and of these only the steady motion lasts. It is on either side once in a forcing period, and"
+        f" touches both stops at one clearance of the line only: the motion is **1-0r-0l at b = A({omega:g}) ="
+        f" {point.clearance:.12f}**, and no motion that only touches has another n, on this line or on any other."
+        f" Started on it, the simulation touches {touches} times in 4 periods, at velocities below"
+        f" {below(float(np.max(np.abs(path.impacts.velocity))))}. "
+        + (f"It does not stay: its graze recurs after {again} half period{'s' * (again > 1)}." if again else "")
+    )
+    section.say(
+        f"Between the neighbours a and c, at {places} clearances: what trajectories from rest and from {STARTS} random"
+        f" states come to within {TRANSIENT} periods, and how fast mass 1 meets the stops in the {RECORDED} periods"
+        " behind. The speed of mass 1 in the middle is about omega b."
+    )
+    clearances = np.round(np.linspace(high, low, places + 2)[1:-1], 5).tolist()
+    rows = speeds(client, omega, clearances)
+    section.show(HEAD, rows)
+    section.say(swept(client, omega, high, low))
+    gentlest = min((row[3] for row in rows if row[3] != "-"), key=float, default=None)
+    if gentlest is not None:
+        section.say(
+            "None of the trajectories with impacts merely touches: the fastest impact of the gentlest one has a speed"
+            f" of {gentlest}. What is there are slow impacts next to the grazing curve, many"
+            " of them in motions that close late or never. In a phase portrait such a motion looks as if it touched the"
+            " stops many times: that fits the printed label, with 0 for what is slow."
+        )
+    return section
+
+
+def speeds(client: Client, omega: float, clearances: Sequence[float]) -> list[list[str]]:
+    """Return for each clearance the line that `HEAD` describes: the motions from many starts, and their speeds."""
+    questions = [
+        {
+            "oscillator": CHAIN.model_dump(), "omega": omega, "clearance": value, "initial": states(value, STARTS),
+            "periods": RECORDED, "transient_periods": TRANSIENT, "samples_per_period": 1,
+        }
+        for value in clearances
+    ]  # fmt: skip
+    rows = []
+    for value, result in zip(clearances, answers(client, Trajectories, questions), strict=True):
+        hits = [np.abs(path.impacts.velocity) for path in result.trajectories if len(path.impacts)]
+        fastest = [float(speed.max()) for speed in hits]
+        figures = [min(float(speed.min()) for speed in hits), min(fastest), max(fastest)] if hits else []
+        cells = [f"{figure:.4f}" for figure in figures] or ["-"] * 3
+        rows.append([f"{value:.5f}", counted(result), *cells, f"{omega * value:.4f}"])
+    return rows
