@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,34 +76,97 @@ class SpecialPath(OrbitPath):
         self.kind, self.impact = point.type, impact
 
     def condition(self, unknowns: Floats) -> float:
-        """Return the test function."""
+        """Return the test function of a graze, or of a Neimark-Sacker point."""
         if self.impact is not None:
             return float(unknowns[self.count + self.impact])
-        if self.kind == "SN":
-            return self.determinants(unknowns)[0]
-        if self.kind == "NS":
-            return neimark_sacker_test(self.look(unknowns), self.count)
-        return self.determinants(unknowns)[1]
+        return neimark_sacker_test(self.look(unknowns), self.count)
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return those of the orbit, and the condition with its gradient brought to length 1."""
         residual, derivatives, terms = self.of_orbit(unknowns)
-        gradient = np.zeros(len(unknowns))
         if self.impact is not None:
+            value, gradient = self.condition(unknowns), np.zeros(len(unknowns))
             gradient[self.count + self.impact] = 1.0
+        elif self.kind == "NS":
+            value, gradient = self.condition(unknowns), self._differences(unknowns)
+        elif self.kind == "SN":
+            value, gradient = self._singular(derivatives[:, : 2 * self.count], self, unknowns, 1.0)
         else:
-            for i in range(len(unknowns)):
-                ends = []
-                for sign in (1.0, -1.0):
-                    moved = unknowns.copy()
-                    moved[i] += sign * CURVE_DIFFERENCE
-                    ends.append(self.condition(moved))
-                gradient[i] = (ends[0] - ends[1]) / (2.0 * CURVE_DIFFERENCE)
+            value, gradient = self._doubled_singular(unknowns)
         length = float(np.linalg.norm(gradient))
-        value = self.condition(unknowns)
         if length > 0.0:
             gradient, value = gradient / length, value / length
         return np.append(residual, value), np.concatenate([derivatives, gradient[None]]), terms
+
+    def _differences(self, unknowns: Floats) -> Floats:
+        """Return the gradient of the condition by differences."""
+        gradient = np.empty(len(unknowns))
+        for i in range(len(unknowns)):
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = unknowns.copy()
+                moved[i] += sign * CURVE_DIFFERENCE
+                ends.append(self.condition(moved))
+            gradient[i] = (ends[0] - ends[1]) / (2.0 * CURVE_DIFFERENCE)
+        return gradient
+
+    def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
+        """Return `_singular` of the matrix of changes that come back with the opposite sign.
+
+        Over two spans they are changes that come back, so the orbit is taken twice: the second derivatives are those of
+        its equations. A second span of a symmetric motion is the mirror image, and so is its change.
+        """
+        count, mirror = self.count, self._mirror
+        turn = self.family.turn
+        phases, speeds = unknowns[:count], unknowns[count : 2 * count]
+        twice = np.concatenate([phases, phases + turn, speeds, mirror * speeds, unknowns[2 * count :]])
+        value, whole = self._singular(self.doubled(unknowns), self._twice, twice, -mirror)
+        by_phase = whole[:count] + whole[count : 2 * count]
+        by_speed = whole[2 * count : 3 * count] + mirror * whole[3 * count : 4 * count]
+        return value, 0.5 * np.concatenate([by_phase, by_speed, whole[4 * count :]])
+
+    def _singular(self, matrix: Floats, path: OrbitPath, unknowns: Floats, repeat: float) -> tuple[float, Floats]:
+        """Return the smallest singular value of a matrix, with the sign of its determinant, and its gradient.
+
+        With left and right vectors u, w it is u J w, and its gradient that of u J w with both held. J w is a derivative
+        of the equations along w, so that is the difference of two Jacobians, at w to either side.
+
+        Parameters
+        ----------
+        matrix : (2 k, 2 k)
+        path : OrbitPath
+            Whose Jacobian holds the matrix: this one, or that of two spans with changes (w, -w).
+        unknowns
+            Of that path.
+        repeat : float
+            What the equations of a second span are to those of the first.
+        """
+        left, sizes, right = np.linalg.svd(matrix)
+        sign = 1.0 if np.linalg.slogdet(matrix)[0] >= 0.0 else -1.0
+        first, change = left[:, -1], right[-1]
+        if path is not self:
+            count = self.count
+            first = np.concatenate([first[:count], repeat * first[:count], first[count:], repeat * first[count:]])
+            change = np.concatenate([change[:count], -change[:count], change[count:], repeat * change[count:]])
+        aside = np.zeros(len(unknowns))
+        aside[: len(change)] = CURVE_DIFFERENCE * change
+        ahead, back = (path.of_orbit(unknowns + side * aside)[1] for side in (1.0, -1.0))
+        return sign * float(sizes[-1]), sign * np.asarray(first @ (ahead - back)) / (2.0 * CURVE_DIFFERENCE)
+
+    @property
+    def _mirror(self) -> float:
+        """What signed velocities of a second span are to those of the first."""
+        return -1.0 if self.family.pattern.symmetric else 1.0
+
+    @cached_property
+    def _twice(self) -> OrbitPath:
+        """The path of the same orbits taken twice, or of symmetric ones whole."""
+        pattern = self.family.pattern
+        family = OrbitFamily.of(
+            self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
+        )
+        stops = np.concatenate([self.stops, self._mirror * self.stops]).astype(np.int64)
+        return OrbitPath(family, stops, self.parameters, self.fixed)
 
 
 def bifurcation_curve(

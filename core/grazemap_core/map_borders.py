@@ -232,6 +232,8 @@ class _Explaining:
                 for i, side in self._waiting(name, chosen):
                     if self._waits(i, side):
                         self._end(i, side, name, chosen)
+                    if self._waits(i, side):
+                        self.reason[i, side] = _BREAKS_OFF
                     if self.report is not None:
                         self.report(int(np.count_nonzero(self.curve >= 0)), len(self.pairs))
 

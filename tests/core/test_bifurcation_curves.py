@@ -11,13 +11,15 @@ from test_one_impact_orbits import random_chain
 from test_orbit_branches import sixteen_impacts, start
 from test_periodic_orbits import DEFAULT, default_orbit
 
-from grazemap_core.bifurcation_curves import bifurcation_curve
+from grazemap_core.bifurcation_curves import SpecialPath, bifurcation_curve
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing import grazing_curve
 from grazemap_core.impact_sequences import ImpactSequence
 from grazemap_core.monodromy import monodromy
+from grazemap_core.motion_curves import orbit_in_window
 from grazemap_core.one_impact_branches import one_impact_branch
 from grazemap_core.orbit_branches import orbit_branch
+from grazemap_core.orbit_family import OrbitFamily
 from grazemap_core.periodic_orbits import periodic_orbit
 
 
@@ -134,3 +136,26 @@ def test_curves_that_make_no_sense_are_refused(name, change):
     with pytest.raises(ParameterError) as refused:
         bifurcation_curve(DEFAULT, point, **({"omega": (0.26, 0.28), "clearance": (1.2, 1.9)} | change))
     assert refused.value.name == name
+
+
+@pytest.mark.parametrize(("stops", "kind"), [((1,), "SN"), ((1,), "PD"), ((1, -1), "SB"), ((1, 1, -1, -1), "SB")])
+def test_the_gradient_of_a_condition_is_that_of_the_smallest_singular_value(stops, kind):
+    """Beside a special point, where neither the condition nor the orbit's equations vanish."""
+    orbit = orbit_in_window(DEFAULT, (0.27, 0.29), (1.5, 1.9), 1, list(stops))
+    branch = orbit_branch(DEFAULT, orbit, 1.3, 1.95, "clearance")
+    point = next(one for one in branch.special_points if one.type == kind and one.status == "converged")
+    impacts = point.impacts
+    path = SpecialPath(OrbitFamily.of(DEFAULT, impacts.period, impacts.symmetric), point, impacts.stops, None)
+    place = path.unknowns(impacts, path.fixed)
+    place = place + 1e-4 * np.sin(1.0 + np.arange(len(place)))
+
+    def least(unknowns):
+        matrix = path.of_orbit(unknowns)[1][:, : 2 * path.count] if kind == "SN" else path.doubled(unknowns)
+        return np.linalg.svd(matrix)[1][-1]
+
+    differences = np.array([(least(place + step) - least(place - step)) / 2e-6 for step in 1e-6 * np.eye(len(place))])
+    residual, derivatives, _ = path.equations(place)
+    length = np.linalg.norm(differences)
+    assert abs(abs(derivatives[-1] @ differences) / length - 1.0) < 1e-12
+    np.testing.assert_allclose(np.abs(derivatives[-1]), np.abs(differences) / length, atol=1e-7)
+    assert abs(residual[-1]) == pytest.approx(least(place) / length, rel=1e-7)

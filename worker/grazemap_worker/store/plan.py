@@ -82,8 +82,8 @@ BRANCH_POINTS = 300
 WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
 # Explaining the borders of a map: for each of its points, and the least that it takes, per mass.
-BORDERS_POINT_SECONDS = 5.0e-4
-BORDERS_SECONDS = 4.0
+BORDERS_POINT_SECONDS = 4.0e-4
+BORDERS_SECONDS = 1.0
 # Places of a window at which a motion is looked for.
 CURVES_PLACES = 9
 
