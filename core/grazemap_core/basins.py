@@ -236,7 +236,7 @@ def _attractor(arrays: dict[str, NDArray[Any]], members: NDArray[np.int64], tota
         **named,
         multiplier=one["multiplier"],
         lyapunov=one["lyapunov"],
-        certified=bool(np.all(arrays["certified"].ravel()[members])),
+        certified=periodic and bool(np.all(arrays["certified"].ravel()[members])),
         states=len(members),
         share=len(members) / total,
     )
