@@ -24,13 +24,16 @@ from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA, Floats, chain
 FIXED = "fixed length, classified"
 SETTLING = "until settled"
 WHOLE = "until settled, with multipliers and exponents"
+CERTIFIED = "certified, with multipliers and exponents"
 COLUMNS = 4
 """Columns of a block."""
 _TILES = {
     FIXED: this_core.map_of_fixed_length,
     SETTLING: this_core.map_with_settling,
-    WHOLE: this_core.map_as_served,
+    WHOLE: this_core.map_with_exponents,
+    CERTIFIED: this_core.map_as_served,
 }
+MODES = tuple(_TILES)
 COMPILED_WITHIN = 300.0
 """Seconds after which a process that is not ready has failed: the pool starts another one for ever."""
 
@@ -68,7 +71,7 @@ def run_map(mode: str, side: int, periods: int, operation_rate: float, progress:
 
     Parameters
     ----------
-    mode : FIXED, SETTLING or WHOLE
+    mode : FIXED, SETTLING, WHOLE or CERTIFIED
     operation_rate : float
         Operations per CPU second on the reference work, to compare with.
     """

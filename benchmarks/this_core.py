@@ -89,14 +89,25 @@ def map_with_settling(oscillator: Oscillator, omegas: Floats, clearances: Floats
     return _map(oscillator, omegas, clearances, periods, early=True)
 
 
-def map_as_served(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
-    """Compute a map as the service does: named by Newton's method, with multipliers and Lyapunov exponents."""
+def map_with_exponents(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
+    """Run every pixel until its motion can be named, and for multipliers and Lyapunov exponents."""
     return _map(oscillator, omegas, clearances, periods, early=True, linearised=True)
 
 
+def map_as_served(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
+    """Compute a map as the service does: motions proven, with multipliers and Lyapunov exponents."""
+    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True, proven=True)
+
+
 def _map(
-    oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int, early: bool, linearised: bool = False
+    oscillator: Oscillator,
+    omegas: Floats,
+    clearances: Floats,
+    periods: int,
+    early: bool,
+    linearised: bool = False,
+    proven: bool = False,
 ) -> Classified:
-    task = Settling(periods, LONGEST_PERIOD, early, linearised)
+    task = Settling(periods, LONGEST_PERIOD, early, linearised, proven)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
     return Classified(codes[judging.REASON, :, :, 0] == NAMED, codes[judging.STRUCK, :, :, 0])
