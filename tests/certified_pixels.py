@@ -22,7 +22,7 @@ from grazemap_core.unfolding import unfolding_map_tile
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DIGITS = 50
-SETTLED = 1e-6  # relative difference of impacts, one motion period apart, up to which a run has settled
+SETTLED = 1e-6  # relative distance of impacts from those of the motion up to which a run has settled
 REPEATS = 1e-4  # up to which they are the same
 LONGEST = 2000  # forcing periods of a run
 MOST_IMPACTS = 5000  # complete chatter has infinitely many
@@ -92,13 +92,15 @@ def impacts_in_fifty_digits(pixel: Pixel) -> Impacts | None:
     run = SwiftOracle.of(pixel.oscillator, pixel.omega, pixel.clearance, digits=DIGITS)
     length = 2.0 * np.pi / pixel.omega
     until = pixel.settled_after + 4 * pixel.period
+    # what one motion period changes is less than what is left, the more so the slower it settles
+    tolerance = SETTLED * max(1e-3, 1.0 - pixel.multiplier)
     while True:
         run.run(MOST_IMPACTS, until * length)
         seen = Impacts(np.array([float(t) for t in run.times]) / length, np.array([float(v) for v in run.speeds]))
         if len(seen.time) == MOST_IMPACTS or until >= LONGEST:
             return None
         seen = seen._replace(time=seen.time - until)
-        if _repeats(seen, _quiet_moment(seen), pixel.period, SETTLED) is not None:
+        if _repeats(seen, _quiet_moment(seen), pixel.period, tolerance) is not None:
             return seen
         until = min(LONGEST, until + 8 * pixel.period)
 
