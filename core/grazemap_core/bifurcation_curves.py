@@ -88,7 +88,7 @@ class SpecialPath(OrbitPath):
             value, gradient = self.condition(unknowns), np.zeros(len(unknowns))
             gradient[self.count + self.impact] = 1.0
         elif self.kind == "NS":
-            value, gradient = self.condition(unknowns), self._differences(unknowns)
+            value, gradient = self._along_orbits(unknowns, residual, derivatives)
         elif self.kind == "SN":
             value, gradient = self._singular(derivatives[:, : 2 * self.count], self, unknowns, 1.0)
         else:
@@ -98,17 +98,18 @@ class SpecialPath(OrbitPath):
             gradient, value = gradient / length, value / length
         return np.append(residual, value), np.concatenate([derivatives, gradient[None]]), terms
 
-    def _differences(self, unknowns: Floats) -> Floats:
-        """Return the gradient of the condition by differences."""
-        gradient = np.empty(len(unknowns))
-        for i in range(len(unknowns)):
-            ends = []
-            for sign in (1.0, -1.0):
-                moved = unknowns.copy()
-                moved[i] += sign * CURVE_DIFFERENCE
-                ends.append(self.condition(moved))
-            gradient[i] = (ends[0] - ends[1]) / (2.0 * CURVE_DIFFERENCE)
-        return gradient
+    def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
+        """Return the condition at the orbit next to a guess, and its gradient along the orbits, by differences.
+
+        That leaves out nothing: Newton's step to that orbit is the step's part across the surface, and the condition is
+        taken behind it.
+        """
+        there = unknowns - np.linalg.lstsq(derivatives, residual, rcond=None)[0]
+        gradient = np.zeros(len(unknowns))
+        for direction in np.linalg.svd(derivatives)[2][2 * self.count :]:
+            ends = [self.condition(there + side * CURVE_DIFFERENCE * direction) for side in (1.0, -1.0)]
+            gradient += (ends[0] - ends[1]) / (2.0 * CURVE_DIFFERENCE) * direction
+        return self.condition(there), gradient
 
     def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
         """Return `_singular` of the matrix of changes that come back with the opposite sign.
