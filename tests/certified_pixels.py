@@ -22,10 +22,10 @@ from grazemap_core.unfolding import unfolding_map_tile
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DIGITS = 50
-SETTLED = 1e-6  # relative distance of impacts from those of the motion up to which a run has settled
+SETTLED = 1e-5  # relative distance of impacts from those of the motion up to which a run has settled
 REPEATS = 1e-4  # up to which they are the same
 LONGEST = 2000  # forcing periods of a run
-MOST_IMPACTS = 5000  # complete chatter has infinitely many
+MOST_IMPACTS = 1500  # complete chatter has infinitely many
 MAX_PERIODS = 400
 
 EQUAL, OTHER, NO_VERDICT = "equal", "other", "no verdict"
@@ -102,7 +102,7 @@ def impacts_in_fifty_digits(pixel: Pixel) -> Impacts | None:
         seen = seen._replace(time=seen.time - until)
         if _repeats(seen, _quiet_moment(seen), pixel.period, tolerance) is not None:
             return seen
-        until = min(LONGEST, until + 8 * pixel.period)
+        until = min(LONGEST, until + 4 * pixel.period)
 
 
 def _within(impacts: Impacts, end: float, periods: float) -> Impacts:
