@@ -13,10 +13,9 @@ import grazemap
 from grazemap.plots import save_axes
 
 WINDOWS = {
-    "near_codimension_two_point": {"omega": (0.275, 0.29), "clearance": (1.8, 2.0)},
-    "figure_8": {"omega": (0.26, 0.30), "clearance": (1.3, 2.05)},
+    "near_codimension_two_point": {"omega": (0.275, 0.29), "clearance": (1.8, 2.0), "shape": (256, 256)},
+    "figure_8": {"omega": (0.26, 0.30), "clearance": (1.3, 2.05), "shape": (64, 64)},
 }
-SHAPE = (256, 256)
 LISTED = 40
 
 
@@ -25,7 +24,7 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with grazemap.local() as client:
         for name, window in WINDOWS.items():
-            diagram = client.unfolding_diagram(**window, shape=SHAPE)
+            diagram = client.unfolding_diagram(**window, borders=True)
             borders = "\n".join(
                 f"{border.pairs:6}  {' | '.join(border.motions):<44} {border.explanation:<12} {border.curve}"
                 for border in diagram.border_list()[:LISTED]

@@ -52,6 +52,8 @@ _GRAZING_SAMPLES = 4
 """Of the grazing curve, per step of a map."""
 _CURVE_POINTS = 500
 _BRANCH_STEP = 0.05
+_SHORTER = 0.1
+"""Of a step along a branch, where nothing was met."""
 Report = Callable[[int, int], object]
 
 
@@ -288,10 +290,15 @@ class _Explaining:
         orbit = periodic_orbit(self.grid.oscillator, *self.grid.place(point), region.sequence(point))
         vary: Parameter = "clearance" if point[1] == other[1] else "omega"
         here, there = (self.grid.place(one)[1 if vary == "clearance" else 0] for one in (point, other))
-        branch = orbit_branch(
-            self.grid.oscillator, orbit, min(here, there), max(here, there), vary, self._longest_step(), _CURVE_POINTS
-        )
         rises = there > here
+        # a step from next to a saddle-node may pass over it, back to where it began
+        for step in (self._longest_step(), _SHORTER * self._longest_step()):
+            branch = orbit_branch(
+                self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, _CURVE_POINTS
+            )
+            arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= END_OF_RANGE * there
+            if arrives or branch.special_points:
+                break
         special = branch.special_points if rises else branch.special_points[::-1]
         if special:
             self.ends[i, side] = True
@@ -299,7 +306,6 @@ class _Explaining:
             self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
             return start
         # the motion is there too, or nothing is known of where it ends
-        arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= END_OF_RANGE * there
         self.ends[i, side] = False
         self.known[i, side] = arrives
         self.reason[i, side] = 0 if arrives else _BREAKS_OFF
@@ -312,7 +318,12 @@ class _Explaining:
             return
         window = [self._side(axis, name, chosen) for axis in (1, 0)]
         curve = bifurcation_curve(
-            self.grid.oscillator, point, window[0], window[1], self._longest_step(), _CURVE_POINTS
+            self.grid.oscillator,
+            point,
+            window[0],
+            window[1],
+            self._longest_step(),
+            _CURVE_POINTS,
         )
         self._take(BorderCurve(curve.type, name, curve.omega, curve.clearance, curve.admissible, curve), name)
         if self.curve[i] < 0:

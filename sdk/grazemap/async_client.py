@@ -242,7 +242,7 @@ class AsyncClient:
         max_period: int = 32,
         max_order: int = 8,
         max_multiple: int = 4,
-        borders: bool = True,
+        borders: bool = False,
         progress: bool = True,
     ) -> UnfoldingDiagram:
         """As `Client.unfolding_diagram`."""

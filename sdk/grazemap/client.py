@@ -409,7 +409,7 @@ class Client:
         max_period: int = 32,
         max_order: int = 8,
         max_multiple: int = 4,
-        borders: bool = True,
+        borders: bool = False,
         progress: bool = True,
     ) -> UnfoldingDiagram:
         """Compute an unfolding map and all that is drawn over it: curves, points, and what its borders are.
@@ -426,7 +426,8 @@ class Client:
             As of `codimension_two_points`; the curves in closed form are those of motions up to max_multiple too.
         borders : bool
             Whether every border of the map's regions is explained: by a curve that is followed for it, or as one of
-            basins of attraction. Takes about as long as the map.
+            basins of attraction. Takes as long again as the map where motions are few, and many times as long
+            where period-adding and chaos make hundreds of them.
         progress : bool
 
         Raises

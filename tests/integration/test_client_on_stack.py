@@ -47,7 +47,8 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
     assert many.trajectories[2].displacement[:, 0] == pytest.approx(path.displacement[:, -1], abs=1e-13)
     umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
     assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
-    whole = stack.unfolding_diagram(omega=(0.27, 0.272), clearance=(1.84, 1.87), shape=(4, 3), progress=False)
+    window = {"omega": (0.27, 0.272), "clearance": (1.84, 1.87)}
+    whole = stack.unfolding_diagram(**window, shape=(4, 3), borders=True, progress=False)
     assert whole.borders is not None
     assert len(whole.borders) > 0
     assert whole.borders.count("unexplained") == 0

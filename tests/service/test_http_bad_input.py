@@ -230,7 +230,12 @@ WORK: list[tuple[str, Any, str]] = [
     ("unfolding-diagrams", {**MAP, "oscillator": {"masses": [1e-60, 1, 1]}}, "seconds"),
     (
         "unfolding-diagrams",
-        {"omega": {**RANGE, "points": 1000}, "clearance": {**RANGE, "points": 1000}, "max_periods": 10},
+        {
+            "omega": {**RANGE, "points": 1000},
+            "clearance": {**RANGE, "points": 1000},
+            "max_periods": 10,
+            "borders": True,
+        },
         "seconds",
     ),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"points": 10**12}}}, "points"),

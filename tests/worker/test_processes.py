@@ -251,6 +251,7 @@ def test_a_diagram_has_what_its_parts_would_give_and_explains_its_borders() -> N
         "omega": {"start": 0.27, "stop": 0.272, "points": 4},
         "clearance": {"start": 1.84, "stop": 1.87, "points": 6},
         "max_multiple": 1,
+        "borders": True,
     }
     request = parse_request("unfolding-diagrams", body)
     one, many = (

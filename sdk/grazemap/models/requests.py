@@ -168,7 +168,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     max_period: MaxPeriod = 32
     max_order: Order = 8
     max_multiple: Multiple = 4
-    borders: Annotated[bool, Listable] = True
+    borders: Annotated[bool, Listable] = False
 
     @property
     def unfolding_map(self) -> UnfoldingMapsRequest:
