@@ -238,7 +238,17 @@ class OrbitPath:
         problem = self.problem_at(unknowns)
         same, doubled = self._determinants(problem, unknowns, derivatives)
         contact, excess, phase, stop = nearest_contact(
-            problem, self.stops, clearance, phases, speeds, -math.inf, room.states, room.flow, room.stack, room.here
+            problem,
+            self.stops,
+            clearance,
+            phases,
+            speeds,
+            -math.inf,
+            room.across,
+            room.states,
+            room.flow,
+            room.stack,
+            room.here,
         )
         return PathPoint(
             unknowns=unknowns,

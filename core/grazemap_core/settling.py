@@ -17,7 +17,7 @@ from grazemap_core.kernels import closing
 from grazemap_core.kernels.column import queue, settle_column
 from grazemap_core.kernels.judging import CODES, DOUBT, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
 from grazemap_core.kernels.lane_tables import lane_tables
-from grazemap_core.kernels.lane_tangents import ROOM, lane_tangents
+from grazemap_core.kernels.lane_tangents import RECORD, lane_tangents
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.lockstep import lanes
 from grazemap_core.kernels.proving import Chain, proving
@@ -69,7 +69,7 @@ class Settler:
         self._chain = _chain(self._models.free, task.proven)
         self._task = task
         self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
-        room = ROOM if task.linearised else 0
+        room = RECORD if task.linearised or self._chain.provable else 0
         self._ring = closing.orbit(size, task.max_period, LANES)
         self._group = lanes(size, room)
         free = self._models.free

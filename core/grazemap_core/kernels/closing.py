@@ -225,10 +225,11 @@ def nearest_returns(
     Parameters
     ----------
     bound, known : (lanes,)
-        Distance that counts as a return; half periods that the ring knows of the lane. Four times as many as it takes
-        to return are wanted.
+        Distance that counts as a return, negative for none; half periods that the ring knows of the lane. Four times as
+        many as it takes to return are wanted.
     length, nearest : (lanes,)
-        Receive the least number of half periods after which it has returned, 0 if it has not; and the least distance.
+        Receive the least number of half periods after which it has returned, 0 if it has not; and the least distance,
+        which may be any larger one where that does not count.
     distance : (lanes,)
         Scratch.
     used : int
@@ -242,8 +243,14 @@ def nearest_returns(
     for m in range(1, longest + 1):
         row = row - 1 if row > 0 else size - 1
         then = ring.states[row]
-        distance[:] = 0.0
-        for c in range(now.shape[0]):
+        # one coordinate tells most lengths apart, for all lanes
+        weight, here, there, near = problem.closeness[0, 0], now[0], then[0], 0
+        for lane in range(min(used, distance.shape[0])):
+            distance[lane] = weight * abs(here[lane] - there[lane])
+            near += 1 if distance[lane] <= bound[lane] else 0
+        if near == 0:
+            continue
+        for c in range(1, now.shape[0]):
             weight = problem.closeness[c // 2, c % 2]
             here, there = now[c], then[c]
             for lane in range(min(used, distance.shape[0])):
@@ -259,7 +266,7 @@ def nearest_returns(
 def orbit_nearby(
     problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, max_period: int, clearance: float
 ) -> float:
-    """Return how far a periodic orbit is that a lane comes ever closer to, in units of the clearance; infinite if none.
+    """Return how far a periodic orbit was a return ago that a lane comes ever closer to; infinite if there is none.
 
     Parameters
     ----------
@@ -268,7 +275,7 @@ def orbit_nearby(
 
     Returns
     -------
-    As extrapolated from three windows of returns.
+    As extrapolated from three windows of returns, in units of the clearance.
     """
     if m % 2 == 1 and m > max_period:
         return np.inf
@@ -279,7 +286,7 @@ def orbit_nearby(
     repeats, _, unpressed = _impacts_of_two(ring, lane, k, m)
     distance = now * rate / (1.0 - rate)
     speed = unpressed / (problem.omega * clearance)
-    return distance if repeats and speed * speed > SPEED_APART * distance else np.inf
+    return now + distance if repeats and speed * speed > SPEED_APART * distance else np.inf
 
 
 @kernel

@@ -39,6 +39,7 @@ from grazemap_core.kernels.judging import (
     begin_growths,
     enter_lane,
     judge,
+    make_room,
 )
 from grazemap_core.kernels.lane_tables import LaneTables
 from grazemap_core.kernels.lane_tangents import (
@@ -62,6 +63,7 @@ from grazemap_core.kernels.workspace import (
     LEFT,
     OK,
     RIGHT,
+    ROWS,
     Workspace,
 )
 from grazemap_core.tolerances import CLEARED, CLOSING_GOAL, GROWTH_SKIPPED, SETTLING_IMPACTS
@@ -152,6 +154,8 @@ def _move(group: Lanes, ring: Orbit, source: int, target: int) -> None:
     copy_vector(group.near[target], group.near[source])
     copy_matrix(group.resting[target], group.resting[source])
     copy_vector(group.since[target], group.since[source])
+    for row in range(min(group.cursor[source, ROWS], group.events.shape[1])):
+        copy_vector(group.events[target, row], group.events[source, row])
     for row in range(ring.least.shape[0]):
         copy_vector(ring.states[row, :, target], ring.states[row, :, source])
         copy_vector(ring.impacts[row, :, target], ring.impacts[row, :, source])
@@ -209,8 +213,8 @@ def settle_column(
     ----------
     masses : tuple of length N
     group, ring, changes, work, room, scratch
-        Scratch; overwritten. Lanes and work with room for ROOM events, or for none when changes are not carried along;
-        changes with room for job.growth_halves.
+        Scratch; overwritten. Lanes and work with room for RECORD events, or for none when neither proofs nor growth are
+        wanted; changes with room for job.growth_halves.
     found : Found
         Receives the result.
     """
@@ -255,12 +259,13 @@ def settle_column(
                     enter_lane(notes, lane, queued, k, job, chain.provable)
                     queued += 1
                     used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
+        make_room(group, notes, k, used)
         if linearised:
             begin_growths(problem, changes, notes, k, job, used)
             keep(group, changes, used)
         run_half(masses, problem, held, tables, group, k, used, u, work)
         if linearised:
-            carry_lanes(masses, problem, held, group, changes, k, skipped, used, u)
+            carry_lanes(problem, held, group, changes, k, skipped, used, u)
         k += 1
         for lane in range(used):
             sizes[lane, FOLLOWED] += group.tally[TALLIED, lane]
@@ -269,7 +274,7 @@ def settle_column(
         look = job.early and k % HALVES_BETWEEN_LOOKS == 0
         if look:
             for lane in range(used):
-                bound[lane] = sizes[lane, GOAL] * group.clearance[lane]
+                bound[lane] = sizes[lane, GOAL] * group.clearance[lane] if counts[lane, POINT] >= 0 else -1.0
                 known[lane] = k - counts[lane, BEGAN]
             nearest_returns(problem, ring, k, 2 * job.max_period, bound, known, length, nearest, distance, used)
         for lane in range(used):

@@ -33,6 +33,7 @@ from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tangents import (
     ALL,
     PAIR,
+    ROOM,
     LaneTangents,
     begin_growth_of,
     begin_matrix_of,
@@ -42,7 +43,7 @@ from grazemap_core.kernels.lane_tangents import (
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.lockstep import RESTING, Lanes
 from grazemap_core.kernels.lyapunov import UNTOLD
-from grazemap_core.kernels.proving import Chain, Proof, Proving, prove
+from grazemap_core.kernels.proving import Chain, Proof, Proving, prove, recall, replay
 from grazemap_core.kernels.simulate import is_free_for_ever, reason_of_end
 from grazemap_core.kernels.workspace import ANCHOR, OK, ROWS
 from grazemap_core.tolerances import APPROACH, APPROACH_RETRY, CLOSING_GOAL, LIMIT_DISTANCE, SETTLING_IMPACTS
@@ -75,7 +76,9 @@ its multiplier is to be found; all is known, and its state at the end of the for
 POINT, BEGAN, AT, DUE = 0, 1, 2, 3
 """The trajectory in the lane, -1 for none; when it began; what it is at, and when something is to be done about that in
 any case."""
-COUNTS = 4
+SINCE = 4
+"""Half periods after which its events began that are still there."""
+COUNTS = 5
 
 # columns of `Notes.sizes`
 FOLLOWED, COUNTED, GOAL = 0, 1, 2
@@ -155,8 +158,20 @@ def enter_lane(notes: Notes, lane: int, point: int, k: int, job: Job, provable: 
     counts[lane, BEGAN] = k
     counts[lane, AT] = SETTLES
     counts[lane, DUE] = k + 2 * job.max_periods
+    counts[lane, SINCE] = k
     sizes[lane] = 0.0
     sizes[lane, GOAL] = APPROACH if job.early and provable else CLOSING_GOAL
+
+
+@kernel
+def make_room(group: Lanes, notes: Notes, k: int, used: int) -> None:
+    """Let lanes whose events might not hold another half period begin with empty ones."""
+    counts, cursor = notes.counts, group.cursor
+    most = group.events.shape[1] - ROOM
+    for lane in range(used):
+        if cursor[lane, ROWS] > most:
+            cursor[lane, ROWS] = 0
+            counts[lane, SINCE] = k
 
 
 @kernel
@@ -233,17 +248,22 @@ def _prove(
     group: Lanes,
     lane: int,
     k: int,
+    since: int,
     length: int,
     distance: float,
 ) -> Proof:
-    """Look for the motion near a lane, as `proving.prove`. A lane that rests on a stop has none to be proven."""
-    for j in range(room.start.shape[0]):
-        room.start[j, 0] = group.even[2 * j * LANES + lane]
-        room.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-    copy_vector(room.replay.cursor, group.cursor[lane])
-    copy_vector(room.replay.near[:3], group.near[lane])
-    room.replay.cursor[ROWS] = 0
-    return prove(problem, held, chain, room, group.clearance[lane], k, length, distance)
+    """Look for the motion near a lane, as `proving.prove`; its events are complete since a half period."""
+    clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
+    if since <= k - length and rows <= events.shape[0]:
+        count = recall(problem, room, clearance, k, length, events, rows)
+    else:
+        for j in range(room.start.shape[0]):
+            room.start[j, 0] = group.even[2 * j * LANES + lane]
+            room.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+        copy_vector(room.replay.cursor, group.cursor[lane])
+        copy_vector(room.replay.near[:3], group.near[lane])
+        count = replay(problem, held, room, clearance, k, length)
+    return prove(problem, chain, room, clearance, count, length, distance)
 
 
 @kernel
@@ -305,7 +325,7 @@ def _judge_settling(
             distance = orbit_nearby(problem, ring, lane, k, returned, job.max_period, clearance)
             if np.isfinite(distance):
                 distance = max(distance, LIMIT_DISTANCE)
-                proof = _prove(problem, held, chain, room, group, lane, k, returned, distance)
+                proof = _prove(problem, held, chain, room, group, lane, k, counts[SINCE], returned, distance)
                 if proof.doubt == NAMED:
                     _enter_proof(codes, figures, proof, (entered + 1) // 2)
                     return True
@@ -320,7 +340,7 @@ def _judge_settling(
         elif sticking or right == INFINITE or left == INFINITE or group.regime[lane] == RESTING:
             doubt = RESTS
         else:
-            proof = _prove(problem, held, chain, room, group, lane, k, window, LIMIT_DISTANCE)
+            proof = _prove(problem, held, chain, room, group, lane, k, counts[SINCE], window, LIMIT_DISTANCE)
             doubt = proof.doubt
             if doubt == NAMED:
                 _enter_proof(codes, figures, proof, after)

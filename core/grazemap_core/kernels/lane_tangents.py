@@ -17,11 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.kernels.block_flow import block_flow
 from grazemap_core.kernels.cells import CellProblem
-from grazemap_core.kernels.compiled import copy_matrix, copy_vector, fused_inlined, kernel
+from grazemap_core.kernels.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.kernels.held import HeldProblem
-from grazemap_core.kernels.lanes import LANES, Masses
+from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.lockstep import FREE, PRESSING, Lanes
 from grazemap_core.kernels.lyapunov import (
     Tangents,
@@ -32,16 +31,18 @@ from grazemap_core.kernels.lyapunov import (
     orthonormalise,
     tangents,
 )
-from grazemap_core.kernels.tangent import run_half_linearised
+from grazemap_core.kernels.pair_tiles import PairTile, carry_pairs, pair_tile
+from grazemap_core.kernels.tangent import flow_tangent, run_half_linearised, strike_tangent
 from grazemap_core.kernels.workspace import HELD, IMPACT, KIND, OK, ROWS, TIME, VELOCITY, Workspace, workspace
+from grazemap_core.tolerances import MOST_PROVEN_IMPACTS
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ROOM = 48
 """Impacts of half a period that a lane has room for."""
-FLOW_DEGREE = 13
-"""Of the series of a flow over half a cell at most, so of exponents up to 1/2: 2^-14/14! = 7e-16 is left out."""
+RECORD = MOST_PROVEN_IMPACTS + ROOM
+"""Impacts that a lane's events keep: those of the last half period, and those of a motion that may be proven."""
 SCALAR_ROOM = 4096
 """Events of half a period beyond which no changes are carried along."""
 
@@ -63,9 +64,7 @@ class LaneTangents(NamedTuple):
         As in `lyapunov.Tangents`.
     state, cursor, near, resting, since : (LANES, N, 2), (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
         Where every lane began the half period, as in `lockstep.Lanes`.
-    series : (2, N, FLOW_DEGREE)
-        Of each block's answer to a unit rate over a short time: coefficients from that of the first power on, and those
-        of the derivative, from the constant on.
+    tile : PairTile
     scratch : Tangents
         All else that `lyapunov` needs.
     work : Workspace
@@ -83,7 +82,7 @@ class LaneTangents(NamedTuple):
     near: FloatArray
     resting: FloatArray
     since: FloatArray
-    series: FloatArray
+    tile: PairTile
     scratch: Tangents
     work: Workspace
 
@@ -104,21 +103,10 @@ def lane_tangents(decay: FloatArray, frequency_squared: FloatArray, halves: int)
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
-        series=_flow_series(decay, frequency_squared),
+        tile=pair_tile(decay, frequency_squared),
         scratch=tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_ROOM),
     )
-
-
-def _flow_series(decay: FloatArray, frequency_squared: FloatArray) -> FloatArray:
-    """Return `LaneTangents.series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
-    series = np.zeros((2, len(decay), FLOW_DEGREE))
-    before, term = np.zeros(len(decay)), np.ones(len(decay))
-    for power in range(1, FLOW_DEGREE + 1):
-        series[0, :, power - 1], series[1, :, power - 1] = term, power * term
-        following = -(2.0 * decay * power * term + frequency_squared * before) / (power * (power + 1.0))
-        before, term = term, following
-    return series
 
 
 @kernel
@@ -152,17 +140,15 @@ def move_changes(changes: LaneTangents, source: int, target: int) -> None:
 
 @kernel
 def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
-    """Note where lanes with changes begin a half period, and have their impacts entered into their events."""
+    """Note where lanes with changes begin a half period."""
     carried, state, regime = changes.carried, changes.state, group.regime
     kept, cursor, even = changes.cursor, group.cursor, group.even
     for lane in range(used):
         if carried[lane] != ALL and carried[lane] != PAIR:
-            cursor[lane, ROWS] = group.events.shape[1]
             continue
         for j in range(state.shape[1]):
             state[lane, j, 0] = even[2 * j * LANES + lane]
             state[lane, j, 1] = even[(2 * j + 1) * LANES + lane]
-        cursor[lane, ROWS] = 0
         for i in range(cursor.shape[1]):
             kept[lane, i] = cursor[lane, i]
         if regime[lane] != FREE:
@@ -171,73 +157,23 @@ def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
             copy_vector(changes.since[lane], group.since[lane])
 
 
-@fused_inlined
-def _carry_between_stops(
-    blocks: int,
-    count: int,
-    decay: FloatArray,
-    discriminant: FloatArray,
-    frequency_squared: FloatArray,
-    readout: FloatArray,
-    kick: FloatArray,
-    factor: float,
-    drag: float,
-    end: float,
-    step: float,
-    flow_table: FloatArray,
-    series: FloatArray,
-    events: FloatArray,
-    rows: int,
-    columns: FloatArray,
+@kernel
+def _carry_matrix(
+    problem: CellProblem, changes: LaneTangents, lane: int, events: FloatArray, first: int, drag: float, rows: int
 ) -> None:
-    """Carry `count` columns along half a period that lasts until `end` and has impacts only.
-
-    As `tangent.flow_tangent` and `tangent.strike_tangent`, but that the flow is one over whole cells, which is in the
-    table, and a short one, of less than half a cell either way. Numbers of blocks and columns are constants to the
-    compiler.
-    """
+    """Carry every change along a half period of a lane that has impacts only, rows `first` to rows - 1 of its events."""
+    columns = changes.full[lane]
+    factor = 1.0 + problem.restitution
     passed = 0.0
-    for row in range(rows + 1):
+    for row in range(first, rows + 1):
         last = row == rows
-        time = end if last else events[row, TIME]
-        cells = int((time - passed) / step + 0.5)
-        short = (time - passed) - cells * step
-        for j in range(blocks):
-            if cells < flow_table.shape[0]:
-                y, rate = 0.0, 0.0
-                for power in range(FLOW_DEGREE, 0, -1):
-                    y = y * short + series[0, j, power - 1]
-                    rate = rate * short + series[1, j, power - 1]
-                y *= short
-                square, twice = frequency_squared[j], 2.0 * decay[j]
-                t = flow_table[cells, j]
-                over = rate + twice * y
-                e11, e12 = over * t[0] + y * t[2], over * t[1] + y * t[3]
-                e21, e22 = rate * t[2] - square * y * t[0], rate * t[3] - square * y * t[1]
-            else:
-                e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time - passed)
-            for c in range(count):
-                first, second = columns[2 * j, c], columns[2 * j + 1, c]
-                columns[2 * j, c] = e11 * first + e12 * second
-                columns[2 * j + 1, c] = e21 * first + e22 * second
+        time = problem.step * (problem.cells // 2) if last else events[row, TIME]
+        flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, time - passed, columns)
         passed = time
-        if last:
-            break
-        # of the acceleration before the impact and the velocity; the drag turns with the velocity
-        ratio = events[row, PRESSING] / abs(events[row, VELOCITY]) - drag * factor
-        for c in range(count):
-            x, v = 0.0, 0.0
-            for j in range(blocks):
-                first, second = columns[2 * j, c], columns[2 * j + 1, c]
-                x += readout[j, 0] * first + readout[j, 1] * second
-                v += readout[j, 2] * first + readout[j, 3] * second
-            velocity, displacement = -factor * (v - ratio * x), -factor * x
-            for j in range(blocks):
-                k0, k1 = kick[j, 0], kick[j, 1]
-                columns[2 * j, c] += velocity * k0 + displacement * k1
-                columns[2 * j + 1, c] += velocity * k1 - displacement * (
-                    frequency_squared[j] * k0 + 2.0 * decay[j] * k1
-                )
+        if not last:
+            # the drag turns with the velocity
+            speed = abs(events[row, VELOCITY])
+            strike_tangent(problem, speed, events[row, PRESSING] - drag * factor * speed, columns)
 
 
 @kernel
@@ -262,8 +198,25 @@ def _go_through_again(
 
 
 @kernel
+def _keep_apart(
+    problem: CellProblem, group: Lanes, changes: LaneTangents, lane: int, sign: float, skipped: int
+) -> None:
+    """Make a lane's pair orthonormal at the end of a half period, and enter what it grew by and where the orbit is."""
+    k, halves = changes.grown[lane], changes.growth.shape[1]
+    if k >= halves:
+        return
+    orthonormalise(problem.frequency, changes.pair[lane], changes.growth[lane, k])
+    changes.grown[lane] = k + 1
+    if k >= skipped:
+        moments = changes.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
+        for c in range(moments.shape[0]):
+            z = sign * group.even[c * LANES + lane]
+            moments[c, 0] += z
+            moments[c, 1] += z * z
+
+
+@kernel
 def carry_lanes(
-    masses: Masses,
     problem: CellProblem,
     held: HeldProblem,
     group: Lanes,
@@ -277,7 +230,6 @@ def carry_lanes(
 
     Parameters
     ----------
-    masses : tuple of length N
     half : int
         Index of the half period.
     skipped : int
@@ -285,76 +237,54 @@ def carry_lanes(
     u : (N, 2)
         Scratch.
     """
-    carried, grown, full, pair, moments = changes.carried, changes.grown, changes.full, changes.pair, changes.moments
-    events, cursor, even, status = group.events, group.cursor, group.even, group.status
-    decay, discriminant, frequency_squared = problem.decay, problem.discriminant, problem.frequency_squared
-    readout, kick, frequency = problem.readout, problem.kick, problem.frequency
-    flow_table, series = problem.flow_table, changes.series
-    factor, drag, end = 1.0 + problem.restitution, held.drag, problem.step * (problem.cells // 2)
-    room, halves = events.shape[1], changes.growth.shape[1]
+    carried, events, cursor, kept = changes.carried, group.events, group.cursor, changes.cursor
+    tile, width = changes.tile, changes.tile.lanes.shape[0]
+    room, end = events.shape[1], problem.step * (problem.cells // 2)
+    tabled = problem.flow_table.shape[0] > problem.cells // 2
     sign = 1.0 if half % 2 == 0 else -1.0
-    for lane in range(used):
-        if (carried[lane] != ALL and carried[lane] != PAIR) or status[lane] != OK:
+    filled, most = int(np.int64(0)), int(np.int64(0))
+    for lane in range(used + 1):
+        if filled == width or (lane == used and filled > 0):
+            carry_pairs(
+                tile,
+                filled,
+                most,
+                events,
+                changes.pair,
+                problem.flow_table,
+                problem.decay,
+                problem.frequency_squared,
+                problem.readout,
+                problem.kick,
+                problem.step,
+                1.0 + problem.restitution,
+                held.drag,
+                end,
+            )
+            for k in range(filled):
+                _keep_apart(problem, group, changes, tile.lanes[k], sign, skipped)
+            filled, most = int(np.int64(0)), int(np.int64(0))
+        if lane == used:
+            break
+        if (carried[lane] != ALL and carried[lane] != PAIR) or group.status[lane] != OK:
             continue
-        columns = full[lane] if carried[lane] == ALL else pair[lane]
-        rows = cursor[lane, ROWS]
-        plain = changes.cursor[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= room
-        for row in range(rows if plain else 0):
+        first, rows = kept[lane, ROWS], cursor[lane, ROWS]
+        plain = kept[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= room
+        for row in range(first, rows if plain else first):
             plain = plain and events[lane, row, KIND] == IMPACT and events[lane, row, VELOCITY] != 0.0
-        if plain:
-            # written out for both, so that either number of columns is a constant
-            impacts, n = events[lane], len(masses)
-            if carried[lane] == ALL:
-                _carry_between_stops(
-                    n,
-                    2 * n,
-                    decay,
-                    discriminant,
-                    frequency_squared,
-                    readout,
-                    kick,
-                    factor,
-                    drag,
-                    end,
-                    problem.step,
-                    flow_table,
-                    series,
-                    impacts,
-                    rows,
-                    columns,
-                )
-            else:
-                _carry_between_stops(
-                    n,
-                    2,
-                    decay,
-                    discriminant,
-                    frequency_squared,
-                    readout,
-                    kick,
-                    factor,
-                    drag,
-                    end,
-                    problem.step,
-                    flow_table,
-                    series,
-                    impacts,
-                    rows,
-                    columns,
-                )
-        elif _go_through_again(problem, held, changes, lane, group.clearance[lane], half, columns, u) != OK:
-            carried[lane] = LOST
+        if carried[lane] == PAIR and plain and tabled:
+            tile.lanes[filled], tile.first[filled], tile.impacts[filled] = lane, first, rows - first
+            filled += 1
+            most = max(most, rows - first)
             continue
-        k = grown[lane]
-        if carried[lane] == PAIR and k < halves:
-            orthonormalise(frequency, columns, changes.growth[lane, k])
-            if k >= skipped:
-                part = 0 if 2 * (k - skipped) < halves - skipped else 1
-                for c in range(moments.shape[2]):
-                    z = sign * even[c * LANES + lane]
-                    moments[lane, part, c, 0] += z
-                    moments[lane, part, c, 1] += z * z
-            grown[lane] = k + 1
+        if carried[lane] == ALL and plain:
+            _carry_matrix(problem, changes, lane, events[lane], first, held.drag, rows)
+            continue
+        columns = changes.full[lane] if carried[lane] == ALL else changes.pair[lane]
+        if _go_through_again(problem, held, changes, lane, group.clearance[lane], half, columns, u) != OK:
+            carried[lane] = LOST
+        elif carried[lane] == PAIR:
+            _keep_apart(problem, group, changes, lane, sign, skipped)
 
 
 @kernel

@@ -53,12 +53,13 @@ class OrbitScratch(NamedTuple):
     Attributes
     ----------
     newton : OrbitWork
-    states, flow, stack, here : (4, N, 2), (N, 4), (STACK, 2), (3, 4)
-        Of `orbit_contacts.nearest_contact`.
+    across, states, flow, stack, here : (k, N, 4), (4, N, 2), (N, 4), (STACK, 2), (3, 4)
+        Of `orbit_contacts.nearest_on_way`.
     matrix : (2 N, 2 N)
     """
 
     newton: OrbitWork
+    across: FloatArray
     states: FloatArray
     flow: FloatArray
     stack: FloatArray
@@ -97,6 +98,7 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
     )
     return OrbitScratch(
         newton,
+        np.zeros((count, blocks, 4)),
         np.zeros((4, blocks, 2)),
         np.zeros((blocks, 4)),
         np.zeros((STACK, 2)),
@@ -125,7 +127,7 @@ def solve_orbits(
     phases, speeds : (m, k)
         Guesses; become the solutions.
     floor : float
-        As in `orbit_contacts.nearest_contact`.
+        As in `orbit_contacts.nearest_on_way`.
     """
     chain, told, room = reference(problem), reference(results), reference(scratch)
     work = room.newton
@@ -139,7 +141,17 @@ def solve_orbits(
             continue
         told.kantorovich[i], told.radius[i] = certificate(chain, speeds[i], terms, work)
         told.contact[i], told.excess[i], told.phase[i], told.stop[i] = nearest_contact(
-            chain, stops, clearances[i], phases[i], speeds[i], floor, room.states, room.flow, room.stack, room.here
+            chain,
+            stops,
+            clearances[i],
+            phases[i],
+            speeds[i],
+            floor,
+            room.across,
+            room.states,
+            room.flow,
+            room.stack,
+            room.here,
         )
         orbit_multipliers(chain, phases[i], speeds[i], work.before, room.matrix, told.real[i], told.imaginary[i])
         for k in range(stops.shape[0]):

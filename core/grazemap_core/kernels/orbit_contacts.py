@@ -41,7 +41,7 @@ _NEWTON_STEPS = 60
 
 
 @kernel
-def state_behind(problem: OrbitProblem, phases: FloatArray, speeds: FloatArray, state: FloatArray) -> None:
+def _state_behind(problem: OrbitProblem, phases: FloatArray, speeds: FloatArray, state: FloatArray) -> None:
     """Write each block's part in displacement and velocity of mass 1 just behind the first impact into state (N, 2)."""
     for j in range(state.shape[0]):
         state[j, 0], state[j, 1] = 0.0, 0.0
@@ -56,6 +56,21 @@ def state_behind(problem: OrbitProblem, phases: FloatArray, speeds: FloatArray, 
         strength = -problem.rebound * problem.omega * speeds[0]
         state[j, 0] += strength * problem.kick[j, 0]
         state[j, 1] += strength * problem.kick[j, 1]
+
+
+@kernel
+def _flows_between(problem: OrbitProblem, phases: FloatArray, across: FloatArray) -> None:
+    """Write each block's flow from every impact to the next one into across (k, N, 4)."""
+    count = phases.shape[0]
+    for i in range(count):
+        end = phases[i + 1] if i + 1 < count else phases[0] + problem.turn
+        for j in range(across.shape[1]):
+            across[i, j, 0], across[i, j, 1], across[i, j, 2], across[i, j, 3] = block_flow(
+                problem.decay[j],
+                problem.discriminant[j],
+                problem.frequency_squared[j],
+                (end - phases[i]) / problem.omega,
+            )
 
 
 @kernel
@@ -108,13 +123,14 @@ def _third_derivative(problem: OrbitProblem, state: FloatArray) -> float:
 
 
 @kernel
-def nearest_contact(
+def nearest_on_way(
     problem: OrbitProblem,
     stops: FloatArray,
     clearance: float,
     phases: FloatArray,
     speeds: FloatArray,
     floor: float,
+    across: FloatArray,
     states: FloatArray,
     flow: FloatArray,
     stack: FloatArray,
@@ -126,7 +142,11 @@ def nearest_contact(
     ----------
     floor : float
         Maxima that stay below a stop by more than this are not looked for; minus infinity for all.
-    states : (4, N, 2), flow : (N, 4)
+    across : (k, N, 4)
+        Each block's flow from every impact to the next one.
+    states : (4, N, 2)
+        The first is each block's part just behind the first impact; all are overwritten.
+    flow : (N, 4)
     stack : (STACK, 2)
     here : (3, 4)
         Scratch.
@@ -150,7 +170,6 @@ def nearest_contact(
     # behind the impact; where a cell that is not halved begins, and its middle; anywhere
     state, left_state, middle_state, point_state = states[0], states[1], states[2], states[3]
     blocks = state.shape[0]
-    state_behind(problem, phases, speeds, state)
     for i in range(count):
         last = i == count - 1
         end = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
@@ -254,13 +273,10 @@ def nearest_contact(
                 _carry(problem, state, (part + 1) * end / parts, left_state)
         if not last:
             for j in range(state.shape[0]):
-                e11, e12, e21, e22 = block_flow(
-                    problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], end / problem.omega
-                )
                 y, rate = state[j, 0], state[j, 1]
                 strength = -problem.rebound * problem.omega * speeds[i + 1]
-                state[j, 0] = e11 * y + e12 * rate + strength * problem.kick[j, 0]
-                state[j, 1] = e21 * y + e22 * rate + strength * problem.kick[j, 1]
+                state[j, 0] = across[i, j, 0] * y + across[i, j, 1] * rate + strength * problem.kick[j, 0]
+                state[j, 1] = across[i, j, 2] * y + across[i, j, 3] * rate + strength * problem.kick[j, 1]
     excess = best if which != 0 else -math.inf
     verdict = CLEAR
     for i in range(count):
@@ -269,3 +285,23 @@ def nearest_contact(
     if verdict == CLEAR and which != 0 and excess > -noise_there:
         verdict = MEETS if excess > noise_there else TOUCHES
     return verdict, excess, phase, which
+
+
+@kernel
+def nearest_contact(
+    problem: OrbitProblem,
+    stops: FloatArray,
+    clearance: float,
+    phases: FloatArray,
+    speeds: FloatArray,
+    floor: float,
+    across: FloatArray,
+    states: FloatArray,
+    flow: FloatArray,
+    stack: FloatArray,
+    here: FloatArray,
+) -> tuple[int, float, float, int]:
+    """Return the same as `nearest_on_way` from phases and speeds alone; across and states are scratch."""
+    _flows_between(problem, phases, across)
+    _state_behind(problem, phases, speeds, states[0])
+    return nearest_on_way(problem, stops, clearance, phases, speeds, floor, across, states, flow, stack, here)

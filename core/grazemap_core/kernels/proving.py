@@ -1,12 +1,12 @@
 """Proof of the motion that a trajectory has come close to: there is one periodic orbit there, a motion, and stable.
 
-A trajectory flows in where it has all but returned. Its impacts until the next return are what Newton's method begins
-with; what it finds is solved for on its own, without any more of the trajectory (`orbit_equations`). Out flow what the
-motion's name is made of and its figures, or a reason why there is no proof. Proven is, as surely as floating-point
-numbers can tell:
+A trajectory flows in where it has all but returned. Its impacts since it was there the last time (`recall`), or until
+it is there the next time (`replay`), are what Newton's method begins with; what it finds is solved for on its own,
+without any more of the trajectory (`orbit_equations`). Out flow what the motion's name is made of and its figures, or a
+reason why there is no proof. Proven is, as surely as floating-point numbers can tell:
 
 - the equations have exactly one solution near what was found (`orbit_newton`);
-- every impact is one, and mass 1 meets no stop between them (`orbit_contacts.nearest_contact`), for whatever lies
+- every impact is one, and mass 1 meets no stop between them (`orbit_contacts.nearest_on_way`), for whatever lies
   within the radius of that certainty;
 - all Floquet multipliers lie within the unit circle;
 - the motion repeats no earlier: two parts of it are the same only where that certainty says so.
@@ -39,7 +39,7 @@ from grazemap_core.kernels.compiled import kernel
 from grazemap_core.kernels.eigenvalues import OK as EIGENVALUES_OK
 from grazemap_core.kernels.eigenvalues import eigenvalues
 from grazemap_core.kernels.held import HeldProblem
-from grazemap_core.kernels.orbit_contacts import CLEAR, STACK, nearest_contact
+from grazemap_core.kernels.orbit_contacts import CLEAR, STACK, nearest_on_way
 from grazemap_core.kernels.orbit_equations import OrbitProblem, curvature
 from grazemap_core.kernels.orbit_multipliers import block_scale
 from grazemap_core.kernels.orbit_shooting import Shooting, norm_of_inverse, shooting, solve_step, walk_orbit
@@ -87,10 +87,8 @@ class Proving(NamedTuple):
 
     Attributes
     ----------
-    start : (N, 2)
-        Where the trajectory is, set by who asks, as are cursor and near of `replay`.
-    replay : Workspace
-        With room for MOST_PROVEN_IMPACTS events.
+    start, replay : (N, 2), Workspace
+        Of `replay`; with room for MOST_PROVEN_IMPACTS events.
     stops, guess, found : (impacts,), (2, impacts), (2, impacts)
     behind, unused : (N, 2)
     shooting : Shooting
@@ -173,15 +171,51 @@ def _unproven(doubt: int) -> Proof:
 
 
 @kernel
-def _replay(
-    problem: CellProblem, held: HeldProblem, room: Proving, clearance: float, half: int, length: int, unit: float
+def unit_of_speeds(problem: CellProblem, clearance: float) -> float:
+    """Return the length in which places are measured, and speeds in omega times it."""
+    return max(problem.steady_bound, clearance)
+
+
+@kernel
+def recall(
+    problem: CellProblem, room: Proving, clearance: float, half: int, length: int, events: FloatArray, rows: int
 ) -> int:
+    """Write the impacts of the last `length` half periods before `half` as a guess; see `replay`.
+
+    Parameters
+    ----------
+    events : (capacity, LANE_EVENT_COLUMNS)
+        Of the trajectory, `rows` of them, from before these half periods on.
+    """
+    first = rows
+    while first > 0 and events[first - 1, HALF] >= half - length:
+        first -= 1
+    count = rows - first
+    if count > room.stops.shape[0]:
+        return 0
+    # at an odd half period the forcing stands as at an even one in the mirror
+    sign = 1.0 if length % 2 == 0 else -1.0
+    unit = unit_of_speeds(problem, clearance)
+    for i in range(count):
+        row = first + i
+        if events[row, KIND] != IMPACT:
+            return 0
+        room.stops[i] = sign * events[row, STOP]
+        room.guess[0, i] = math.pi * (events[row, HALF] - (half - length)) + problem.omega * events[row, TIME]
+        room.guess[1, i] = sign * events[row, VELOCITY] / (problem.omega * unit)
+    return count
+
+
+@kernel
+def replay(problem: CellProblem, held: HeldProblem, room: Proving, clearance: float, half: int, length: int) -> int:
     """Follow the trajectory for `length` half periods and write its impacts as a guess.
 
-    Phases count from where it is; speeds are in units of omega times `unit`. Returns the number of impacts, or 0 where
-    there is anything but impacts, or there are too many.
+    `room.start`, and cursor and near of `room.replay`, say where it is after `half` half periods, an even number.
+    Phases count from there. Returns the number of impacts, or 0 where there is anything but impacts, or too many.
     """
     work = room.replay
+    unit = unit_of_speeds(problem, clearance)
+    work.cursor[ROWS] = 0
     for k in range(length):
         if run_half(problem, held, room.start, clearance, half + k, work) != OK:
             return 0
@@ -256,20 +290,26 @@ def _least_length(
 
 
 @kernel
+def _behind_first(problem: OrbitProblem, speeds: FloatArray, room: Proving) -> None:
+    """Write where the blocks are just behind the first impact of the motion that was walked into room.states[0]."""
+    strength = -problem.rebound * problem.omega * speeds[0]
+    for j in range(problem.decay.shape[0]):
+        for c in range(2):
+            room.states[0, j, c] = room.shooting.state[0, j, c] + strength * problem.kick[j, c]
+
+
+@kernel
 def _means(
-    problem: OrbitProblem, length: int, phases: FloatArray, speeds: FloatArray, first: FloatArray, state: FloatArray
+    problem: OrbitProblem, length: int, phases: FloatArray, speeds: FloatArray, across: FloatArray, state: FloatArray
 ) -> tuple[float, float]:
     """Return the mean of mass 1's place and velocity, less the steady motion, at whole multiples of the phase 2 pi.
 
-    In lengths, and omega times them. `first` (N, 2) is the state just before the first impact, `state` (N, 2) scratch.
+    In lengths, and omega times them. `across` (k, N, 4) are the flows between impacts; `state` (N, 2) is that just
+    behind the first impact, and overwritten.
     """
     count = phases.shape[0]
     turns = 2 if length % 2 == 1 else 1
     sections = length * turns // 2
-    strength = -problem.rebound * problem.omega * speeds[0]
-    for j in range(state.shape[0]):
-        state[j, 0] = first[j, 0] + strength * problem.kick[j, 0]
-        state[j, 1] = first[j, 1] + strength * problem.kick[j, 1]
     x, v = 0.0, 0.0
     section = math.ceil(phases[0] / (2.0 * math.pi))
     seen, sign = 0, 1.0
@@ -291,16 +331,10 @@ def _means(
                 sign *= problem.sign
             speed = sign * speeds[(i + 1) % count]
             for j in range(state.shape[0]):
-                e11, e12, e21, e22 = block_flow(
-                    problem.decay[j],
-                    problem.discriminant[j],
-                    problem.frequency_squared[j],
-                    (end - begin) / problem.omega,
-                )
                 y, rate = state[j, 0], state[j, 1]
                 strength = -problem.rebound * problem.omega * speed
-                state[j, 0] = e11 * y + e12 * rate + strength * problem.kick[j, 0]
-                state[j, 1] = e21 * y + e22 * rate + strength * problem.kick[j, 1]
+                state[j, 0] = across[i, j, 0] * y + across[i, j, 1] * rate + strength * problem.kick[j, 0]
+                state[j, 1] = across[i, j, 2] * y + across[i, j, 3] * rate + strength * problem.kick[j, 1]
     return x / max(seen, 1), v / max(seen, 1)
 
 
@@ -359,34 +393,26 @@ def _largest_multiplier(problem: OrbitProblem, room: Proving) -> float:
 
 @kernel
 def prove(
-    problem: CellProblem,
-    held: HeldProblem,
-    chain: Chain,
-    room: Proving,
-    clearance: float,
-    half: int,
-    length: int,
-    distance: float,
+    problem: CellProblem, chain: Chain, room: Proving, clearance: float, count: int, length: int, distance: float
 ) -> Proof:
     """Look for the motion near a trajectory that is between the stops, and prove it.
 
     Parameters
     ----------
     room : Proving
-        `start`, and cursor and near of `replay`, say where the trajectory is; it has no events.
-    half : int
-        Half periods that it has done, an even number.
+        `stops` and `guess` hold what `recall` or `replay` has written.
+    count : int
+        Number of impacts that it returned.
     length : int
-        Half periods after which it all but returns.
+        Half periods after which the trajectory all but returns.
     distance : float
         How far the motion may be, in units of the clearance.
     """
     if not chain.provable:
         return _unproven(NOT_SOUGHT)
-    unit = max(problem.steady_bound, clearance)
-    count = _replay(problem, held, room, clearance, half, length, unit)
     if count == 0:
         return _unproven(SEQUENCE_UNKNOWN)
+    unit = unit_of_speeds(problem, clearance)
     span = 0.5 * length * problem.cells * problem.step
     kind = SAME_SIGN if length % 2 == 0 else ALTERNATING
     for j in range(chain.decay.shape[0]):
@@ -438,8 +464,10 @@ def prove(
         least = min(least, stops[i] * speeds[i])
     if not least > radius:
         return _unproven(TOUCHES_OR_NOT)
-    contact, excess, _, _ = nearest_contact(
-        orbit, stops, clearance, phases, speeds, -ORBIT_FLOOR, room.states, room.flow, room.stack, room.here
+    walked = room.shooting.flow[:count]
+    _behind_first(orbit, speeds, room)
+    contact, excess, _, _ = nearest_on_way(
+        orbit, stops, clearance, phases, speeds, -ORBIT_FLOOR, walked, room.states, room.flow, room.stack, room.here
     )
     if contact != CLEAR or not excess + _reach(orbit, speeds, radius) < 0.0:
         return _unproven(TOUCHES_OR_NOT)
@@ -458,7 +486,8 @@ def prove(
             right += 1
         else:
             left += 1
-    x, v = _means(orbit, length, phases, speeds, room.shooting.state[0], room.states[0])
+    _behind_first(orbit, speeds, room)
+    x, v = _means(orbit, length, phases, speeds, walked, room.states[0])
     return Proof(
         NAMED,
         true_length,
