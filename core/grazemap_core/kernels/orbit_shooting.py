@@ -185,7 +185,7 @@ def _pass_impact(
     flow, across = room.flow, room.across
     omega, rebound = problem.omega, problem.rebound
     blocks, columns = bend.shape[0], change.shape[1]
-    velocity, acceleration = room.before[i, 1], room.before[i, 2]
+    per_velocity, per_omega, acceleration = 1.0 / room.before[i, 1], 1.0 / omega, room.before[i, 2]
     x, v, turned, faster = across[0], across[1], across[2], across[3]
     for c in range(columns):
         x[c], v[c] = 0.0, 0.0
@@ -195,8 +195,8 @@ def _pass_impact(
             x[c] += change[2 * j, c]
             v[c] += change[2 * j + 1, c]
     for c in range(columns):
-        turned[c] = -x[c] / velocity
-        faster[c] = v[c] / omega + acceleration * turned[c]
+        turned[c] = -x[c] * per_velocity
+        faster[c] = v[c] * per_omega + acceleration * turned[c]
     for j in range(blocks):
         kick, drift, drag = problem.kick[j, 0], problem.kick[j, 1], bend[j]
         e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
@@ -260,7 +260,7 @@ def _back_over(
     flow = room.flow
     omega, rebound = problem.omega, problem.rebound
     blocks = bend.shape[0]
-    velocity, acceleration = room.before[i, 1], room.before[i, 2]
+    per_velocity, per_omega, acceleration = 1.0 / room.before[i, 1], 1.0 / omega, room.before[i, 2]
     place, faster = rows[2 * blocks], rows[2 * blocks + 1]
     for c in range(first, end):
         place[c], faster[c] = 0.0, 0.0
@@ -275,12 +275,12 @@ def _back_over(
             faster[c] -= rebound * omega * (y * kick + rate * drift)
             place[c] += rebound * speed * (y * drift + rate * drag)
     for c in range(first, end):
-        place[c] = -(place[c] + acceleration * faster[c]) / velocity
+        place[c] = -(place[c] + acceleration * faster[c]) * per_velocity
     for j in range(blocks):
         above, below = rows[2 * j], rows[2 * j + 1]
         for c in range(first, end):
             above[c] += place[c]
-            below[c] += faster[c] / omega
+            below[c] += faster[c] * per_omega
 
 
 @fused_kernel
@@ -342,5 +342,7 @@ def norm_of_inverse(problem: OrbitProblem, speeds: FloatArray, room: Shooting) -
             for e in range(size):
                 closed[d] += rows[e, c] * system[e, size + d]
         total = _sum_of_moduli(places, of_place[c], closed, count) + _sum_of_moduli(faster, of_speed[c], closed, count)
-        largest = total if not total <= largest else largest
+        if not total < math.inf:
+            return math.inf
+        largest = max(largest, total)
     return largest
