@@ -161,7 +161,7 @@ def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
 def _carry_matrix(
     problem: CellProblem, changes: LaneTangents, lane: int, events: FloatArray, first: int, drag: float, rows: int
 ) -> None:
-    """Carry every change along a half period of a lane that has impacts only, rows `first` to rows - 1 of its events."""
+    """Carry every change along a half period of a lane with impacts only, rows first to rows - 1 of its events."""
     columns = changes.full[lane]
     factor = 1.0 + problem.restitution
     passed = 0.0

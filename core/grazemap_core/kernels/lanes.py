@@ -320,6 +320,41 @@ def _value_slope_bend(series: FloatArray, k: int, z: float) -> tuple[float, floa
 
 
 @fused_inlined
+def _value_slope(series: FloatArray, k: int, z: float) -> tuple[float, float]:
+    """Return a polynomial of degree 14 and its derivative (Horner, written out)."""
+    f = series[14 * LANES + k]
+    d = f
+    f = f * z + series[13 * LANES + k]
+    d = d * z + f
+    f = f * z + series[12 * LANES + k]
+    d = d * z + f
+    f = f * z + series[11 * LANES + k]
+    d = d * z + f
+    f = f * z + series[10 * LANES + k]
+    d = d * z + f
+    f = f * z + series[9 * LANES + k]
+    d = d * z + f
+    f = f * z + series[8 * LANES + k]
+    d = d * z + f
+    f = f * z + series[7 * LANES + k]
+    d = d * z + f
+    f = f * z + series[6 * LANES + k]
+    d = d * z + f
+    f = f * z + series[5 * LANES + k]
+    d = d * z + f
+    f = f * z + series[4 * LANES + k]
+    d = d * z + f
+    f = f * z + series[3 * LANES + k]
+    d = d * z + f
+    f = f * z + series[2 * LANES + k]
+    d = d * z + f
+    f = f * z + series[LANES + k]
+    d = d * z + f
+    f = f * z + series[k]
+    return f, d
+
+
+@fused_inlined
 def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
     """Return a lower bound of a function on [0, 1] from values and slopes at the ends, |fourth derivative| / 144 known.
 
@@ -335,11 +370,13 @@ def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> floa
 def _find_impact(step: float, restitution: float, drag: float, margin: float, columns: Columns, count: int) -> None:
     """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
 
-    The guess is the root of the cubic through positions and velocities at both ends, to three digits or so; two steps
-    of Halley's method with the whole series then reach round-off. The certificate: Hermite's interpolant with double
-    nodes at the start of the cell and at the impact errs by x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero,
-    (tau_i - tau), what is left is a quadratic, positive if its three Bernstein coefficients exceed
-    max|x''''| tau_i^4 / 162. That there is no contact at all is certified more sharply than in `advance`, too.
+    The guess is the root of the polynomial of degree five through positions and velocities at both ends and at
+    mid-cell, to five digits or so, in two steps of Halley's method from that of a parabola; two more with the whole
+    series reach round-off. Second derivatives but the last are those of the cubic through both ends. The
+    certificate: Hermite's interpolant with double nodes at the start of the cell and at the impact errs by
+    x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero, (tau_i - tau), what is left is a quadratic, positive if
+    its three Bernstein coefficients exceed max|x''''| tau_i^4 / 162. That there is no contact at all is certified
+    more sharply than in `advance`, too.
     """
     count = min(count, LANES)
     rows, series = columns.rows, columns.series
@@ -357,17 +394,23 @@ def _find_impact(step: float, restitution: float, drag: float, margin: float, co
         falling = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
         t = min(max(2.0 * g0 / max(np.sqrt(falling) - d0, 1e-300), 0.0), 1.0)
         c2, c3 = 3.0 * (g1 - g0) - 2.0 * d0 - d1, 2.0 * (g0 - g1) + d0 + d1
-        f = ((c3 * t + c2) * t + d0) * t + g0
-        d = (3.0 * c3 * t + 2.0 * c2) * t + d0
+        # what is left of value and slope at mid-cell
+        middle = 16.0 * (clearance - side * series[k] - 0.5 * (g0 + g1) - 0.125 * (d0 - d1))
+        tilt = 16.0 * (-2.0 * side * series[LANES + k] - 1.5 * (g1 - g0) + 0.25 * (d0 + d1))
+        w, q = t * (1.0 - t), middle + tilt * (t - 0.5)
+        f = ((c3 * t + c2) * t + d0) * t + g0 + w * w * q
+        d = (3.0 * c3 * t + 2.0 * c2) * t + d0 + w * (2.0 * (1.0 - 2.0 * t) * q + w * tilt)
         e = 3.0 * c3 * t + c2
         t = t - f * d / (d * d - f * e)
-        f = ((c3 * t + c2) * t + d0) * t + g0
-        d = (3.0 * c3 * t + 2.0 * c2) * t + d0
+        w, q = t * (1.0 - t), middle + tilt * (t - 0.5)
+        f = ((c3 * t + c2) * t + d0) * t + g0 + w * w * q
+        d = (3.0 * c3 * t + 2.0 * c2) * t + d0 + w * (2.0 * (1.0 - 2.0 * t) * q + w * tilt)
         e = 3.0 * c3 * t + c2
         t = t - f * d / (d * d - f * e)
+        e = -0.25 * side * (3.0 * c3 * t + c2)
         z = min(max(2.0 * t - 1.0, -1.0), 1.0)
         target = side * clearance
-        f, d, e = _value_slope_bend(series, k, z)
+        f, d = _value_slope(series, k, z)
         f = target - f
         z += f * d / (d * d + f * e)
         f, d, e = _value_slope_bend(series, k, z)

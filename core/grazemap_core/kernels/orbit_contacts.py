@@ -85,15 +85,23 @@ def _carry(problem: OrbitProblem, start: FloatArray, angle: float, end: FloatArr
 
 
 @kernel
-def _look(problem: OrbitProblem, state: FloatArray, start: float, angle: float, here: FloatArray) -> None:
+def _look(
+    problem: OrbitProblem,
+    size: float,
+    state: FloatArray,
+    start: float,
+    angle: float,
+    sine: float,
+    cosine: float,
+    here: FloatArray,
+) -> None:
     """Write into here (4,): mass 1, its first two derivatives, and its terms.
 
-    `state` (N, 2) is where the blocks are, `angle` behind an impact at the phase `start`.
+    `state` (N, 2) is where the blocks are, `angle` behind an impact at the phase `start`; sine and cosine are those of
+    the phase there, `size` is the amplitude of the steady motion.
     """
     omega = problem.omega
     time = angle / omega
-    sine, cosine = math.sin(start + angle), math.cos(start + angle)
-    size = math.hypot(problem.gain_real, problem.gain_imag)
     value = problem.gain_real * sine + problem.gain_imag * cosine
     slope = problem.gain_real * cosine - problem.gain_imag * sine
     bend, terms = -value, size * (1.0 + abs(start) + angle)
@@ -109,7 +117,15 @@ def _look(problem: OrbitProblem, state: FloatArray, start: float, angle: float, 
 
 
 @kernel
-def _third_derivative(problem: OrbitProblem, state: FloatArray) -> float:
+def _look_at(
+    problem: OrbitProblem, size: float, state: FloatArray, start: float, angle: float, here: FloatArray
+) -> None:
+    """Write the same as `_look` at any angle."""
+    _look(problem, size, state, start, angle, math.sin(start + angle), math.cos(start + angle), here)
+
+
+@kernel
+def _third_derivative(problem: OrbitProblem, size: float, state: FloatArray) -> float:
     """Bound the third derivative of mass 1's place from where the blocks are at `state` (N, 2) to the next impact."""
     bound = 0.0
     for j in range(state.shape[0]):
@@ -117,7 +133,6 @@ def _third_derivative(problem: OrbitProblem, state: FloatArray) -> float:
         second = -square * state[j, 0] - twice * state[j, 1]
         third = -square * state[j, 1] - twice * second
         bound += math.sqrt(square * second * second + third * third)
-    size = math.hypot(problem.gain_real, problem.gain_imag)
     total: float = (size + bound / (problem.omega * problem.omega * problem.omega)) * BOUND_SAFETY
     return total
 
@@ -170,6 +185,7 @@ def nearest_on_way(
     # behind the impact; where a cell that is not halved begins, and its middle; anywhere
     state, left_state, middle_state, point_state = states[0], states[1], states[2], states[3]
     blocks = state.shape[0]
+    size = math.hypot(problem.gain_real, problem.gain_imag)
     for i in range(count):
         last = i == count - 1
         end = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
@@ -183,6 +199,10 @@ def nearest_on_way(
                 problem.frequency_squared[j],
                 0.5 * end / (parts * problem.omega),
             )
+        # of the phase at the middle of every cell, turned on from one to the next; those of cells that are halved anew
+        across_cell = end / parts
+        sine, cosine = math.sin(phases[i] + 0.5 * across_cell), math.cos(phases[i] + 0.5 * across_cell)
+        turn_sine, turn_cosine = math.sin(across_cell), math.cos(across_cell)
         for part in range(parts):
             for j in range(blocks):
                 y, rate = left_state[j, 0], left_state[j, 1]
@@ -199,11 +219,13 @@ def nearest_on_way(
                 top -= 1
                 left, right = stack[top, 0], stack[top, 1]
                 middle, radius = 0.5 * (left + right), 0.5 * (right - left)
+                here_sine, here_cosine = sine, cosine
                 if not whole:
                     _carry(problem, state, left, left_state)
                     _carry(problem, state, middle, middle_state)
-                _look(problem, middle_state, phases[i], middle, at_middle)
-                third = _third_derivative(problem, left_state)
+                    here_sine, here_cosine = math.sin(phases[i] + middle), math.cos(phases[i] + middle)
+                _look(problem, size, middle_state, phases[i], middle, here_sine, here_cosine, at_middle)
+                third = _third_derivative(problem, size, left_state)
                 noise = CONTACT_ROUNDOFF * (at_middle[3] + place)
                 halve = False
                 for side in range(2):
@@ -226,12 +248,12 @@ def nearest_on_way(
                     at_end = right == end and stop == meets
                     point = middle
                     if steepest < 0.0:
-                        _look(problem, left_state, phases[i], left, at_left)
+                        _look_at(problem, size, left_state, phases[i], left, at_left)
                         first = stop * at_left[1]
                         if first < 0.0 or (at_start and first <= noise):
                             continue
                         _carry(problem, state, right, point_state)
-                        _look(problem, point_state, phases[i], right, at_point)
+                        _look_at(problem, size, point_state, phases[i], right, at_point)
                         if stop * at_point[1] > (-noise if at_end else 0.0):
                             continue
                         low, high = left, right
@@ -247,12 +269,12 @@ def nearest_on_way(
                                 break
                             point = following
                             _carry(problem, state, point, point_state)
-                            _look(problem, point_state, phases[i], point, at_point)
+                            _look_at(problem, size, point_state, phases[i], point, at_point)
                             slope, bend = stop * at_point[1], stop * at_point[2]
                     if (at_start or at_end) and min(point, end - point) <= 64.0 * EPSILON * end:
                         continue
                     _carry(problem, state, point, point_state)
-                    _look(problem, point_state, phases[i], point, at_point)
+                    _look_at(problem, size, point_state, phases[i], point, at_point)
                     value = stop * at_point[0] - place
                     if value > best:
                         best, phase, which = value, phases[i] + point, int(stop)
@@ -264,6 +286,7 @@ def nearest_on_way(
                     stack[top + 1, 0], stack[top + 1, 1] = left, middle
                     top += 2
                     whole = False
+            sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
             if whole:
                 for j in range(blocks):
                     y, rate = middle_state[j, 0], middle_state[j, 1]

@@ -30,8 +30,8 @@ FLOW_DEGREE = 13
 
 # rows of `PairTile.rows`
 SHORT, FACTOR, RATIO, PASSED = 0, 1, 2, 3
-"""The short time of a flow; 1 + R, or 0 where there is no impact; the acceleration at the impact over the velocity, less
-what the drag adds; the time of the last impact."""
+"""The short time of a flow; 1 + R, or 0 where there is no impact; the acceleration at the impact over the velocity,
+less what the drag adds; the time of the last impact."""
 X_FIRST, V_FIRST, X_SECOND, V_SECOND = 4, 5, 6, 7
 """Of both changes, place and velocity of mass 1; then by how much they are kicked."""
 ROWS = 8
