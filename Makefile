@@ -4,15 +4,14 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples
 
-# what needs no kernels; pure arithmetic; single workers; the rest starts whole stacks and watches the clock
+# what needs no kernels; what is arithmetic alone; the rest starts workers and stacks, and waits much of its time
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
-SIDE_BY_SIDE := tests/core tests/performance
-OF_WORKERS := tests/worker
+ARITHMETIC := tests/core tests/performance
 # one cache of compiled kernels for the tests and for the workers that they start
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce borders serve test kernels-of-maps kernels-of-all-else test-without-kernels test-workers test-stacks hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -39,26 +38,23 @@ test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 test: $(STAMP)  ## every test that needs nothing but this machine
 	@echo "the kernels are compiled, a minute or two, while the first tests run"
-	$(MAKE) --no-print-directory -j 3 kernels-of-maps kernels-of-all-else test-without-kernels
-	$(BIN)/python -m pytest -n 2 $(SIDE_BY_SIDE)
-	$(MAKE) --no-print-directory -j 2 test-workers test-stacks
+	$(MAKE) --no-print-directory -j 2 kernels test-without-kernels
+	$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes
 
-kernels-of-maps: $(STAMP)
+# one process here too: maps, orbits and trajectories share many of them
+kernels: $(STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	@$(BIN)/python -m grazemap_core.warmup maps
-
-kernels-of-all-else: $(STAMP)
-	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	@$(BIN)/python -m grazemap_core.warmup grazing trajectories orbits
+	@$(BIN)/python -m grazemap_core.warmup
 
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
 
-test-workers: $(STAMP)
-	$(BIN)/python -m pytest $(OF_WORKERS)
+# one process: kernels for other numbers of masses are compiled on the way, and two would compile them twice
+test-arithmetic: $(STAMP)
+	$(BIN)/python -m pytest $(ARITHMETIC)
 
-test-stacks: $(STAMP)
-	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(SIDE_BY_SIDE) $(OF_WORKERS),--ignore=$(folder))
+test-processes: $(STAMP)
+	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC),--ignore=$(folder))
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 from event_oracle import ORDER, EventOracle
-from flint import arb, arb_poly
+from flint import arb, arb_mat, arb_poly
 from oracles import digits
 
 
@@ -35,15 +35,37 @@ class SwiftOracle(EventOracle):
             self._x = [arb(v) for v in (self.displacement or [0.0] * n)]
             self._v = [arb(v) for v in (self.velocity or [0.0] * n)]
             self._t = arb(0)
+            self._responses: arb_mat | None = None  # the numbers may be changed until the first step
             self._step = arb(float(self._step))
         self._grid = np.linspace(0.0, float(self._step), 65)
         self._powers = self._grid[:, None] ** np.arange(ORDER + 1)
 
     def _series(self) -> list[list[arb]]:
+        angle = arb(self.omega) * self._t + arb(self.phase)
+        if self._responses is None:
+            self._responses = self._unit_responses()
+        parts = [*self._x, *self._v, angle.sin().mid(), angle.cos().mid()]
+        every = (self._responses * arb_mat([[part] for part in parts])).mid().entries()
+        return [every[i * (ORDER + 1) : (i + 1) * (ORDER + 1)] for i in range(len(self.masses))]
+
+    def _unit_responses(self) -> arb_mat:
+        """The series of all displacements, one below the other, from every coordinate and part of the forcing alone.
+
+        The equations are linear: every series is a sum of these columns.
+        """
+        n = len(self.masses)
+        columns = []
+        for place in range(2 * n + 2):
+            unit = [arb(int(i == place)) for i in range(2 * n + 2)]
+            series = self._terms(unit[:n], unit[n : 2 * n], *unit[2 * n :])
+            columns.append([c for one in series for c in one])
+        return arb_mat(columns).transpose()
+
+    def _terms(self, start: list[arb], rates: list[arb], sine: arb, cosine: arb) -> list[list[arb]]:
+        """Taylor coefficients from a state and a phase: the chain's equations term by term."""
         n, w = len(self.masses), arb(self.omega)
-        x = [[self._x[i], self._v[i]] for i in range(n)]
-        angle = w * self._t + arb(self.phase)
-        cycle = [angle.sin().mid(), angle.cos().mid(), -angle.sin().mid(), -angle.cos().mid()]
+        x = [[start[i], rates[i]] for i in range(n)]
+        cycle = [sine, cosine, -sine, -cosine]
         power = arb(1)
         k_links, c_links, masses, forcing = (
             [arb(v) for v in values] for values in (self.stiffnesses, self.links, self.masses, self.forcing)
@@ -101,17 +123,19 @@ class SwiftOracle(EventOracle):
         return best
 
     def _first_root(self, gap: list[arb]) -> Any:
-        slope = [c * k for k, c in enumerate(gap)][1:]
-        rough, steepness = (self._powers[:, : len(c)] @ [float(a) for a in c] for c in (gap, slope))
+        terms = np.array([float(c) for c in gap])
+        rough = self._powers[:, : len(gap)] @ terms
         near = 1e-3 * (np.abs(rough).max() + 1e-300)
-        for i in range(64):
+        candidates = np.flatnonzero(~((rough[:-1] > near) & (rough[1:] > near)))
+        if len(candidates) == 0:
+            return None
+        steepness = self._powers[:, : len(gap) - 1] @ (np.arange(1, len(gap)) * terms[1:])
+        for i in candidates.tolist():
             low, high = arb(self._grid[i]), arb(self._grid[i + 1])
-            if rough[i] > near and rough[i + 1] > near:
-                continue
             if self._at(gap, high) < 0:
                 return self._cross(gap, low, high)
             if steepness[i] <= 0.0 <= steepness[i + 1]:
-                lowest = self._cross([-c for c in slope], low, high)
+                lowest = self._cross([-k * c for k, c in enumerate(gap)][1:], low, high)
                 if self._at(gap, lowest) < 0:
                     return self._cross(gap, low, lowest)
         return None

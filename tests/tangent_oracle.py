@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import mpmath as mp
+import numpy as np
+from flint import arb
+from oracles import digits
 from sticking_oracle import StickingOracle
 
 
@@ -17,19 +19,24 @@ from sticking_oracle import StickingOracle
 class LandingOracle(StickingOracle):
     """The simulator, able to stop at any given time."""
 
-    @property
-    def _step(self) -> mp.mpf:
-        return min(self._longest, self._end - self._t)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._end: Any = np.inf
 
-    @_step.setter
-    def _step(self, value: mp.mpf) -> None:
-        self._longest, self._end = value, mp.inf
+    def _longest_step(self) -> arb:
+        return min(self._step, (self._end - self._t).mid())
 
-    def run_to(self, time: mp.mpf) -> tuple[list[mp.mpf], list[mp.mpf]]:
+    def _advance(self, series: list[list[arb]], h: arb) -> None:
+        lands = h == (self._end - self._t).mid()
+        super()._advance(series, h)
+        if lands:
+            self._t = self._end  # not a rounding beside it
+
+    def run_to(self, time: arb) -> tuple[list[arb], list[arb]]:
         """Go on to a time, through everything that happens, and return displacements and velocities there."""
-        self._end = time
-        self.run_to_releases(10**9, time)
-        assert self._t == time
+        self._end = time.mid()
+        self.run_to_releases(10**9, self._end)
+        assert self._t == self._end
         return self._x, self._v
 
 
@@ -42,20 +49,20 @@ def difference(
     direction: list[float],
     periods: float,
     phase: float = 0.0,
-    digits: int = 50,
+    precision: int = 50,
 ) -> tuple[list[float], list[float], LandingOracle]:
     """Return the derivative of the state after so many forcing periods along a direction (2 N), and the base state.
 
     The third value is the run from the state itself.
     """
-    with mp.workdps(digits + 8):
-        end = 2 * mp.pi * mp.mpf(periods) / mp.mpf(omega)
-        step = mp.mpf(10) ** (-digits // 2)
-        start = [mp.mpf(value) for value in (*displacement, *velocity)]
+    with digits(precision):
+        end = 2 * arb.pi() * arb(periods) / arb(omega)
+        step = arb(10) ** (-precision // 2)
+        start = [arb(value) for value in (*displacement, *velocity)]
         ends = []
-        for factor in (mp.mpf(0), step):
-            run = LandingOracle.of(oscillator, omega, clearance, phase=phase, digits=digits)
-            moved = [value + factor * mp.mpf(d) for value, d in zip(start, direction, strict=True)]
+        for factor in (arb(0), step):
+            run = LandingOracle.of(oscillator, omega, clearance, phase=phase, digits=precision)
+            moved = [(value + factor * arb(d)).mid() for value, d in zip(start, direction, strict=True)]
             run._x, run._v = moved[: len(displacement)], moved[len(displacement) :]
             x, v = run.run_to(end)
             ends.append([*x, *v])

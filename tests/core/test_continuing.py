@@ -6,7 +6,9 @@ from collections.abc import Callable
 import mpmath as mp
 import numpy as np
 import pytest
+from flint import arb
 from impact_accuracy import random_point
+from oracles import digits
 from tangent_oracle import LandingOracle
 from test_sticking import STICKING, random_case
 
@@ -170,8 +172,8 @@ def test_the_end_is_that_of_50_digits(seed: int) -> None:
         found = run(None, 1).final
         assert found is not None
         exact = LandingOracle.of(oscillator, omega, clearance, phase=phase)
-        with mp.workdps(58):
-            x, v = exact.run_to(2 * mp.pi / mp.mpf(omega))
+        with digits():
+            x, v = exact.run_to(2 * arb.pi() / arb(omega))
         # as large as the end answers to a change of the start, and of every number given, by some roundings
         scale = np.zeros(2 * size)
         for i in range(2 * size):
@@ -185,7 +187,8 @@ def test_the_end_is_that_of_50_digits(seed: int) -> None:
         reach = np.concatenate([np.abs(whole.displacement).max(axis=1), np.abs(whole.velocity).max(axis=1)])
         bound = 64 * EPSILON * (scale + reach)
         ends = zip([*x, *v], [*found.displacement, *found.velocity], strict=True)
-        error = np.array([abs(float(e - mp.mpf(float(f)))) for e, f in ends])
+        with digits():
+            error = np.array([abs(float(e - arb(float(f)))) for e, f in ends])
         assert np.all(error <= bound)
 
 

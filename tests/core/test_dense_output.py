@@ -5,9 +5,11 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
+from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_accuracy import random_point
+from oracles import digits
 from tangent_oracle import LandingOracle
 from test_sticking import random_case
 
@@ -55,10 +57,10 @@ def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> Non
     oracle = LandingOracle.of(oscillator, omega, clearance, phase=0.4)
     resting = 0
     for n, time in enumerate(times):
-        with mp.workdps(58):
-            places, speeds = oracle.run_to(mp.mpf(float(time)))
+        with digits():
+            places, speeds = oracle.run_to(arb(float(time)))
             pairs = zip([*places, *speeds], [*x[:, n], *v[:, n]], strict=True)
-            error = [abs(float(e - mp.mpf(float(f)))) for e, f in pairs]
+            error = [abs(float(e - arb(float(f)))) for e, f in pairs]
         assert np.all(error <= 128 * EPSILON * scale[:, n])
         resting += abs(x[0, n]) == clearance
     assert (resting > 0) == (case == "rest")
