@@ -29,7 +29,7 @@ from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
 from grazemap_worker.queueing import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
-from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, borders_seconds, period_costs, plan
+from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, period_costs, plan, seconds_after_tiles
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
@@ -70,8 +70,9 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     most_seconds = min(settings.max_seconds, MOST_TILE_SECONDS * planned.count)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)
-    if isinstance(request, UnfoldingDiagramsRequest) and borders_seconds(request) > MOST_TILE_SECONDS:
-        raise _too_much("/borders", "seconds", borders_seconds(request), MOST_TILE_SECONDS)
+    if isinstance(request, UnfoldingDiagramsRequest) and seconds_after_tiles(request) > MOST_TILE_SECONDS:
+        pointer = "/borders" if request.borders else "/max_multiple"
+        raise _too_much(pointer, "seconds", seconds_after_tiles(request), MOST_TILE_SECONDS)
     return planned
 
 
