@@ -69,6 +69,9 @@ _GRAZING_SAMPLES = 4
 """Of the grazing curve, per step of a map."""
 _CURVE_POINTS = 500
 _BRANCH_STEP = 0.05
+_TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
+"""What a point of a curve takes, in those of a branch: singular values of twice the size, or differences that look at
+multipliers and contacts."""
 _SHORTER = 0.1
 """Of a step along a branch, where nothing was met."""
 
@@ -314,15 +317,15 @@ class _Explaining:
             if apart <= BORDER_REACH:
                 self.curve[i], self.distance[i] = len(self.curves) - 1, apart
 
-    def _orbits(self, impacts: int, reason: NDArray[np.int64]) -> int:
-        """Return how many orbits with so many impacts may be followed one way for a border; 0, and say why, for none.
+    def _orbits(self, each: int, reason: NDArray[np.int64]) -> int:
+        """Return how many orbits that take so much each may be followed one way for a border; 0, and why, for none.
 
         `reason` is that of one side of a pair, modified in place.
         """
         if self.spent >= BORDERS_WORK:
             reason[...] = _ALL_SPENT
             return 0
-        most = min(_CURVE_POINTS, BORDER_WORK // _an_orbit(impacts))
+        most = min(_CURVE_POINTS, BORDER_WORK // each)
         if most < BORDER_FEWEST:
             reason[...] = _TOO_LONG
             return 0
@@ -334,7 +337,7 @@ class _Explaining:
         region = self.regions.at(point)
         if region is None:  # the steady motion
             return None
-        most = self._orbits(len(region.stops), self.reason[i, side : side + 1])
+        most = self._orbits(_an_orbit(len(region.stops)), self.reason[i, side : side + 1])
         if not most:
             self.known[i, side] = False
             return None
@@ -383,7 +386,8 @@ class _Explaining:
         if point is None:
             return
         reason = self.reason[i, side : side + 1]
-        most = self._orbits(len(point.impacts.stops), reason)
+        each = _TIMES[point.type] * _an_orbit(len(point.impacts.stops))
+        most = self._orbits(each, reason)
         if not most:
             return
         window = [self._side(axis, number, chosen) for axis in (1, 0)]
@@ -392,7 +396,7 @@ class _Explaining:
         except (SteadyMotionError, ConditioningError):
             reason[...] = _ILL_CONDITIONED
             return
-        self.spent += len(curve.omega) * _an_orbit(len(curve.stops))
+        self.spent += len(curve.omega) * each
         name = self.grid.names[number]
         self._take(BorderCurve(curve.type, name, curve.omega, curve.clearance, curve.admissible, curve), number)
         if self.curve[i] < 0:

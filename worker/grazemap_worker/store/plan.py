@@ -91,10 +91,10 @@ BRANCH_POINTS = 150
 WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
 CURVE_POINT_BRANCHES = 2.0
-# Explaining the borders of a map, per mass: for each point, whose orbit is solved for, and for each of the points along a
-# side, for borders are lines. What counts is how many motions there are, which nobody knows before: a fifth of it round
-# the codimension-two point of the default oscillator, twice as much over all of Figure 8. The core ends it at
-# `tolerances.BORDERS_WORK`, which takes up to half an hour.
+# Explaining the borders of a map, per mass: for each point, whose orbit is solved for, and for each of the points along
+# a side, for borders are lines. What counts is how many motions there are, which nobody knows before: a seventh of it
+# round the codimension-two point of the default oscillator, up to five times as much over all of Figure 8. The core
+# ends it at `tolerances.BORDERS_WORK`, and says so.
 BORDERS_POINT_SECONDS = 1.0e-4
 BORDERS_SIDE_SECONDS = 0.25
 # Steps of a job's progress in which that is told, at the least.
