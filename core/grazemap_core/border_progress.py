@@ -14,7 +14,7 @@ Report = Callable[[int, int], object]
 TOTAL: Final = 1000
 """Parts of the whole."""
 
-_REGIONS, _ACROSS, _COEXISTING = 0.15, 0.25, 0.35
+_REGIONS, _ACROSS, _COEXISTING = 0.05, 0.2, 0.3
 """Of the whole, at the end of each stage but the last: finding the orbits of all points, solving for those of border
 pairs at the other point, following the motions that are there at both, and then those that end, to their curves. The
 last one is the longest unless a map is fine and its motions are few."""

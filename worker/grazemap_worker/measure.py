@@ -39,7 +39,7 @@ def _near(side: int) -> dict[str, Any]:
     return {name: {"start": low, "stop": high, "points": side} for name, (low, high) in sides.items()}
 
 
-_QUESTIONS: tuple[tuple[str, str, dict[str, Any]], ...] = (
+QUESTIONS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("map, 8 x 128", "unfolding-maps", _grid(8, 128)),
     ("map, 32 x 64", "unfolding-maps", _grid(32, 64)),
     ("map, 128 x 64", "unfolding-maps", _grid(128, 64)),
@@ -110,7 +110,7 @@ def _silent(done: int, total: int) -> None:
 
 def main() -> None:
     """Print a line for each question, taken once its kernels are there."""
-    for title, process, body in _QUESTIONS:
+    for title, process, body in QUESTIONS:
         seconds_of(process, _coarse(body))
         planned, seconds = seconds_of(process, body)
         expected = planned.estimate.seconds

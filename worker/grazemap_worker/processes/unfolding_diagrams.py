@@ -26,7 +26,6 @@ def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document
 
     Each is what its own process gives; the steps that are reported are those of the borders. Raises CoreError.
     """
-    report(0, 1)  # the tiles are done, and something is left
     whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
     over = {
         "grazing_curve": grazing_curves.compute(request.grazing_curve, _silent),
