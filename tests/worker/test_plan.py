@@ -88,7 +88,7 @@ def test_a_branch_costs_as_the_square_of_many_impacts() -> None:
         return plan("orbit-branches", parse_request("orbit-branches", body)).estimate.seconds
 
     assert seconds(4) < 1.1 * seconds(1)
-    assert 3.8 < seconds(400) / seconds(200) < 4.0
+    assert 3.7 < seconds(120) / seconds(60) < 4.0
 
 
 @pytest.mark.parametrize(("title", "process", "body"), QUESTIONS)
@@ -109,7 +109,7 @@ def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() ->
     assert estimate(known).periods == 0
     assert 0 < estimate({**one, **place}).periods < estimate(one).periods
     assert estimate(known, known).seconds == 2 * estimate(known).seconds
-    many = {**known, "stops": [1] * 8, "phases": [0.1 * k for k in range(8)], "velocities": [0.1] * 8}
+    many = {**known, "stops": [1] * 40, "phases": [0.1 * k for k in range(40)], "velocities": [0.1] * 40}
     assert estimate(many).seconds > 2 * estimate(known).seconds
 
 
@@ -202,13 +202,13 @@ def test_absurd_numbers_cost_much_or_little_but_always_something(mass: float, st
 
 
 def test_a_sweep_is_cut_into_whole_columns_and_an_ensemble_costs_as_many_maps() -> None:
-    base = plan("unfolding-maps", map_request(64, 300))
+    base = plan("unfolding-maps", map_request(64, 600))
     for policy in ("sweep-up", "sweep-down"):
-        sweep = plan("unfolding-maps", map_request(64, 300).model_copy(update={"policy": policy}))
-        assert sweep.tile_rows == 300
+        sweep = plan("unfolding-maps", map_request(64, 600).model_copy(update={"policy": policy}))
+        assert sweep.tile_rows == 600
         assert sweep.estimate.seconds > base.estimate.seconds
     many = {"policy": "ensemble", "initial_conditions": 10}
-    ensemble = plan("unfolding-maps", map_request(64, 300).model_copy(update=many))
+    ensemble = plan("unfolding-maps", map_request(64, 600).model_copy(update=many))
     assert ensemble.estimate.periods == 10 * base.estimate.periods
     assert ensemble.estimate.seconds == pytest.approx(10 * base.estimate.seconds)
     assert ensemble.tile_rows * ensemble.tile_columns < base.tile_rows * base.tile_columns
