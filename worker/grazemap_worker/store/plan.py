@@ -84,7 +84,7 @@ SEARCH_PERIODS = 1.2e4
 # One frequency of the bifurcation curves in closed form, per mass, for each period up to the longest.
 CURVE_POINT_SECONDS = 4.0e-5
 # One point of a branch, per mass, for few impacts; it goes with the square of those over BRANCH_IMPACTS.
-BRANCH_SECONDS = 6.0e-4
+BRANCH_SECONDS = 5.0e-4
 BRANCH_IMPACTS = 16.0
 # Points that a branch has as a rule; in a window those of two branches, and of all curves of a motion together.
 BRANCH_POINTS = 150
@@ -97,6 +97,8 @@ CURVE_POINT_BRANCHES = 2.0
 # ends it at `tolerances.BORDERS_WORK`, and says so.
 BORDERS_POINT_SECONDS = 1.0e-4
 BORDERS_SIDE_SECONDS = 0.25
+# Points times masses of a map whose borders are explained, at most: each keeps its orbit in memory.
+MOST_BORDER_NUMBERS = 900_000
 # Steps of a job's progress in which that is told, at the least.
 BORDERS_STEPS = 100
 MOST_STEPS_AFTER = 1000
@@ -280,22 +282,28 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
     return _estimated(shape, starts * periods, periods * period_seconds)
 
 
-def seconds_after_tiles(request: UnfoldingDiagramsRequest) -> float:
-    """Return what comes when all tiles of a diagram are there: curves, points, and its borders explained."""
-    over = ("grazing_curve", "codimension_two_points", "bifurcation_curves")
-    names = ("grazing-curves", "codimension-two-points", "bifurcation-curves")
-    seconds = sum(plan(name, getattr(request, part)).estimate.seconds for name, part in zip(names, over, strict=True))
-    if request.borders:
-        points = float(grid_points(request.omega) * grid_points(request.clearance))
-        each = BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points)
-        seconds += request.oscillator.size * each
-    return seconds
+def curves_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what the curves and points over the map of a diagram take."""
+    over = (
+        plan("grazing-curves", request.grazing_curve),
+        plan("codimension-two-points", request.codimension_two_points),
+        plan("bifurcation-curves", request.bifurcation_curves),
+    )
+    return sum(planned.estimate.seconds for planned in over)
+
+
+def borders_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what explaining the borders of a map takes."""
+    if not request.borders:
+        return 0.0
+    points = float(grid_points(request.omega) * grid_points(request.clearance))
+    return request.oscillator.size * (BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points))
 
 
 def _diagram_plan(request: UnfoldingDiagramsRequest) -> Plan:
     """Return the plan of the map, and as many steps after its tiles as tiles would take so long."""
     shape = _map_plan(request.unfolding_map)
-    seconds = seconds_after_tiles(request)
+    seconds = curves_seconds(request) + borders_seconds(request)
     after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))
     estimate = shape.estimate.model_copy(update={"seconds": shape.estimate.seconds + seconds})
     return shape.model_copy(update={"after": max(after, BORDERS_STEPS if request.borders else 1), "estimate": estimate})
