@@ -6,12 +6,14 @@ it ends, and the curve of the special point at which it does is followed through
 motion ends and which the curve passes are explained by it. Where both motions are there at both points, stable, the
 border is no bifurcation: the trajectories' start has gone over from one basin of attraction to the other. Out flow the
 pairs, the curves, and what is left (theory, "Borders of a map").
+
+Motions of a hundred impacts take thousands of times the work of those with few, so both what one border takes and what
+all of them take is bounded, in numbers that do not depend on the machine.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -20,15 +22,27 @@ from numpy.typing import NDArray
 
 from grazemap_core.bifurcation_curves import BifurcationCurve, bifurcation_curve
 from grazemap_core.border_lines import Line, nearest, positions
+from grazemap_core.border_progress import BorderProgress, Report
+from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.motion_curves import followable
 from grazemap_core.orbit_branches import orbit_branch
 from grazemap_core.orbit_paths import Parameter
 from grazemap_core.orbit_special_points import SpecialPoint
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.periodic_orbits import periodic_orbit
-from grazemap_core.region_orbits import NO_REGION, Grid, Name, Point, Region, Regions
+from grazemap_core.region_orbits import NO_NAME, NO_REGION, Grid, Name, Point, Region, Regions
 from grazemap_core.steady import steady_response
-from grazemap_core.tolerances import BORDER_MARGIN, BORDER_REACH, BORDER_STEP, END_OF_RANGE, SAME_SPEED
+from grazemap_core.tolerances import (
+    BORDER_FEWEST,
+    BORDER_LEAST_IMPACTS,
+    BORDER_MARGIN,
+    BORDER_REACH,
+    BORDER_STEP,
+    BORDER_WORK,
+    BORDERS_WORK,
+    END_OF_RANGE,
+    SAME_SPEED,
+)
 
 EXPLANATIONS: Final = ("unexplained", "curve", "coexistence", "goes on")
 """What a border is, the position is the code. "curve": the motion of one point ends between them, on a curve that was
@@ -43,18 +57,23 @@ REASONS: Final = (
     "the branch of the motion breaks off between the points",
     "the motion ends at a special point that is not solved for to round-off",
     "the curve of the special point leaves the border, or its orbits are no motions there",
+    "the motion has so many impacts that following it takes more than is spent on one border",
+    "what is spent on all borders of a map was spent on others",
+    "a system of equations on the way is too ill-conditioned",
 )
 """Why a border is unexplained; the position is the code."""
 
 _UNEXPLAINED, _CURVE, _COEXISTENCE, _GOES_ON = range(4)
-_NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES = range(1, 6)
+_NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES, _TOO_LONG, _ALL_SPENT, _ILL_CONDITIONED = range(1, 9)
 _GRAZING_SAMPLES = 4
 """Of the grazing curve, per step of a map."""
 _CURVE_POINTS = 500
 _BRANCH_STEP = 0.05
+_TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
+"""What a point of a curve takes, in those of a branch: singular values of twice the size, or differences that look at
+multipliers and contacts."""
 _SHORTER = 0.1
 """Of a step along a branch, where nothing was met."""
-Report = Callable[[int, int], object]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +161,7 @@ def map_borders(
         As `unfolding.unfolding_map_tile` returns. Orbits are looked for with trajectories from rest first, so of other
         policies some may not be found.
     report : callable of (done, total), optional
-        Told of pairs that are done.
+        Told how much of the work is done, whenever that is more than before; done stays below total.
 
     Raises
     ------
@@ -152,7 +171,8 @@ def map_borders(
         As for `periodic_orbits.periodic_orbit`.
     """
     grid = Grid.of(oscillator, omega, clearance, arrays)
-    work = _Explaining(grid, Regions(grid), report)
+    progress = BorderProgress(report)
+    work = _Explaining(grid, Regions(grid, progress), progress)
     work.run()
     return work.result(arrays["kind"])
 
@@ -160,8 +180,8 @@ def map_borders(
 class _Explaining:
     """The pairs, and what is known of them so far; arrays (p, 2) are of the motions of their two points."""
 
-    def __init__(self, grid: Grid, regions: Regions, report: Report | None) -> None:
-        self.grid, self.regions, self.report = grid, regions, report
+    def __init__(self, grid: Grid, regions: Regions, progress: BorderProgress) -> None:
+        self.grid, self.regions, self.progress = grid, regions, progress
         self.steady = np.abs(steady_response(grid.oscillator, grid.omega)[:, 0])
         self.pairs = self._pairs()
         count = len(self.pairs)
@@ -171,12 +191,14 @@ class _Explaining:
         self.curve = np.full(count, -1, dtype=np.int64)
         self.distance = np.full(count, np.nan)
         self.curves: list[BorderCurve] = []
-        self.names = [(grid.name_at(first), grid.name_at(second)) for first, second in self.pairs]
-        self.regular = np.array([None not in names for names in self.names], dtype=np.bool_)
+        self.spent = 0
+        self.number = np.array([[grid.name[point] for point in pair] for pair in self.pairs], dtype=np.int64)
+        self.number = self.number.reshape(-1, 2)
+        self.regular = np.all(self.number != NO_NAME, axis=1)
         same = self._solve_across()
         keep = np.flatnonzero(~same)
-        self.pairs, self.names = [self.pairs[i] for i in keep], [self.names[i] for i in keep]
-        for name in ("known", "ends", "reason", "curve", "distance", "regular"):
+        self.pairs = [self.pairs[i] for i in keep]
+        for name in ("known", "ends", "reason", "curve", "distance", "number", "regular"):
             setattr(self, name, getattr(self, name)[keep])
 
     def _pairs(self) -> list[tuple[Point, Point]]:
@@ -197,7 +219,7 @@ class _Explaining:
         jobs: dict[tuple[int, int], list[tuple[int, int, Point, Point]]] = {}
         for i, pair in enumerate(self.pairs):
             for side, (point, other) in enumerate((pair, pair[::-1])):
-                name = self.names[i][side]
+                name = self.grid.name_at(point)
                 number = int(self.regions.number[point])
                 if name is None:
                     continue
@@ -209,7 +231,8 @@ class _Explaining:
                 else:
                     self.known[i, side] = True
                     jobs.setdefault((number, other[1]), []).append((i, side, point, other))
-        for (number, column), members in jobs.items():
+        for done, ((number, column), members) in enumerate(jobs.items()):
+            self.progress.across(done / len(jobs))
             region = self.regions.found[number]
             rows = np.array([other[0] for *_, other in members])
             got = region.solve(column, rows, [region.orbits[point] for _, _, point, _ in members])
@@ -221,52 +244,68 @@ class _Explaining:
 
     def run(self) -> None:
         """Explain what can be: borders of periodic motions first."""
-        for place in np.flatnonzero(self.regular & ~np.any(self.ends, axis=1) & np.all(self.known, axis=1)).tolist():
+        both = np.flatnonzero(self.regular & ~np.any(self.ends, axis=1) & np.all(self.known, axis=1)).tolist()
+        for done, place in enumerate(both):
+            self.progress.coexisting(done / len(both))
             for side in (0, 1):
                 self._follow_across(place, side)
         self._take_grazing_curve()
-        for regular in (True, False):
-            chosen = self.regular == regular
-            while True:
-                name = self._most_frequent(chosen)
-                if name is None:
-                    break
-                for i, side in self._waiting(name, chosen):
+        weight = self._weight()
+        whole = max(float(np.sum(weight)), 1.0)
+        for chosen in (self.regular, ~self.regular):
+            for number in self._most_frequent(chosen):
+                for i, side in np.argwhere(self._waiting(number, chosen)).tolist():
                     if self._waits(i, side):
-                        self._end(i, side, name, chosen)
+                        self._end(i, side, number, chosen)
                     if self._waits(i, side):
                         self.reason[i, side] = _BREAKS_OFF
-                    if self.report is not None:
-                        self.report(int(np.count_nonzero(self.curve >= 0)), len(self.pairs))
+                    self.progress.curves(1.0 - float(np.sum(weight[self._all_waiting])) / whole)
+
+    @property
+    def _all_waiting(self) -> NDArray[np.bool_]:
+        """Pairs and sides (p, 2) at which a motion ends, no curve is known yet, nor a reason why there is none."""
+        return np.asarray(self.ends & (self.reason == 0) & (self.curve < 0)[:, None])
 
     def _waits(self, i: int, side: int) -> bool:
         return bool(self.curve[i] < 0 and self.ends[i, side] and self.reason[i, side] == 0)
 
-    def _waiting(self, name: Name, chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
-        """Return pairs and sides at which a motion ends and no curve is known yet."""
-        left = np.argwhere(self.ends & (self.reason == 0) & (self.curve < 0)[:, None] & chosen[:, None])
-        return [(i, side) for i, side in left.tolist() if self.names[i][side] == name]
+    def _waiting(self, number: int, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return those of `_all_waiting` whose motion has the name of a number."""
+        return np.asarray(self._all_waiting & chosen[:, None] & (self.number == number))
 
-    def _most_frequent(self, chosen: NDArray[np.bool_]) -> Name | None:
-        left = np.argwhere(self.ends & (self.reason == 0) & (self.curve < 0)[:, None] & chosen[:, None])
-        counts = Counter(name for name in (self.names[i][side] for i, side in left.tolist()) if name is not None)
-        return max(counts, key=lambda name: (counts[name], name)) if counts else None
+    def _most_frequent(self, chosen: NDArray[np.bool_]) -> Iterator[int]:
+        """Yield the name at whose motions most is waiting, until nothing is."""
+        while True:
+            left = self.number[self._all_waiting & chosen[:, None]]
+            if not len(left):
+                return
+            counts = np.bincount(left)
+            yield int(np.flatnonzero(counts == np.max(counts))[-1])
+
+    def _weight(self) -> Floats:
+        """Return how much of the work is expected at pairs and sides (p, 2): each name's shared by its borders."""
+        weight = np.zeros(self.number.shape)
+        for number in np.unique(self.number[self._all_waiting]).tolist():
+            there = self._all_waiting & (self.number == number)
+            weight[there] = _an_orbit(self.grid.names[number].impacts) / np.count_nonzero(there)
+        return weight
 
     def _take_grazing_curve(self) -> None:
-        names = [name for name in self.grid.names if name.free]
-        if not names:
+        free = [number for number, name in enumerate(self.grid.names) if name.free]
+        if not free:
             return
         count = _GRAZING_SAMPLES * len(self.grid.omega)
         omega = np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(self.grid.omega)), self.grid.omega)
         clearance = np.abs(steady_response(self.grid.oscillator, omega)[:, 0])
-        self._take(BorderCurve("GR", names[0], omega, clearance, np.ones(count, dtype=np.bool_), None), names[0])
-        for i, side in np.argwhere(self.ends & (self.curve < 0)[:, None]).tolist():
-            if self.names[i][side] == names[0]:  # it ends there and nowhere else: the curve is steeper than a step
-                self.reason[i, side] = _LEAVES
+        name = self.grid.names[free[0]]
+        self._take(BorderCurve("GR", name, omega, clearance, np.ones(count, dtype=np.bool_), None), free[0])
+        left = self.ends & (self.curve < 0)[:, None] & (self.number == free[0])
+        self.reason[left] = _LEAVES  # it ends there and nowhere else: the curve is steeper than a step
 
-    def _take(self, curve: BorderCurve, name: Name) -> None:
+    def _take(self, curve: BorderCurve, number: int) -> None:
         """Explain by a curve all pairs at which a motion of a name ends and which it passes."""
-        members = [i for i in np.flatnonzero(self.curve < 0).tolist() if self._ends_at(i, name)]
+        ends_there = np.any(self.ends & (self.number == number), axis=1)
+        members = np.flatnonzero((self.curve < 0) & ends_there).tolist()
         self.curves.append(curve)
         if not members:
             return
@@ -278,15 +317,53 @@ class _Explaining:
             if apart <= BORDER_REACH:
                 self.curve[i], self.distance[i] = len(self.curves) - 1, apart
 
-    def _ends_at(self, i: int, name: Name) -> bool:
-        return any(self.ends[i, side] and self.names[i][side] == name for side in (0, 1))
+    def _orbits(self, each: int, reason: NDArray[np.int64]) -> int:
+        """Return how many orbits that take so much each may be followed one way for a border; 0, and why, for none.
+
+        `reason` is that of one side of a pair, modified in place.
+        """
+        if self.spent >= BORDERS_WORK:
+            reason[...] = _ALL_SPENT
+            return 0
+        most = min(_CURVE_POINTS, BORDER_WORK // each)
+        if most < BORDER_FEWEST:
+            reason[...] = _TOO_LONG
+            return 0
+        return most
 
     def _follow_across(self, i: int, side: int) -> SpecialPoint | None:
         """Follow a motion from its point to the other one; return the special point at which it ends, if it does."""
-        point, other = self.pairs[i][side], self.pairs[i][1 - side]
+        point = self.pairs[i][side]
         region = self.regions.at(point)
         if region is None:  # the steady motion
             return None
+        most = self._orbits(_an_orbit(len(region.stops)), self.reason[i, side : side + 1])
+        if not most:
+            self.known[i, side] = False
+            return None
+        try:
+            special, arrives, full = self._walked(i, side, region, most)
+            start = None if special is None else followable(self.grid.oscillator, special)
+        except (SteadyMotionError, ConditioningError):
+            self.known[i, side] = False
+            self.reason[i, side] = _ILL_CONDITIONED
+            return None
+        if special is not None:
+            self.ends[i, side] = True
+            self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
+            return start
+        # the motion is there too, or nothing is known of where it ends
+        self.ends[i, side] = False
+        self.known[i, side] = arrives
+        self.reason[i, side] = 0 if arrives else _TOO_LONG if full else _BREAKS_OFF
+        return None
+
+    def _walked(self, i: int, side: int, region: Region, most: int) -> tuple[SpecialPoint | None, bool, bool]:
+        """Follow the branch of a motion from its point to the other one, or to the first special point.
+
+        Returns that point, whether the branch arrives, and whether it was left because of its length.
+        """
+        point, other = self.pairs[i][side], self.pairs[i][1 - side]
         orbit = periodic_orbit(self.grid.oscillator, *self.grid.place(point), region.sequence(point))
         vary: Parameter = "clearance" if point[1] == other[1] else "omega"
         here, there = (self.grid.place(one)[1 if vary == "clearance" else 0] for one in (point, other))
@@ -294,45 +371,42 @@ class _Explaining:
         # a step from next to a saddle-node may pass over it, back to where it began
         for step in (self._longest_step(), _SHORTER * self._longest_step()):
             branch = orbit_branch(
-                self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, _CURVE_POINTS
+                self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
             )
+            self.spent += len(branch.values) * _an_orbit(len(region.stops))
             arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= END_OF_RANGE * there
             if arrives or branch.special_points:
                 break
         special = branch.special_points if rises else branch.special_points[::-1]
-        if special:
-            self.ends[i, side] = True
-            start = followable(self.grid.oscillator, special[0])
-            self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
-            return start
-        # the motion is there too, or nothing is known of where it ends
-        self.ends[i, side] = False
-        self.known[i, side] = arrives
-        self.reason[i, side] = 0 if arrives else _BREAKS_OFF
-        return None
+        return (special[0] if special else None), arrives, "points" in branch.ends
 
-    def _end(self, i: int, side: int, name: Name, chosen: NDArray[np.bool_]) -> None:
+    def _end(self, i: int, side: int, number: int, chosen: NDArray[np.bool_]) -> None:
         """Find where a motion ends at a pair, and follow the curve of that."""
         point = self._follow_across(i, side)
         if point is None:
             return
-        window = [self._side(axis, name, chosen) for axis in (1, 0)]
-        curve = bifurcation_curve(
-            self.grid.oscillator,
-            point,
-            window[0],
-            window[1],
-            self._longest_step(),
-            _CURVE_POINTS,
-        )
-        self._take(BorderCurve(curve.type, name, curve.omega, curve.clearance, curve.admissible, curve), name)
+        reason = self.reason[i, side : side + 1]
+        each = _TIMES[point.type] * _an_orbit(len(point.impacts.stops))
+        most = self._orbits(each, reason)
+        if not most:
+            return
+        window = [self._side(axis, number, chosen) for axis in (1, 0)]
+        try:
+            curve = bifurcation_curve(self.grid.oscillator, point, window[0], window[1], self._longest_step(), most)
+        except (SteadyMotionError, ConditioningError):
+            reason[...] = _ILL_CONDITIONED
+            return
+        self.spent += len(curve.omega) * each
+        name = self.grid.names[number]
+        self._take(BorderCurve(curve.type, name, curve.omega, curve.clearance, curve.admissible, curve), number)
         if self.curve[i] < 0:
-            self.reason[i, side] = _LEAVES
+            reason[...] = _LEAVES
 
-    def _side(self, axis: int, name: Name, chosen: NDArray[np.bool_]) -> tuple[float, float]:
+    def _side(self, axis: int, number: int, chosen: NDArray[np.bool_]) -> tuple[float, float]:
         """Return the range of a parameter that holds all borders at which a motion ends and that are left."""
         values = self.grid.omega if axis else self.grid.clearance
-        places = [point[axis] for i, _ in self._waiting(name, chosen) for point in self.pairs[i]]
+        waiting = np.flatnonzero(np.any(self._waiting(number, chosen), axis=1))
+        places = [point[axis] for i in waiting.tolist() for point in self.pairs[i]]
         low, high = min(places), max(places)
         before = values[max(low, 1)] - values[max(low, 1) - 1]
         behind = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
@@ -371,6 +445,11 @@ class _Explaining:
             without_orbit=self.regions.without_orbit,
             irregular_pairs=apart,
         )
+
+
+def _an_orbit(impacts: int) -> int:
+    """Return what following one orbit takes, in the units of `BORDER_WORK`."""
+    return max(impacts, BORDER_LEAST_IMPACTS) ** 2
 
 
 def _is_one(other: Region | None, place: Point, region: Region, velocities: Floats) -> bool:

@@ -85,6 +85,7 @@ def orbit_branch(
     parameter: Parameter = "clearance",
     longest_step: float = 0.05,
     max_points: int = 2000,
+    to_special: bool = False,
 ) -> OrbitBranch:
     """Follow the branch of an orbit both ways, until its parameter leaves a range.
 
@@ -102,6 +103,8 @@ def orbit_branch(
         Two special points of one type within a step would not be seen.
     max_points : int
         In either direction.
+    to_special : bool
+        Follow it either way no further than behind the first special points.
 
     Raises
     ------
@@ -138,12 +141,12 @@ def orbit_branch(
     if tangent is None:  # a saddle-node: any side will do
         tangent = np.linalg.svd(path.equations(unknowns)[1])[2][-1]
 
-    ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points)
+    ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points, to_special)
     back: list[PathPoint] = []
     before: list[SpecialPoint] = []
     beginning = "closed"
     if end != "closed":
-        back, before, beginning = _follow(path, first, -tangent, bounds, longest_step, max_points)
+        back, before, beginning = _follow(path, first, -tangent, bounds, longest_step, max_points, to_special)
     points = [*reversed(back), first, *ahead]
     turned = [replace(point, segment=len(back) - 1 - point.segment) for point in reversed(before)]
     special = turned + [replace(point, segment=len(back) + point.segment) for point in after]
@@ -157,16 +160,18 @@ def _follow(
     bounds: tuple[float, float],
     longest: float,
     most: int,
+    to_special: bool,
 ) -> tuple[list[PathPoint], list[SpecialPoint], str]:
     """Follow a path one way; return its points behind the first, what is special between them, and why it ends."""
     points = [first]
     special: list[SpecialPoint] = []
 
-    def visit(along: Floats, unknowns: Floats, turned: bool) -> None:
+    def visit(along: Floats, unknowns: Floats, turned: bool) -> str | None:
         point = path.look(unknowns)
         within = Segment(path, points[-1], point, along).special_points(turned)
         special.extend(replace(item, segment=len(points) - 1) for item in within)
         points.append(point)
+        return "special" if to_special and within else None
 
     end = walk(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit)
     return points[1:], special, end

@@ -106,10 +106,12 @@ class Segment:
     def zero(self, test: Callable[[PathPoint], float], low: float, high: float) -> float | None:
         """Return where a test function changes its sign between two distances, or None where it does not."""
         at_low, at_high = test(self.at(low)), test(self.at(high))
-        if not (math.isfinite(at_low) and math.isfinite(at_high)) or at_low == 0.0 or at_low * at_high > 0.0:
+        if not (math.isfinite(at_low) and math.isfinite(at_high)) or at_low == 0.0:
             return None
         if at_high == 0.0:
             return high
+        if (at_low > 0.0) == (at_high > 0.0):  # their product may be too small for a number
+            return None
         return float(brentq(lambda s: test(self.at(s)), low, high, xtol=EPSILON * self.end, rtol=4.0 * EPSILON))
 
     def special_points(self, turns: bool) -> list[SpecialPoint]:

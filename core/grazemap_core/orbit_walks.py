@@ -20,6 +20,7 @@ ENDS = {
     "step": "steps become too short: impacts come together, or the orbits stop being smooth in the parameter",
     "singular": "the curve has no tangent: curves meet there",
     "points": "the number of points that was allowed is reached",
+    "special": "there is a special point, and no more was asked for",
     "real": "the pair of multipliers on the unit circle becomes real",
 }
 """Why a curve is not followed further."""

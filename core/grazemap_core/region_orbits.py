@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap_core.border_progress import BorderProgress
 from grazemap_core.errors import ParameterError
 from grazemap_core.impact_sequences import ImpactSequence, Integers, impacts_of
 from grazemap_core.kernels.closing import INFINITE, NAMED
@@ -39,7 +40,7 @@ from grazemap_core.orbit_family import OrbitFamily
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.settling import Settler, Settling
 from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import ORBIT_FLOOR, SAME_SPEED
+from grazemap_core.tolerances import BORDER_SEARCH_PERIODS, ORBIT_FLOOR, SAME_SPEED
 from grazemap_core.trajectory import Trajectory, trajectory
 
 Point = tuple[int, int]
@@ -71,6 +72,12 @@ class Name(NamedTuple):
     fewer: int
     symmetric: bool
     sticking: bool
+
+    @property
+    def impacts(self) -> int:
+        """Impacts that have to be solved for: of symmetric motions those of half the period."""
+        both = max(self.more, 0) + max(self.fewer, 0)
+        return both // 2 if self.symmetric else both
 
     @property
     def free(self) -> bool:
@@ -240,8 +247,8 @@ class Regions:
     found : list of Region
     """
 
-    def __init__(self, grid: Grid) -> None:
-        """Find them all.
+    def __init__(self, grid: Grid, progress: BorderProgress | None = None) -> None:
+        """Find them all, and say how far that is.
 
         Raises
         ------
@@ -252,12 +259,15 @@ class Regions:
         self.number = np.full(grid.name.shape, NO_REGION, dtype=np.int64)
         self.found: list[Region] = []
         self._equations = Equations(grid)
-        for place, name in enumerate(grid.names):
-            if not name.solvable:
-                continue
-            there = grid.name == place
+        self._progress = progress or BorderProgress(None)
+        self._searched = 0
+        solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
+        self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name])))
+        for place in np.flatnonzero(solvable[:-1]).tolist():
+            name, there = grid.names[place], grid.name == place
             for row, column in np.argwhere(there).tolist():
                 if self.number[row, column] == NO_REGION:
+                    self._look_at(1)
                     region = self._begun((row, column), name)
                     if region is not None:
                         self._grow(region, (row, column), there & (self.number == NO_REGION))
@@ -272,6 +282,10 @@ class Regions:
         """Where the map has a periodic motion with impacts, and no orbit was found, shape (n, m)."""
         free = np.array([name.free for name in self.grid.names] + [True])  # the last one: NO_NAME
         return np.asarray((self.number == NO_REGION) & ~free[self.grid.name])
+
+    def _look_at(self, points: int) -> None:
+        self._looked_at += points
+        self._progress.regions(self._looked_at / self._all)
 
     def _begun(self, point: Point, name: Name) -> Region | None:
         """Return a region with its first orbit."""
@@ -292,6 +306,9 @@ class Regions:
         for region in self.found:
             if region.name == name:
                 yield region.sequence(min(region.orbits, key=lambda other: math.dist(other, point)))
+        if self._searched >= BORDER_SEARCH_PERIODS:
+            return
+        self._searched += _RANDOM_STATES * self._longest
         omega, clearance = self.grid.place(point)
         states = self._starts * np.array([1.0, omega])[:, None]
         steady = forced_response(self.grid.oscillator, np.array([omega]))[0]
@@ -319,9 +336,13 @@ class Regions:
 
     @cached_property
     def _settler(self) -> Settler:
-        longest = max(name.period for name in self.grid.names)
-        periods = max(1, int(np.max(self.grid.settled_after)))
-        return Settler(self.grid.oscillator, Settling(periods, longest, linearised=False))
+        period = max(name.period for name in self.grid.names)
+        return Settler(self.grid.oscillator, Settling(self._longest, period, linearised=False))
+
+    @cached_property
+    def _longest(self) -> int:
+        """Forcing periods in which all points had settled."""
+        return max(1, int(np.max(self.grid.settled_after)))
 
     @cached_property
     def _starts(self) -> Floats:
@@ -382,6 +403,7 @@ class Regions:
                 self.number[point] = number
                 left[point] = False
                 some = True
+        self._look_at(int(np.count_nonzero(got.fine)))
         return some
 
 

@@ -327,6 +327,24 @@ multiplied and divided."""
 BORDER_MARGIN: Final = 1.5
 """Steps of the map by which the window of such a curve is wider than the borders that are left to be explained."""
 
+BORDER_WORK: Final = 500_000
+"""Orbits that are followed one way for one border, times the square of their impacts, which is what one takes: all 500
+of up to 31 impacts, fifty of a hundred, some seconds. More than 353 impacts are not followed."""
+
+BORDER_LEAST_IMPACTS: Final = 16
+"""Impacts up to which an orbit takes as much as one with so many."""
+
+BORDER_FEWEST: Final = 4
+"""Orbits below which following is not begun."""
+
+BORDERS_WORK: Final = 100_000_000
+"""The same summed over all borders of a map: about twenty minutes. What comes last are motions that few points of
+the map have."""
+
+BORDER_SEARCH_PERIODS: Final = 20_000_000
+"""Forcing periods at most, of random states together, that are looked through for the motions of a map's points that
+neither the trajectory from rest nor a neighbour leads to: a minute."""
+
 # --- discontinuity mapping ----------------------------------------------------------------------------------------
 
 BACKWARD_STEPS: Final = 500

@@ -29,7 +29,15 @@ from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
 from grazemap_worker.queueing import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
-from grazemap_worker.store.plan import PERIODS_PER_SECOND, Plan, borders_seconds, period_costs, plan
+from grazemap_worker.store.plan import (
+    MOST_BORDER_NUMBERS,
+    PERIODS_PER_SECOND,
+    Plan,
+    borders_seconds,
+    curves_seconds,
+    period_costs,
+    plan,
+)
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
@@ -67,11 +75,14 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     # written so that a nan, from an estimate that overflowed, is refused too
     if not planned.estimate.periods <= settings.max_work:
         raise _too_much("", "forcing periods", planned.estimate.periods, settings.max_work)
-    most_seconds = min(settings.max_seconds, MOST_TILE_SECONDS * planned.count)
+    most_seconds = MOST_TILE_SECONDS * planned.count
+    if isinstance(request, UnfoldingDiagramsRequest):
+        most_seconds += curves_seconds(request) + borders_seconds(request)
+        if curves_seconds(request) > TILE_TIMEOUT:
+            raise _too_much("/max_multiple", "seconds", curves_seconds(request), TILE_TIMEOUT)
+    most_seconds = min(settings.max_seconds, most_seconds)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)
-    if isinstance(request, UnfoldingDiagramsRequest) and borders_seconds(request) > MOST_TILE_SECONDS:
-        raise _too_much("/borders", "seconds", borders_seconds(request), MOST_TILE_SECONDS)
     return planned
 
 
@@ -109,7 +120,10 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
         longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
         adaptive = isinstance(request, UnfoldingMapsRequest) and request.adaptive
         most = settings.max_adaptive_pixels if adaptive else settings.max_pixels
-        return [(_of_points(*longer), "points", across * down, most)]
+        counts = [(_of_points(*longer), "points", across * down, most)]
+        if isinstance(request, UnfoldingDiagramsRequest) and request.borders:
+            counts.append(("/borders", "points", across * down, MOST_BORDER_NUMBERS // request.oscillator.size))
+        return counts
     if isinstance(request, TrajectoriesRequest):
         states, periods = len(request.states), request.periods + request.transient_periods
         samples = states * request.samples

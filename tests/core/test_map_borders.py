@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from typing import Any
 
@@ -170,6 +171,64 @@ def test_a_calm_map_has_no_borders_and_a_chaotic_point_in_it_is_counted_apart():
     assert not found.regular.any()
     assert found.irregular_pairs == 1
     assert told == []
+
+
+def small(rows: int = 8, columns: int = 8) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """Return a coarse map across the largest regions of `near_the_point`."""
+    omega, clearance = np.linspace(0.276, 0.281, columns), np.linspace(1.83, 1.93, rows)
+    return omega, clearance, unfolding_map_tile(DEFAULT, omega, clearance)
+
+
+def test_what_is_done_is_told_in_steps_that_rise_and_end_before_all():
+    told: list[tuple[int, int]] = []
+    map_borders(DEFAULT, *small(), lambda done, total: told.append((done, total)))
+    done = [one for one, _ in told]
+    assert {total for _, total in told} == {1000}
+    assert done == sorted(set(done))
+    assert done[0] > 0
+    assert 990 < done[-1] < 1000
+    assert max(np.diff([0, *done])) < 500
+
+
+@pytest.mark.parametrize(("bound", "words"), [("BORDER_WORK", "on one border"), ("BORDERS_WORK", "on all borders")])
+def test_borders_that_take_more_than_is_spent_on_them_say_so(monkeypatch, bound, words):
+    free = map_borders(DEFAULT, *small())
+    assert free.count("unexplained") == 0
+    monkeypatch.setattr(f"grazemap_core.map_borders.{bound}", 1)
+    found = map_borders(DEFAULT, *small())
+    assert len(found.row) == len(free.row)
+    left = found.explanation == EXPLANATIONS.index("unexplained")
+    assert np.count_nonzero(left) > 10
+    assert all(words in REASONS[reason] for reason in found.reason[left])
+    assert [curve.type for curve in found.curves if curve.orbits is not None] == []
+    assert found.count("curve") > 0  # the grazing curve takes nothing
+
+
+def test_more_impacts_are_followed_over_fewer_orbits(monkeypatch):
+    monkeypatch.setattr("grazemap_core.map_borders.BORDER_WORK", 16**2 * 8)
+    found = map_borders(DEFAULT, *small())
+    points = {curve.type: len(curve.omega) for curve in found.curves if curve.orbits is not None}
+    assert points["GR"] <= 2 * 8 + 1
+    assert points["SB"] <= 2 * 4 + 1  # an orbit of its curve takes as much as two of others
+
+
+def test_searches_among_random_states_are_bounded(monkeypatch):
+    omega, clearance, arrays = calm()
+    wrong = planted(arrays, (1, 2), period=2, impacts_right=1, impacts_left=1, least_impact_velocity=0.1)
+    wrong["symmetric"][1, 2] = False
+    monkeypatch.setattr("grazemap_core.region_orbits.BORDER_SEARCH_PERIODS", 0)
+    monkeypatch.setattr(Regions, "_starts", property(lambda self: pytest.fail("looked for")))
+    assert map_borders(DEFAULT, omega, clearance, wrong).count("unexplained") == 4
+
+
+@pytest.mark.parametrize("restitution", [0.0, 1.0])
+def test_maps_of_two_by_two_points_are_explained_or_say_why(restitution):
+    oscillator = dataclasses.replace(DEFAULT, restitution=restitution)
+    omega, clearance = np.array([0.26, 0.3]), np.array([1.5, 2.05])
+    found = map_borders(oscillator, omega, clearance, unfolding_map_tile(oscillator, omega, clearance))
+    explained = found.explanation != EXPLANATIONS.index("unexplained")
+    assert len(found.row) > 0
+    np.testing.assert_array_equal(explained, found.reason == 0)
 
 
 def test_a_slowest_impact_that_is_not_the_map_s_is_no_orbit_of_it():

@@ -24,6 +24,7 @@ from grazemap_core.one_impact_orbits import orbit_at
 from grazemap_core.orbit_branches import orbit_branch
 from grazemap_core.orbit_family import OrbitFamily
 from grazemap_core.orbit_paths import OrbitPath
+from grazemap_core.orbit_special_points import Segment
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.periodic_orbits import periodic_orbit
 from grazemap_core.trajectory import trajectory
@@ -99,6 +100,25 @@ def beside(branch, point, shift):
     exact = solved(DEFAULT, 0.27, clearance, near.impacts)
     with digits():
         return clearance, float(exact.test_function(1 if point.type == "SN" else -1))
+
+
+def test_a_branch_to_its_first_special_points_is_the_beginning_of_the_whole_one():
+    orbit = default_orbit("5-8r-8l")
+    whole, first = sixteen_impacts(), orbit_branch(DEFAULT, orbit, 1.5, 1.75, to_special=True)
+    assert 0 < len(first.values) < len(whole.values)
+    assert set(first.ends) == {"special"}
+    known, found = ([point.clearance for point in branch.special_points] for branch in (whole, first))
+    place = known.index(found[0])
+    assert found == known[place : place + len(found)]
+    assert {point.segment for point in first.special_points} == {0, len(first.values) - 2}
+
+
+def test_test_functions_too_small_to_be_multiplied_are_compared_all_the_same():
+    """The determinant over a hundred impacts may be 1e-200."""
+    piece = object.__new__(Segment)
+    piece.end, piece.at = 1.0, float  # type: ignore[assignment,method-assign]
+    assert piece.zero(lambda s: 1e-200 * (1.0 + s), 0.0, 1.0) is None
+    assert piece.zero(lambda s: 1e-200 * (s - 0.25), 0.0, 1.0) == pytest.approx(0.25)
 
 
 def test_special_points_are_zeros_of_the_test_functions_in_50_digits():

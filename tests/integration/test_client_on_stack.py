@@ -63,6 +63,31 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
         assert repr(again) == repr(result)
 
 
+def test_explaining_borders_tells_how_far_it_is_and_stops_when_it_is_cancelled(stack: LocalClient) -> None:
+    """All over Figure 8 that takes half a minute; one worker does it, and has to be free for the next question."""
+    window = {
+        "omega": {"start": 0.26, "stop": 0.3, "points": 24},
+        "clearance": {"start": 1.3, "stop": 2.05, "points": 24},
+    }
+    job = stack.submit("unfolding-diagrams", {**window, "borders": True})
+    told: list[tuple[int, int, str]] = []
+    for event in job.events(timeout=120):
+        if event.name == "progress":
+            told.append((event.data["done"], event.data["total"], event.data["unit"]))
+            if event.data["done"] > 10:
+                break
+    done = [one for one, _, _ in told]
+    assert done == sorted(done)
+    assert len(set(done)) > 8
+    assert all(total > 100 and unit == "steps" for _, total, unit in told)
+    assert 10 < job.refresh().progress.done < job.progress.total
+    assert job.status == "running"
+    began = time.monotonic()
+    assert job.cancel().status == "dismissed"
+    stack.grazing_curve(omega=(0.2, 0.4), points=7, progress=False)
+    assert time.monotonic() - began < 2.0
+
+
 def test_an_adaptive_map_is_the_full_one_where_it_was_computed(stack: LocalClient) -> None:
     window = {"omega": (0.27, 0.28), "clearance": (1.7, 2.1), "shape": (24, 72), "max_periods": 100, "progress": False}
     full, adaptive = stack.unfolding_map(**window), stack.unfolding_map(**window, adaptive=True)

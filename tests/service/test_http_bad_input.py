@@ -236,6 +236,17 @@ WORK: list[tuple[str, Any, str]] = [
             "max_periods": 10,
             "borders": True,
         },
+        "points",
+    ),
+    (
+        "unfolding-diagrams",
+        {
+            **MAP,
+            "oscillator": CHAIN,
+            "omega": {"start": 0.1, "stop": 100, "points": 2},
+            "max_order": 200,
+            "max_multiple": 100,
+        },
         "seconds",
     ),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"points": 10**12}}}, "points"),

@@ -16,6 +16,7 @@ from grazemap.models import UnfoldingMapsRequest, grid_values
 from grazemap_worker import leased_worker, logs, tasks  # noqa: F401
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import Process
+from grazemap_worker.processes.core_objects import Report
 from grazemap_worker.processes.unfolding_maps import assemble
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Plan, Tile
@@ -47,7 +48,7 @@ def planted(mode: str) -> Process:
             os.kill(os.getpid(), signal.SIGKILL)
         return product_tile(request, rectangle)
 
-    def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document]) -> Document:
+    def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
         return assemble(request, plan, tiles)
 
     return Process(tile=tile, assembled=assembled)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grazemap.models import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
+from grazemap_worker.measure import QUESTIONS
 from grazemap_worker.store import plan
 from grazemap_worker.store.plan import (
     MAP_PERIODS_PER_SECOND,
@@ -18,6 +22,7 @@ from grazemap_worker.store.plan import (
 )
 
 DEFAULT = Oscillator()
+SIDES = {"omega": {"start": 0.26, "stop": 0.3, "points": 300}, "clearance": {"start": 1.3, "stop": 2.0, "points": 300}}
 
 
 def map_request(columns: int, rows: int, max_periods: int = 1000, start: float = 0.26) -> UnfoldingMapsRequest:
@@ -60,9 +65,36 @@ def test_a_diagram_is_cut_as_its_map_and_its_borders_take_longer() -> None:
         plan("unfolding-diagrams", parse_request("unfolding-diagrams", {**body, "borders": borders}))
         for borders in (True, False)
     )
-    assert without == alone
-    assert with_borders.tiles == alone.tiles
-    assert with_borders.estimate.seconds > alone.estimate.seconds
+    assert without.tiles == with_borders.tiles == alone.tiles
+    assert alone.after == 0 < without.after < 100 <= with_borders.after
+    assert with_borders.estimate.seconds > without.estimate.seconds > alone.estimate.seconds
+    # steps after the tiles are such as tiles are
+    large = plan("unfolding-diagrams", parse_request("unfolding-diagrams", {**body, "borders": True, **SIDES}))
+    seconds = plan("unfolding-maps", parse_request("unfolding-maps", {**body, **SIDES})).estimate.seconds
+    assert large.after / large.count == pytest.approx((large.estimate.seconds - seconds) / seconds, rel=0.02)
+
+
+def test_a_column_of_few_clearances_costs_more_a_point_but_less_than_a_whole_one() -> None:
+    long, short, least = (plan("unfolding-maps", map_request(64, rows)).estimate.seconds for rows in (128, 8, 2))
+    assert 8 / 128 * long < short < long
+    assert 2 / 8 * short < least < short
+
+
+def test_a_branch_costs_as_the_square_of_many_impacts() -> None:
+    def seconds(impacts: int) -> float:
+        guess = {"phases": [0.01 * k for k in range(impacts)], "velocities": [0.1] * impacts}
+        motion = {"period": 1, "stops": [1] * impacts, **guess}
+        body = {"omega": 0.29, "clearance": 1.6, "motion": motion, "range": {"start": 1.3, "stop": 2.0}}
+        return plan("orbit-branches", parse_request("orbit-branches", body)).estimate.seconds
+
+    assert seconds(4) < 1.1 * seconds(1)
+    assert 3.7 < seconds(120) / seconds(60) < 4.0
+
+
+@pytest.mark.parametrize(("title", "process", "body"), QUESTIONS)
+def test_what_is_measured_is_planned(title: str, process: str, body: dict[str, Any]) -> None:
+    assert 0.05 < plan(process, parse_request(process, body)).estimate.seconds < 200.0
+    json.dumps(body)
 
 
 def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() -> None:
@@ -77,7 +109,7 @@ def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() ->
     assert estimate(known).periods == 0
     assert 0 < estimate({**one, **place}).periods < estimate(one).periods
     assert estimate(known, known).seconds == 2 * estimate(known).seconds
-    many = {**known, "stops": [1] * 8, "phases": [0.1 * k for k in range(8)], "velocities": [0.1] * 8}
+    many = {**known, "stops": [1] * 40, "phases": [0.1 * k for k in range(40)], "velocities": [0.1] * 40}
     assert estimate(many).seconds > 2 * estimate(known).seconds
 
 
@@ -170,13 +202,13 @@ def test_absurd_numbers_cost_much_or_little_but_always_something(mass: float, st
 
 
 def test_a_sweep_is_cut_into_whole_columns_and_an_ensemble_costs_as_many_maps() -> None:
-    base = plan("unfolding-maps", map_request(64, 300))
+    base = plan("unfolding-maps", map_request(64, 600))
     for policy in ("sweep-up", "sweep-down"):
-        sweep = plan("unfolding-maps", map_request(64, 300).model_copy(update={"policy": policy}))
-        assert sweep.tile_rows == 300
+        sweep = plan("unfolding-maps", map_request(64, 600).model_copy(update={"policy": policy}))
+        assert sweep.tile_rows == 600
         assert sweep.estimate.seconds > base.estimate.seconds
     many = {"policy": "ensemble", "initial_conditions": 10}
-    ensemble = plan("unfolding-maps", map_request(64, 300).model_copy(update=many))
+    ensemble = plan("unfolding-maps", map_request(64, 600).model_copy(update=many))
     assert ensemble.estimate.periods == 10 * base.estimate.periods
     assert ensemble.estimate.seconds == pytest.approx(10 * base.estimate.seconds)
     assert ensemble.tile_rows * ensemble.tile_columns < base.tile_rows * base.tile_columns

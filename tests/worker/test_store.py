@@ -331,6 +331,28 @@ def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
         store.events(job.id, after="+")
 
 
+def test_steps_after_the_tiles_go_on_from_them_never_back_and_not_to_the_end(store: Store) -> None:
+    cut = FOUR.model_copy(update={"after": 10})
+    job, _ = store.submit("unfolding-maps", map_request(), "1", cut, 1000)
+    assert (job.progress.done, job.progress.total, job.progress.unit) == (0, 14, "steps")
+    for tile in range(4):
+        store.claim(job.id, tile, "w", "f", LEASE)
+        store.commit_tile(job.id, tile, b"tile", "f")
+        assert store.events(job.id)[-1].data["done"] == tile + 1
+    assert store.claim(job.id, ASSEMBLY, "w", "f", LEASE)
+    time.sleep(0.02)
+    for said, seen in ((6, 6), (5, 6), (14, 13)):  # the second: begun again by another worker
+        assert store.progress(job.id, said, 14)
+        running = store.job(job.id)
+        assert running is not None
+        assert (running.progress.done, running.progress.total) == (seen, 14)
+    assert running.progress.eta_seconds == pytest.approx(0.0, abs=5.0)
+    store.commit_result(job.id, b"", "f")
+    told = [event.data["done"] for event in store.events(job.id) if event.name == "progress"]
+    assert told == sorted(told)
+    assert told[-2:] == [13, 14]
+
+
 def test_the_record_of_old_finished_jobs_is_bounded(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORDS", 3)
     first = submit_map(store)  # unfinished: never forgotten

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from planted import NUMERICS, planted
 
-from grazemap.codec import decode_npz
+from grazemap.codec import Document, decode_npz
 from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
 from grazemap_worker.processes import Process
+from grazemap_worker.processes.core_objects import Report
 from grazemap_worker.store import ASSEMBLY, Plan, Store, core_version
 
 REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
@@ -110,6 +111,54 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
     tasks.run_tile(job.id, 0)
     reported = [event.data for event in store.events(job.id) if event.name == "progress"]
     assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
+
+
+def counting(*said: tuple[int, int]) -> Process:
+    """A map whose assembly says how far it is, and ends with an error if it is not stopped."""
+    plain = planted("fast")
+
+    def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
+        for done, total in said:
+            report(done, total)
+        assert plain.assembled is not None
+        return plain.assembled(request, plan, tiles, report)
+
+    return Process(tile=plain.tile, assembled=assembled)
+
+
+def test_an_assembly_fills_the_steps_behind_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
+    said = [(k, 1000) for k in range(1000)]
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": counting(*said)})
+    job = submit(store, TWO.model_copy(update={"after": 10}))
+    for tile in (0, 1):
+        tasks.run_tile(job.id, tile)
+    told = [event.data["done"] for event in store.events(job.id) if event.name == "progress"]
+    assert [one for one in told if one > 2] == list(range(3, 13))
+    assert told == sorted(told)
+    # whose plan has none is told of tiles alone
+    store.redis.flushall()
+    job = submit(store)
+    for tile in (0, 1):
+        tasks.run_tile(job.id, tile)
+    units = {event.data["unit"] for event in store.events(job.id) if event.name == "progress"}
+    assert units == {"tiles"}
+
+
+def test_what_nobody_waits_for_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store) -> None:
+    reached: list[str] = []
+
+    def steps(request: GrazingCurvesRequest, report: Report) -> Document:
+        store.dismiss(job.id)
+        report(1, 4)
+        reached.append("behind")
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
+    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
+    tasks.run_tile(job.id, 0)
+    assert reached == []
+    assert store.status(job.id) == "dismissed"
+    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
 
 
 def test_no_tile_without_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:

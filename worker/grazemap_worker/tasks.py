@@ -17,7 +17,7 @@ from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.models import canonical
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
-from grazemap_worker.processes.core_objects import request_pointer
+from grazemap_worker.processes.core_objects import Report, request_pointer
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import ASSEMBLY, Claim, ResultTooLarge, Store, core_version, is_away, refused_problem
 
@@ -29,6 +29,10 @@ class Context:
     store: Store
     holder: str
     numerics: Numerics
+
+
+class NotWanted(Exception):
+    """Nobody waits for what is being computed any more."""
 
 
 _context: Context | None = None
@@ -71,6 +75,8 @@ def _run(claim: Claim, context: Context) -> int | None:
     store = context.store
     try:
         remaining = _compute(claim, context)
+    except NotWanted:
+        return None
     except JobTimeoutException:
         store.record_failure(claim.job_id, claim.tile, "timeout", "over its time", claim.holder)
         return None
@@ -96,22 +102,46 @@ def _compute(claim: Claim, context: Context) -> int:
     process, store = PROCESSES[claim.process], context.store
     meta = _meta(claim, context)
     if process.whole is not None:
-
-        def report(done: int, total: int) -> None:
-            store.progress(claim.job_id, done, total)
-
-        store.commit_result(claim.job_id, encode_npz(process.whole(claim.request, report), meta), claim.fingerprint)
+        document = process.whole(claim.request, _counted(claim, store))
+        store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint)
         return -1
     if process.tile is None or process.assembled is None:
         raise TypeError(f"the process {claim.process} computes nothing")
     if claim.assembly:
-        document = process.assembled(claim.request, claim.plan, _finished_tiles(claim, store))
+        report = _counted_after_tiles(claim, store)
+        document = process.assembled(claim.request, claim.plan, _finished_tiles(claim, store), report)
         store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint)
         return -1
     row_start, row_stop, column_start, column_stop = claim.rectangle
     tile_meta = {"index": claim.tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
     data = encode_npz(process.tile(claim.request, claim.rectangle), {**meta, "tile": tile_meta})
     return store.commit_tile(claim.job_id, claim.tile, data, claim.fingerprint)
+
+
+def _counted(claim: Claim, store: Store) -> Report:
+    """Return what takes the steps of a process to the store. It raises NotWanted when nobody waits for them."""
+
+    def report(done: int, total: int) -> None:
+        if not store.progress(claim.job_id, done, total):
+            raise NotWanted(claim.job_id)
+
+    return report
+
+
+def _counted_after_tiles(claim: Claim, store: Store) -> Report:
+    """Return the same for an assembly: its steps, however many, fill those that the plan has for it."""
+    tiles, after = claim.plan.count, claim.plan.after
+    told = 0
+
+    def report(done: int, total: int) -> None:
+        nonlocal told
+        step = after * done // max(1, total)
+        if after and step > told:
+            told = step
+            if not store.progress(claim.job_id, tiles + step, tiles + after):
+                raise NotWanted(claim.job_id)
+
+    return report
 
 
 def _finished_tiles(claim: Claim, store: Store) -> list[Document]:

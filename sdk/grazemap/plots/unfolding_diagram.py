@@ -50,7 +50,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
             chosen = np.flatnonzero(borders.where(name) & borders.regular)
             _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
     size = f"{len(umap.clearance)} × {len(umap.omega)} points"
-    note = "" if borders is None else "; none between mirror images is a border"
+    note = "" if borders is None else "; no border between mirror images"
     ax.set_title(f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}", fontsize=10)
     legend_outside(ax, handlelength=1.4, labelspacing=0.35)
     return ax

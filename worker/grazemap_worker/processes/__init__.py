@@ -23,10 +23,8 @@ from grazemap_worker.processes import (
     unfolding_diagrams,
     unfolding_maps,
 )
+from grazemap_worker.processes.core_objects import Report
 from grazemap_worker.store import Plan, Tile
-
-Report = Callable[[int, int], object]
-"""Called with (steps done, steps in all) by processes that count steps."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +37,13 @@ class Process:
         Computes everything at once; for processes of one tile.
     tile : callable (request, tile) -> document, optional
         Computes a rectangle of the grid.
-    assembled : callable (request, plan, tiles) -> document, optional
-        Puts the tiles' documents, in the plan's order, together.
+    assembled : callable (request, plan, tiles, report) -> document, optional
+        Puts the tiles' documents, in the plan's order, together; `report` counts for plans with steps after the tiles.
     """
 
     whole: Callable[[Any, Report], Document] | None = None
     tile: Callable[[Any, Tile], Document] | None = None
-    assembled: Callable[[Any, Plan, list[Document]], Document] | None = None
+    assembled: Callable[[Any, Plan, list[Document], Report], Document] | None = None
 
 
 PROCESSES: Mapping[str, Process] = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.models import BasinCoordinate, BasinsRequest, grid_values, motion_label
-from grazemap_worker.processes.core_objects import core_oscillator, record
+from grazemap_worker.processes.core_objects import Report, core_oscillator, record
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     )
 
 
-def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document]) -> Document:
+def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> Document:
     """Return the attractors, and the label of every state, from the documents of the tiles in the plan's order."""
     from grazemap_core.basins import attractors
     from grazemap_core.motion import REASONS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,9 @@ from grazemap.models import Oscillator, ProcessRequest
 
 if TYPE_CHECKING:
     from grazemap_core.oscillator import Oscillator as CoreOscillator
+
+Report = Callable[[int, int], object]
+"""Called with (steps done, steps in all) by processes that count steps."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:

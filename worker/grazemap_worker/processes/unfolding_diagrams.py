@@ -9,7 +9,7 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.models import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap_worker.processes.core_objects import Report, core_oscillator
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -21,31 +21,30 @@ def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
     return unfolding_maps.compute_tile(request.unfolding_map, tile)
 
 
-def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document]) -> Document:
+def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
     """Return the documents of the map, the curves and the points, and borders where they are asked for.
 
-    Each is what its own process gives. Raises CoreError.
+    Each is what its own process gives; the steps that are reported are those of the borders. Raises CoreError.
     """
     whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
-    borders = {"borders": _borders(request, whole)} if request.borders else {}
-    return {
-        "unfolding_map": whole,
+    over = {
         "grazing_curve": grazing_curves.compute(request.grazing_curve, _silent),
         "codimension_two_points": codimension_two_points.compute(request.codimension_two_points, _silent),
         "bifurcation_curves": bifurcation_curves.compute(request.bifurcation_curves, _silent),
-        **borders,
     }
+    borders = {"borders": _borders(request, whole, report)} if request.borders else {}
+    return {"unfolding_map": whole, **over, **borders}
 
 
 def _silent(done: int, total: int) -> None:
-    """Say nothing: the job counts tiles."""
+    """Say nothing: these are no steps of the job."""
 
 
-def _borders(request: UnfoldingDiagramsRequest, whole: Document) -> Document:
+def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report) -> Document:
     """Return arrays (p,) of the pairs of neighbouring points, and the curves that explain them, a list of records."""
     from grazemap_core.map_borders import EXPLANATIONS, REASONS, map_borders
 
-    found = map_borders(core_oscillator(request.oscillator), whole["omega"], whole["clearance"], whole)
+    found = map_borders(core_oscillator(request.oscillator), whole["omega"], whole["clearance"], whole, report)
     names = ("row", "column", "along", "regular", "explanation", "reason", "curve", "distance")
     return {
         **{name: getattr(found, name) for name in names},

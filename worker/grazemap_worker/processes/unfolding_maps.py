@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.models import UnfoldingMapsRequest, grid_values
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap_worker.processes.core_objects import Report, core_oscillator
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -55,7 +55,9 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     }
 
 
-def assemble(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document]) -> Document:
+def assemble(
+    request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
+) -> Document:
     """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
     names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
     whole: Document = {name: _joined(plan, [tile[name] for tile in tiles]) for name in names}

@@ -12,6 +12,7 @@ from typing import Any, get_args
 from grazemap.models import Job, Problem, ProcessRequest, Status, canonical, job_id
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
+    ASSEMBLY,
     LISTED_REQUEST_BYTES,
     MOST_RECORD_BYTES,
     MOST_RECORDS,
@@ -69,6 +70,7 @@ class JobStore(WorkerStore):
             fingerprint,
             MOST_RECORDS,
             MOST_RECORD_BYTES,
+            plan.after,
         )
         if answer[0] == 2:
             excess = answer[1] + plan.count - max_pending_tiles
@@ -133,8 +135,11 @@ class JobStore(WorkerStore):
         return bool(self._scripts.run("fail", identity, text, TILES_KEPT_AFTER_FAILURE))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
-        """Say how far a job of one tile is. Returns whether the job is still wanted."""
-        return bool(self._scripts.run("progress", identity, done, total, unit))
+        """Say how far a job is whose steps are counted. Returns whether it is still wanted.
+
+        Clients see no less than was said before, and less than all until the result is there.
+        """
+        return bool(self._scripts.run("progress", identity, done, total, unit, ASSEMBLY))
 
     def wanted(self, identity: str) -> bool:
         """Return whether a job is accepted or running."""

@@ -33,12 +33,17 @@ from grazemap.models import (
     grid_values,
 )
 
+# `python -m grazemap_worker.measure` prints, for each process in a few sizes, the seconds of one core that it takes on
+# the machine it runs on, and those that come from the figures below: within a factor of three, that of borders within
+# ten, because what a motion takes depends on which one it is.
+#
 # Forcing periods of the default oscillator that one core simulates in a second, with certified contacts: of a single
-# trajectory, and of a map with the classification of the motion, in columns of FULL_COLUMN clearances or more.
-# `python -m grazemap_worker.measure` prints the map's figure of the machine it runs on.
+# trajectory, and of a map with the classification of the motion, in columns of FULL_COLUMN clearances. Shorter columns
+# fill fewer lanes, longer ones more, up to LONGEST_COLUMN: the time goes with the root of their length.
 PERIODS_PER_SECOND = 1.0e5
 MAP_PERIODS_PER_SECOND = 4.0e5
 FULL_COLUMN = 128
+LONGEST_COLUMN = 512
 # The same of a sweep, in which the clearances of one omega are followed one after the other.
 SWEEP_PERIODS_PER_SECOND = 1.5e5
 # Clearances in a tile at most: more would not run faster.
@@ -59,10 +64,13 @@ UNSETTLED = 0.1
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_UNSETTLED = 0.02
 # |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
-REFERENCE_STIFFNESS = 10.0
-TILE_SECONDS = 2.0
-# And no more than this when none of its pixels settles before max_periods: a tile has a time limit.
+REFERENCE_STIFFNESS = 33.0
+# Short enough for a small map to keep all workers busy; to begin a tile takes a thirtieth of a second.
+TILE_SECONDS = 0.6
+# And no more than this when none of its pixels settles before max_periods: a tile has a time limit. Machines differ, so
+# that is counted at a quarter of a map's speed.
 WORST_TILE_SECONDS = 900.0
+WORST_SLOWER = 4.0
 # One sample of a grazing curve, per order looked at and mass.
 CURVE_SECONDS = 5.0e-8
 # The codimension-two points per unit of omega and mass; their number grows with the square of the orders looked at.
@@ -73,19 +81,27 @@ MAPPING_SECONDS = 1.0e-2
 DIAGRAM_EXPONENT_PERIODS = 300
 # Trajectories that are followed at most to find a motion with given stops.
 SEARCH_PERIODS = 1.2e4
-# One frequency of a bifurcation curve, per mass and period.
+# One frequency of the bifurcation curves in closed form, per mass, for each period up to the longest.
 CURVE_POINT_SECONDS = 4.0e-5
-# One point of a branch, per mass, for few impacts.
-BRANCH_SECONDS = 2.0e-3
+# One point of a branch, per mass, for few impacts; it goes with the square of those over BRANCH_IMPACTS.
+BRANCH_SECONDS = 5.0e-4
+BRANCH_IMPACTS = 16.0
 # Points that a branch has as a rule; in a window those of two branches, and of all curves of a motion together.
-BRANCH_POINTS = 300
+BRANCH_POINTS = 150
 WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
-# Explaining the borders of a map: for each of its points, and the least that it takes, per mass. A quarter of it round
-# the codimension-two point of the default oscillator, twenty times as much over all of Figure 8: what counts is how
-# many motions there are, which nobody knows before.
-BORDERS_POINT_SECONDS = 1.0e-3
-BORDERS_SECONDS = 1.0
+CURVE_POINT_BRANCHES = 2.0
+# Explaining the borders of a map, per mass: for each point, whose orbit is solved for, and for each of the points along
+# a side, for borders are lines. What counts is how many motions there are, which nobody knows before: a seventh of it
+# round the codimension-two point of the default oscillator, up to five times as much over all of Figure 8. The core
+# ends it at `tolerances.BORDERS_WORK`, and says so.
+BORDERS_POINT_SECONDS = 1.0e-4
+BORDERS_SIDE_SECONDS = 0.25
+# Points times masses of a map whose borders are explained, at most: each keeps its orbit in memory.
+MOST_BORDER_NUMBERS = 900_000
+# Steps of a job's progress in which that is told, at the least.
+BORDERS_STEPS = 100
+MOST_STEPS_AFTER = 1000
 # Places of a window at which a motion is looked for.
 CURVES_PLACES = 9
 
@@ -93,7 +109,11 @@ Tile = tuple[int, int, int, int]
 
 
 class Plan(BaseModel):
-    """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`."""
+    """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`.
+
+    `after` is what putting the tiles together counts in a job's progress, beside 1 for each tile; with 0 it counts
+    nothing, and the progress is that of the tiles.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -101,6 +121,7 @@ class Plan(BaseModel):
     columns: int = 1
     tile_rows: int = 1
     tile_columns: int = 1
+    after: int = 0
     estimate: Estimate = Estimate()
 
     @property
@@ -157,8 +178,7 @@ def plan(process: str, request: ProcessRequest) -> Plan:
         case BifurcationCurvesRequest() if request.motions is not None:
             return _curves_plan(request)
         case BifurcationCurvesRequest():
-            patterns = 1.5 * request.max_multiple
-            seconds = patterns * request.max_multiple * request.points * request.oscillator.size * CURVE_POINT_SECONDS
+            seconds = request.max_multiple * request.points * request.oscillator.size * CURVE_POINT_SECONDS
             return Plan(estimate=Estimate(seconds=seconds))
         case PeriodicOrbitsRequest():
             return _orbit_plan(request)
@@ -233,11 +253,11 @@ def _map_plan(request: UnfoldingMapsRequest) -> Plan:
     rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
     if not sweeps:
-        cost *= starts * max(1.0, FULL_COLUMN / (starts * rows))
+        cost *= starts * math.sqrt(FULL_COLUMN / min(starts * rows, LONGEST_COLUMN))
     if request.adaptive:
         return _adaptive_plan(rows, columns, starts, request.max_periods, cost / MAP_PERIODS_PER_SECOND)
     pixel_seconds = periods_per_pixel * cost / rate
-    at_worst = request.max_periods * cost / rate
+    at_worst = WORST_SLOWER * request.max_periods * cost / rate
     pixels_per_tile = _pixels_per_tile(pixel_seconds, at_worst)
     tile_rows = rows if sweeps else _even(rows, min(pixels_per_tile, TALLEST_TILE))
     tile_columns = _even(columns, max(1, pixels_per_tile // tile_rows))
@@ -252,7 +272,7 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
     """
     share = min(1.0, (ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** ADAPTIVE_POWER)
     periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(max_periods))
-    longest = round(WORST_TILE_SECONDS / (max_periods * period_seconds * ADAPTIVE_COLUMNS))
+    longest = round(WORST_TILE_SECONDS / (WORST_SLOWER * max_periods * period_seconds * ADAPTIVE_COLUMNS))
     shape = Plan(
         rows=rows,
         columns=columns,
@@ -262,19 +282,31 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
     return _estimated(shape, starts * periods, periods * period_seconds)
 
 
+def curves_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what the curves and points over the map of a diagram take."""
+    over = (
+        plan("grazing-curves", request.grazing_curve),
+        plan("codimension-two-points", request.codimension_two_points),
+        plan("bifurcation-curves", request.bifurcation_curves),
+    )
+    return sum(planned.estimate.seconds for planned in over)
+
+
 def borders_seconds(request: UnfoldingDiagramsRequest) -> float:
-    """Return what explaining the borders of a map takes, which is no part of its tiles."""
+    """Return what explaining the borders of a map takes."""
     if not request.borders:
         return 0.0
     points = float(grid_points(request.omega) * grid_points(request.clearance))
-    return request.oscillator.size * (BORDERS_SECONDS + BORDERS_POINT_SECONDS * points)
+    return request.oscillator.size * (BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points))
 
 
 def _diagram_plan(request: UnfoldingDiagramsRequest) -> Plan:
-    """Return the plan of the map; its borders are explained when all tiles are there, its curves cost nothing."""
+    """Return the plan of the map, and as many steps after its tiles as tiles would take so long."""
     shape = _map_plan(request.unfolding_map)
-    seconds = shape.estimate.seconds + borders_seconds(request)
-    return shape.model_copy(update={"estimate": shape.estimate.model_copy(update={"seconds": seconds})})
+    seconds = curves_seconds(request) + borders_seconds(request)
+    after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))
+    estimate = shape.estimate.model_copy(update={"seconds": shape.estimate.seconds + seconds})
+    return shape.model_copy(update={"after": max(after, BORDERS_STEPS if request.borders else 1), "estimate": estimate})
 
 
 def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:
@@ -288,14 +320,18 @@ def _orbit_plan(request: PeriodicOrbitsRequest) -> Plan:
     seconds = periods * cost / PERIODS_PER_SECOND
     if isinstance(request, OrbitBranchesRequest):
         points = min(request.max_points, BRANCH_POINTS)
-        seconds += points * BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
+        seconds += points * _branch_point_seconds(request, impacts)
     return Plan(estimate=Estimate(periods=periods, seconds=seconds))
+
+
+def _branch_point_seconds(request: ProcessRequest, impacts: float) -> float:
+    return BRANCH_SECONDS * (1.0 + (impacts / BRANCH_IMPACTS) ** 2) * request.oscillator.size
 
 
 def _curves_plan(request: BifurcationCurvesRequest) -> Plan:
     """Return the cost of finding motions in a window, and of following their curves.
 
-    A point of a curve takes differences by all phases and velocities, each as much as a point of a branch.
+    A point of a curve takes singular values and differences, together a few times as much as a point of a branch.
     """
     cost = float(period_costs(request.oscillator, np.array([request.omega.start]))[0])
     periods, seconds = 0.0, 0.0
@@ -304,8 +340,8 @@ def _curves_plan(request: BifurcationCurvesRequest) -> Plan:
         places = 0 if motion.phases is not None else 1
         places *= 1 if motion.omega is not None and motion.clearance is not None else CURVES_PLACES
         periods += places * SEARCH_PERIODS
-        point = BRANCH_SECONDS * (1.0 + impacts / 8.0) * request.oscillator.size
-        seconds += (WINDOW_BRANCH_POINTS + CURVES_POINTS * (1.0 + impacts / 4.0)) * point
+        point = _branch_point_seconds(request, float(impacts))
+        seconds += (WINDOW_BRANCH_POINTS + CURVE_POINT_BRANCHES * CURVES_POINTS) * point
     return Plan(estimate=Estimate(periods=periods, seconds=seconds + periods * cost / PERIODS_PER_SECOND))
 
 
@@ -315,7 +351,8 @@ def _basins_plan(request: BasinsRequest) -> Plan:
     cost = float(period_costs(request.oscillator, np.array([request.omega]))[0])
     periods = min(float(request.max_periods), PERIODS_TO_SETTLE + BASIN_UNSETTLED * request.max_periods)
     seconds = periods * cost / BASIN_PERIODS_PER_SECOND
-    pixels_per_tile = _pixels_per_tile(seconds, request.max_periods * cost / MAP_PERIODS_PER_SECOND)
+    at_worst = WORST_SLOWER * request.max_periods * cost / MAP_PERIODS_PER_SECOND
+    pixels_per_tile = _pixels_per_tile(seconds, at_worst)
     tile_columns = _even(columns, pixels_per_tile)
     tile_rows = _even(rows, max(1, pixels_per_tile // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)

@@ -20,7 +20,14 @@ if redis.call('HSETNX', key('job', id, 'tiles'), tile, ARGV[4]) == 1 then
     redis.call('HINCRBY', key('job', id), 'tiles_timed', 1)
     local mean = number(id, 'tile_seconds') / number(id, 'tiles_timed')
     local eta = mean * (total - done) / math.max(1, redis.call('HLEN', claims))
+    if get(id, 'unit') == 'steps' then
+      -- Putting them together is one worker's, and counts as many steps as tiles would take so long.
+      eta = eta + mean * (number(id, 'steps_total') - total)
+    end
     redis.call('HSET', key('job', id), 'eta', string.format('%.3f', eta))
+  end
+  if get(id, 'unit') == 'steps' then
+    redis.call('HSET', key('job', id), 'steps_done', done)
   end
   event(id, 'tile', ARGV[6])
   progress_event(id)

@@ -1,13 +1,20 @@
--- ARGV: prefix, id, done, total, unit. Returns 1 when the job is still wanted.
-local id, done, total = ARGV[2], tonumber(ARGV[3]), tonumber(ARGV[4])
+-- ARGV: prefix, id, done, total, unit, assembly tile number. Returns 1 when the job is still wanted.
+local id, total = ARGV[2], tonumber(ARGV[4])
 local status = get(id, 'status')
 if not (status and unfinished(status)) then
   return 0
 end
+-- Who begins a step again that another has lost is behind what was said; all is done only with the result.
+local done = math.max(math.min(tonumber(ARGV[3]), total - 1), number(id, 'steps_done'))
 redis.call('HSET', key('job', id), 'unit', ARGV[5], 'steps_done', done, 'steps_total', total)
-local started = get(id, 'started')
-if started and done > 0 then
-  local eta = (tonumber(now()) - tonumber(started)) * (total - done) / done
+-- Time to go: as long for each step as for those since the start, or since the tiles were done.
+local before, since, _ = 0, get(id, 'started'), nil
+if redis.call('HEXISTS', key('job', id, 'claims'), ARGV[6]) == 1 then
+  before = number(id, 'total')
+  _, since = claimed_by(id, ARGV[6])
+end
+if since and done > before then
+  local eta = (tonumber(now()) - tonumber(since)) * (total - done) / (done - before)
   redis.call('HSET', key('job', id), 'eta', string.format('%.3f', math.max(0, eta)))
 end
 progress_event(id)

@@ -1,5 +1,5 @@
 -- ARGV: prefix, id, process, request, core version, plan, estimate, tiles, most unfinished tiles, fingerprint,
---       most records, most bytes of requests.
+--       most records, most bytes of requests, steps of putting the tiles together (0: only tiles are counted).
 -- Returns {0} when the job is there already, {1} when it was started, {2, unfinished tiles} when the queue is full.
 local id, total, limit, fingerprint = ARGV[2], tonumber(ARGV[8]), tonumber(ARGV[9]), ARGV[10]
 local status = get(id, 'status')
@@ -70,6 +70,9 @@ end
 redis.call('HSET', key('job', id), 'seq', seq, 'process', ARGV[3], 'request', ARGV[4], 'core_version', ARGV[5],
   'plan', ARGV[6], 'estimate', ARGV[7], 'total', total, 'done', kept, 'unit', 'tiles', 'fingerprint', fingerprint,
   'created', now())
+if tonumber(ARGV[13]) > 0 then
+  redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + ARGV[13])
+end
 set_status(id, 'accepted')
 redis.call('ZADD', key('jobs'), seq, id)
 set_remaining(id, total - kept)
