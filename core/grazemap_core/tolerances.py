@@ -249,6 +249,10 @@ ORBIT_NEARBY: Final = 100.0
 """Distance of impacts of an orbit from those of a trajectory, in units of what its returns extrapolate to, up to which
 the trajectory goes to that orbit: stiff modes and slow impacts stretch it."""
 
+APPARENT: Final = 8.0
+"""Distance of impacts, in units of that of the orbit, up to which they count as the same ones a shorter time later: two
+states at that distance from an orbit are at most twice as far apart. Where they are not the same, time is lost only."""
+
 MOST_PROVEN_IMPACTS: Final = 128
 """Impacts of a motion up to which it is proven: the time that takes grows with their square."""
 

@@ -43,10 +43,19 @@ from grazemap_core.kernels.lane_tangents import (
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.kernels.lockstep import RESTING, Lanes
 from grazemap_core.kernels.lyapunov import UNTOLD
-from grazemap_core.kernels.proving import Chain, Proof, Proving, prove, recall, replay
+from grazemap_core.kernels.proving import (
+    Chain,
+    Proof,
+    Proving,
+    apparent_length,
+    prove,
+    recall,
+    replay,
+    unit_of_speeds,
+)
 from grazemap_core.kernels.simulate import is_free_for_ever, reason_of_end
 from grazemap_core.kernels.workspace import ANCHOR, OK, ROWS
-from grazemap_core.tolerances import APPROACH, APPROACH_RETRY, CLOSING_GOAL, LIMIT_DISTANCE, SETTLING_IMPACTS
+from grazemap_core.tolerances import APPARENT, APPROACH, APPROACH_RETRY, CLOSING_GOAL, LIMIT_DISTANCE, SETTLING_IMPACTS
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -256,6 +265,14 @@ def _prove(
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
     if since <= k - length and rows <= events.shape[0]:
         count = recall(problem, room, clearance, k, length, events, rows)
+        away = APPARENT * distance * clearance / unit_of_speeds(problem, clearance)
+        part = apparent_length(room, count, length, away)
+        if part < length:
+            count = recall(problem, room, clearance, k, part, events, rows)
+            proof = prove(problem, chain, room, clearance, count, part, distance)
+            if proof.doubt == NAMED:
+                return proof
+            count = recall(problem, room, clearance, k, length, events, rows)
     else:
         for j in range(room.start.shape[0]):
             room.start[j, 0] = group.even[2 * j * LANES + lane]

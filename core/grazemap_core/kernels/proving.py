@@ -266,6 +266,30 @@ def _repeats(
 
 
 @kernel
+def apparent_length(room: Proving, count: int, length: int, away: float) -> int:
+    """Return after how few half periods the impacts of `recall` repeat, as far as speeds and places tell to `away`.
+
+    A trajectory on its way to a motion often comes nearer to where it was some returns ago than to the last one.
+    """
+    for part in range(1, length // 2 + 1):
+        if length % part != 0 or (count * part) % length != 0:
+            continue
+        shift, sign = count * part // length, -1.0 if part % 2 == 1 else 1.0
+        agree = True
+        for i in range(count - shift):
+            speed = room.guess[1, i]
+            agree = (
+                agree
+                and room.stops[i + shift] == sign * room.stops[i]
+                and abs(room.guess[1, i + shift] - sign * speed) <= away
+                and abs(speed * (room.guess[0, i + shift] - room.guess[0, i] - math.pi * part)) <= away
+            )
+        if agree:
+            return part
+    return length
+
+
+@kernel
 def _least_length(
     stops: FloatArray, phases: FloatArray, speeds: FloatArray, turn: float, length: int, radius: float, alone: float
 ) -> int:
