@@ -1,8 +1,8 @@
 """How many double-precision operations the lockstep scheme needs, at least, for one forcing period of one trajectory.
 
 The scheme: the state is N blocks (u, u'), advanced from cell to cell by constant factors; a bound from x1 and v1 at
-both ends of a cell clears it; an impact is one polynomial of fixed degree, a cubic start, two steps of Halley's method,
-the kick carried to the end of the cell, and the certificates on both sides of it.
+both ends of a cell clears it; an impact is one polynomial of fixed degree, a start of degree five, two steps of
+Halley's method, the kick carried to the end of the cell, and the certificates on both sides of it.
 
 One operation is one fused multiply-add, or one addition, multiplication, comparison or division where nothing can be
 fused: each takes one slot of the pipes whose peak `peak` measures. Loads, stores, gathering and what a lane waits for
@@ -14,9 +14,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-HALLEY_STEPS = 2
-START = 45
-"""Side, gap and slope at both ends, the quadratic's root, two steps on the cubic."""
+START = 80
+"""Side, gap and slope at both ends and at mid-cell, the quadratic's root, two steps on the polynomial through them."""
 BEHIND = 20
 """Step, speed, kick, pressing, and the certificate before the impact."""
 CERTIFICATES = 40
@@ -42,10 +41,11 @@ class Scheme:
         """Operations of one impact, on top of its cell."""
         series = (2 * self.masses + 1) * (self.degree + 1)  # coefficients of x1
         free_end = 4 * self.masses + self._position_and_velocity + self._bounds
-        root = START + HALLEY_STEPS * (3 * self.degree + 5)  # value, slope and bend together; the step
+        first = 2 * self.degree + 8  # value and slope together; the step, the bend being that of the start
+        second = 3 * self.degree + 5  # value, slope and bend together; the step
         kick = 2 * self.masses * (self.degree + 1)  # what it amounts to at the end of the cell
         end = self._position_and_velocity + self._bounds
-        return series + free_end + root + BEHIND + kick + end + CERTIFICATES
+        return series + free_end + START + first + second + BEHIND + kick + end + CERTIFICATES
 
     def per_period(self, impacts: float) -> float:
         """Operations of one forcing period with so many impacts."""

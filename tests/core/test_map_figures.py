@@ -7,6 +7,7 @@ from tori import TORI
 from grazemap_core.errors import LinearisationError
 from grazemap_core.grazing import grazing_curve
 from grazemap_core.kernels import judging
+from grazemap_core.kernels.closing import NOT_CLOSED
 from grazemap_core.lyapunov import lyapunov_exponents
 from grazemap_core.monodromy import monodromy
 from grazemap_core.motion import KINDS
@@ -86,6 +87,23 @@ def test_chaos_is_named_with_its_exponent() -> None:
         assert found["period"][i, 0] == 0
     periodic = found["kind"][:, 0] == PERIODIC
     assert np.isnan(found["lyapunov_error"][periodic, 0]).all()
+
+
+def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
+    """Motions that are not named because they take two periods and more, and go on with growth until the last one."""
+    clearances = np.linspace(1.2, 2.1, 64)
+    codes, figures = settle_grid(DEFAULT, np.array([0.27]), clearances, Settling(80, 1, proven=False))
+    exponents = figures[judging.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
+    grown = np.flatnonzero((codes[judging.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
+    compared = 0
+    for i in grown:
+        half_way = trajectory(DEFAULT, 0.27, clearances[i], periods=40, samples_per_period=1)
+        x, v = half_way.displacement[:, -1], half_way.velocity[:, -1]
+        expected = lyapunov_exponents(DEFAULT, 0.27, clearances[i], x, v, periods=36, transient_periods=4)
+        if expected.first < 0.0:  # else round-off grows
+            assert exponents[i] == pytest.approx(expected.first, abs=1e-9)
+            compared += 1
+    assert compared >= 5
 
 
 @pytest.mark.parametrize("numbers", TORI)
