@@ -43,7 +43,8 @@ class LyapunovExponents:
         The first exponent as a mean with weights that fall to 0 at both ends of the run: for periodic and
         quasi-periodic motions far closer than the plain mean, for chaotic ones no better.
     kind : "chaotic", "quasi-periodic" or "unresolved"
-        "chaotic": the first exponent is positive by EXPONENT_MARGIN standard errors, in each half of the run too.
+        "chaotic": the first exponent is positive by EXPONENT_MARGIN standard errors, in each half of the run too; or
+        changes grow by more than GROWTH_SURE nats in each.
         "quasi-periodic": growth stays bounded and does not drift, so that the first is zero; the second is negative by
         as many; the stroboscopic orbit keeps its extent. Anything else, periodic motions among it, is not decided here.
     periods : int

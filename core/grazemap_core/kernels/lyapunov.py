@@ -38,6 +38,7 @@ from grazemap_core.tolerances import (
     EXPONENT_MARGIN,
     GROWTH_BOUND,
     GROWTH_DRIFT,
+    GROWTH_SURE,
     ORBIT_EXTENT,
     ORBIT_LEAST_EXTENT,
     RANK_ROUNDING,
@@ -51,7 +52,8 @@ LEAST_SQUARE = 1e-280
 UNTOLD = 0
 """Neither: what the exponents say does not decide the kind of the motion."""
 CHAOTIC = 1
-"""The largest exponent is positive by EXPONENT_MARGIN standard errors, in either half of the run too."""
+"""The largest exponent is positive by EXPONENT_MARGIN standard errors, in either half of the run too; or changes grow
+by more than GROWTH_SURE in either half, whatever the error of the mean."""
 QUASI_PERIODIC = 2
 """The largest exponent is zero: growth stays bounded and does not drift; the next is negative, and the orbit lasts."""
 
@@ -370,16 +372,18 @@ def judge_growth(
     middle = skipped + (halves - skipped) // 2
     if not (np.isfinite(first) and np.isfinite(first_error)):
         return UNTOLD, first, first_error, second, second_error
-    if first > EXPONENT_MARGIN * first_error:
-        early, late = 0.0, 0.0
-        for k in range(skipped, halves):
-            if k < middle:
-                early += scratch.growth[k, 0]
-            else:
-                late += scratch.growth[k, 0]
-        least = min(early / (middle - skipped), late / (halves - middle)) / half_time
-        kind = CHAOTIC if least > EXPONENT_MARGIN * first_error else UNTOLD
-        return kind, first, first_error, second, second_error
+    early, late = 0.0, 0.0
+    for k in range(skipped, halves):
+        if k < middle:
+            early += scratch.growth[k, 0]
+        else:
+            late += scratch.growth[k, 0]
+    least = min(early / (middle - skipped), late / (halves - middle)) / half_time
+    positive = first > EXPONENT_MARGIN * first_error
+    if (positive and least > EXPONENT_MARGIN * first_error) or min(early, late) > GROWTH_SURE:
+        return CHAOTIC, first, first_error, second, second_error
+    if positive:
+        return UNTOLD, first, first_error, second, second_error
     # a bounded sum varies as much in an eighth of the run as in all of it, a random walk by far less
     counted = halves - skipped
     whole, least = _range(scratch, skipped, halves), np.inf
