@@ -28,7 +28,7 @@ run: $(STAMP)  ## the paper's grazing curve, codimension-two points and unfoldin
 reproduce: $(STAMP)  ## docs/reproduction.md: the paper's figures and numbers, and its motions, through the service (five minutes)
 	$(BIN)/python -m examples.reproduce
 
-borders: $(STAMP)  ## unfolding diagrams with every border explained, into out/ (seven minutes)
+borders: $(STAMP)  ## unfolding diagrams with every border explained, into out/ (five minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
 serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C

@@ -13,7 +13,12 @@ import grazemap
 from grazemap.plots import save_axes
 
 WINDOWS = {
-    "near_codimension_two_point": {"omega": (0.275, 0.29), "clearance": (1.8, 2.0), "shape": (256, 256), "max_periods": 2000},
+    "near_codimension_two_point": {
+        "omega": (0.275, 0.29),
+        "clearance": (1.8, 2.0),
+        "shape": (256, 256),
+        "max_periods": 2000,
+    },
     "figure_8": {"omega": (0.26, 0.30), "clearance": (1.3, 2.05), "shape": (64, 64)},
 }
 LISTED = 40

@@ -397,8 +397,8 @@ EXPONENT_MARGIN: Final = 5.0
 
 GROWTH_SURE: Final = 18.0
 """Growth of changes, in nats, over either half of a run from which on a motion is chaotic however uneven the growth is.
-Over both halves it takes round-off to the size of the motion. Along a periodic motion or a torus the sum is bounded, and
-not by so much however slow the impacts are."""
+Over both halves it takes round-off to the size of the motion. Along a periodic motion or a torus the sum is bounded,
+and not by so much however slow the impacts are."""
 
 GROWTH_BOUND: Final = 1.5
 """Range of the summed growth over a whole run, in units of the least range over its eighths, up to which it is bounded:
