@@ -28,7 +28,7 @@ from grazemap_core.kernels.closing import (
     name_motion,
     orbit_nearby,
 )
-from grazemap_core.kernels.compiled import copy_vector, kernel
+from grazemap_core.kernels.compiled import copy_vector, kernel, plain
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tangents import (
     ALL,
@@ -55,7 +55,15 @@ from grazemap_core.kernels.proving import (
 )
 from grazemap_core.kernels.simulate import is_free_for_ever, reason_of_end
 from grazemap_core.kernels.workspace import ANCHOR, OK, ROWS
-from grazemap_core.tolerances import APPARENT, APPROACH, APPROACH_RETRY, CLOSING_GOAL, LIMIT_DISTANCE, SETTLING_IMPACTS
+from grazemap_core.tolerances import (
+    APPARENT,
+    APPROACH,
+    APPROACH_RETRY,
+    CLOSING_GOAL,
+    LIMIT_DISTANCE,
+    ORBIT_NEARBY,
+    SETTLING_IMPACTS,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -85,8 +93,8 @@ its multiplier is to be found; all is known, and its state at the end of the for
 POINT, BEGAN, AT, DUE = 0, 1, 2, 3
 """The trajectory in the lane, -1 for none; when it began; what it is at, and when something is to be done about that in
 any case."""
-SINCE = 4
-"""Half periods after which its events began that are still there."""
+RECORDED = 4
+"""The half period from which on all its impacts are in its events."""
 COUNTS = 5
 
 # columns of `Notes.sizes`
@@ -167,7 +175,7 @@ def enter_lane(notes: Notes, lane: int, point: int, k: int, job: Job, provable: 
     counts[lane, BEGAN] = k
     counts[lane, AT] = SETTLES
     counts[lane, DUE] = k + 2 * job.max_periods
-    counts[lane, SINCE] = k
+    counts[lane, RECORDED] = k
     sizes[lane] = 0.0
     sizes[lane, GOAL] = APPROACH if job.early and provable else CLOSING_GOAL
 
@@ -180,7 +188,7 @@ def make_room(group: Lanes, notes: Notes, k: int, used: int) -> None:
     for lane in range(used):
         if cursor[lane, ROWS] > most:
             cursor[lane, ROWS] = 0
-            counts[lane, SINCE] = k
+            counts[lane, RECORDED] = k
 
 
 @kernel
@@ -257,22 +265,21 @@ def _prove(
     group: Lanes,
     lane: int,
     k: int,
-    since: int,
+    recorded: int,
     length: int,
     distance: float,
 ) -> Proof:
-    """Look for the motion near a lane, as `proving.prove`; its events are complete since a half period."""
+    """Look for the motion near a lane, as `proving.prove`; its events are complete from half period `recorded` on.
+
+    The shortest part of it in which the impacts repeat is tried first. That these do so all along is known no better
+    than to the distance itself, so the motion must be as near.
+    """
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
-    if since <= k - length and rows <= events.shape[0]:
+    if not chain.provable:
+        return prove(problem, chain, room, clearance, plain(0), length, distance)
+    known = recorded <= k - length and rows <= events.shape[0]
+    if known:
         count = recall(problem, room, clearance, k, length, events, rows)
-        away = APPARENT * distance * clearance / unit_of_speeds(problem, clearance)
-        part = apparent_length(room, count, length, away)
-        if part < length:
-            count = recall(problem, room, clearance, k, part, events, rows)
-            proof = prove(problem, chain, room, clearance, count, part, distance)
-            if proof.doubt == NAMED:
-                return proof
-            count = recall(problem, room, clearance, k, length, events, rows)
     else:
         for j in range(room.start.shape[0]):
             room.start[j, 0] = group.even[2 * j * LANES + lane]
@@ -280,6 +287,14 @@ def _prove(
         copy_vector(room.replay.cursor, group.cursor[lane])
         copy_vector(room.replay.near[:3], group.near[lane])
         count = replay(problem, held, room, clearance, k, length)
+    part = apparent_length(room, count, length, APPARENT * distance * clearance / unit_of_speeds(problem, clearance))
+    if part < length:
+        few = recall(problem, room, clearance, k, part, events, rows) if known else count * part // length
+        proof = prove(problem, chain, room, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
+        if proof.doubt == NAMED:
+            return proof
+        if known:
+            count = recall(problem, room, clearance, k, length, events, rows)
     return prove(problem, chain, room, clearance, count, length, distance)
 
 
@@ -342,7 +357,7 @@ def _judge_settling(
             distance = orbit_nearby(problem, ring, lane, k, returned, job.max_period, clearance)
             if np.isfinite(distance):
                 distance = max(distance, LIMIT_DISTANCE)
-                proof = _prove(problem, held, chain, room, group, lane, k, counts[SINCE], returned, distance)
+                proof = _prove(problem, held, chain, room, group, lane, k, counts[RECORDED], returned, distance)
                 if proof.doubt == NAMED:
                     _enter_proof(codes, figures, proof, (entered + 1) // 2)
                     return True
@@ -357,7 +372,7 @@ def _judge_settling(
         elif sticking or right == INFINITE or left == INFINITE or group.regime[lane] == RESTING:
             doubt = RESTS
         else:
-            proof = _prove(problem, held, chain, room, group, lane, k, counts[SINCE], window, LIMIT_DISTANCE)
+            proof = _prove(problem, held, chain, room, group, lane, k, counts[RECORDED], window, LIMIT_DISTANCE)
             doubt = proof.doubt
             if doubt == NAMED:
                 _enter_proof(codes, figures, proof, after)

@@ -1,7 +1,8 @@
 """Changes of the state carried along lanes: what `lyapunov` does for one trajectory, half period by half period.
 
 What flows in is a half period that lanes have just been through: the impacts that they have left in their events, all
-that a change of the state needs between rests. A half period with a rest or with more impacts than there is room for is
+that a change of the state needs between rests. Pairs go along with others (`pair_tiles`) where the flow over half a
+period is tabled. A half period with a rest, with an impact at speed 0, or with more impacts than there is room for is
 gone through once more by the scalar kernel (`tangent`), from where the lane began it.
 
     begin_matrix_of, begin_growth_of     what is to be carried along a lane from now on
@@ -42,7 +43,8 @@ IntArray = NDArray[np.int64]
 ROOM = 48
 """Impacts of half a period that a lane has room for."""
 RECORD = MOST_PROVEN_IMPACTS + ROOM
-"""Impacts that a lane's events keep: those of the last half period, and those of a motion that may be proven."""
+"""Impacts that a lane's events keep, before they are begun anew: a proof finds all of a motion's there as often as not,
+however many it has, and replays them else."""
 SCALAR_ROOM = 4096
 """Events of half a period beyond which no changes are carried along."""
 
@@ -158,11 +160,10 @@ def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
 
 
 @kernel
-def _carry_matrix(
-    problem: CellProblem, changes: LaneTangents, lane: int, events: FloatArray, first: int, drag: float, rows: int
+def _carry_by_itself(
+    problem: CellProblem, events: FloatArray, first: int, rows: int, drag: float, columns: FloatArray
 ) -> None:
-    """Carry every change along a half period of a lane with impacts only, rows first to rows - 1 of its events."""
-    columns = changes.full[lane]
+    """Carry columns along a half period of a lane with impacts only, rows first to rows - 1 of its events."""
     factor = 1.0 + problem.restitution
     passed = 0.0
     for row in range(first, rows + 1):
@@ -269,21 +270,21 @@ def carry_lanes(
         if (carried[lane] != ALL and carried[lane] != PAIR) or group.status[lane] != OK:
             continue
         first, rows = kept[lane, ROWS], cursor[lane, ROWS]
-        plain = kept[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= room
-        for row in range(first, rows if plain else first):
-            plain = plain and events[lane, row, KIND] == IMPACT and events[lane, row, VELOCITY] != 0.0
-        if carried[lane] == PAIR and plain and tabled:
+        impacts_only = kept[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= room
+        for row in range(first, rows if impacts_only else first):
+            struck = events[lane, row, KIND] == IMPACT and events[lane, row, VELOCITY] != 0.0
+            impacts_only = impacts_only and struck
+        if carried[lane] == PAIR and impacts_only and tabled:
             tile.lanes[filled], tile.first[filled], tile.impacts[filled] = lane, first, rows - first
             filled += 1
             most = max(most, rows - first)
             continue
-        if carried[lane] == ALL and plain:
-            _carry_matrix(problem, changes, lane, events[lane], first, held.drag, rows)
-            continue
         columns = changes.full[lane] if carried[lane] == ALL else changes.pair[lane]
-        if _go_through_again(problem, held, changes, lane, group.clearance[lane], half, columns, u) != OK:
+        if impacts_only:
+            _carry_by_itself(problem, events[lane], first, rows, held.drag, columns)
+        elif _go_through_again(problem, held, changes, lane, group.clearance[lane], half, columns, u) != OK:
             carried[lane] = LOST
-        elif carried[lane] == PAIR:
+        if carried[lane] == PAIR:
             _keep_apart(problem, group, changes, lane, sign, skipped)
 
 

@@ -270,7 +270,10 @@ def apparent_length(room: Proving, count: int, length: int, away: float) -> int:
     """Return after how few half periods the impacts of `recall` repeat, as far as speeds and places tell to `away`.
 
     A trajectory on its way to a motion often comes nearer to where it was some returns ago than to the last one.
+    Without impacts it is all of `length`.
     """
+    if count == 0:
+        return length
     for part in range(1, length // 2 + 1):
         if length % part != 0 or (count * part) % length != 0:
             continue
@@ -315,7 +318,7 @@ def _least_length(
 
 @kernel
 def _behind_first(problem: OrbitProblem, speeds: FloatArray, room: Proving) -> None:
-    """Write where the blocks are just behind the first impact of the motion that was walked into room.states[0]."""
+    """Write into room.states[0] where the blocks are just behind the first impact, of the motion that was walked."""
     strength = -problem.rebound * problem.omega * speeds[0]
     for j in range(problem.decay.shape[0]):
         for c in range(2):
@@ -328,7 +331,8 @@ def _means(
 ) -> tuple[float, float]:
     """Return the mean of mass 1's place and velocity, less the steady motion, at whole multiples of the phase 2 pi.
 
-    In lengths, and omega times them. `across` (k, N, 4) are the flows between impacts; `state` (N, 2) is that just
+    In lengths, and omega times them; of a symmetric motion over both halves, so that its mirror image has the same.
+    `across` (k, N, 4) are the flows between impacts; `state` (N, 2) is that just
     behind the first impact, and overwritten.
     """
     count = phases.shape[0]
