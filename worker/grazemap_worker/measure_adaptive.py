@@ -64,7 +64,7 @@ def _compared(oscillator: Oscillator, omega: NDArray[np.float64], clearance: NDA
     ended = time.process_time()
     inferred = ~adaptive["computed"]
     unresolved, periodic, chaotic = (KINDS.index(kind) for kind in ("unresolved", "periodic", "chaotic"))
-    same = np.all([adaptive[name] == full[name] for name in LABEL], axis=0)
+    same = np.all([adaptive[name] == full[name] for name in LABEL if name != "reason"], axis=0)
     motion = inferred & ~same & (adaptive["kind"] == periodic)
     return np.array(
         [
