@@ -28,7 +28,7 @@ REASONS: Final[dict[int, str]] = {
     closing.NOT_SOUGHT: "no proof was asked for, or the chain has an undamped mode or ill-conditioned ones",
     closing.RESTS: "mass 1 rests on a stop or chatters: found by simulation, which has no finite sequence of impacts "
     "to be solved for",
-    closing.SEQUENCE_UNKNOWN: "more impacts than a proof is sought for, or a graze among them",
+    closing.SEQUENCE_UNKNOWN: "more impacts than a proof is sought for, or a graze or a rest among them",
     closing.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory",
     closing.NOT_ISOLATED: "the orbit is not certain to be the only one nearby, as at a saddle-node",
     closing.TOUCHES_OR_NOT: "an impact, or a passage of a stop, is so near to a graze that the orbit is not "

@@ -71,7 +71,7 @@ NOT_SOUGHT = 8
 RESTS = 9
 """Mass 1 rests on a stop or chatters: no finite sequence of impacts."""
 SEQUENCE_UNKNOWN = 10
-"""There are more impacts than a proof is sought for, or a graze among them."""
+"""There are more impacts than a proof is sought for, or a graze or a rest among them."""
 NOT_SOLVED = 11
 """Newton's method finds no orbit close to the trajectory."""
 NOT_ISOLATED = 12

@@ -105,7 +105,8 @@ class Lanes(NamedTuple):
     status : (LANES,)
         OK, or why the trajectory ended.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
-        The first events: first columns as in `workspace`, and PRESSING. Those beyond are counted in `cursor` only.
+        First columns as in `workspace`, and PRESSING. Those since the trajectory began, or since whoever runs the lanes
+        emptied them (`cursor`); beyond the capacity they are counted only.
     waiting, alone, offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that must go through the present cell by themselves; (u, u') and the time in the cell where they begin.
     flags, chosen, beside, tile_lane, active, columns, tile
@@ -138,7 +139,7 @@ class Lanes(NamedTuple):
 
 
 def lanes(masses: int, events: int = 0) -> Lanes:
-    """Return idle lanes for an oscillator, with room for the first events of each."""
+    """Return idle lanes for an oscillator, with room for so many events of each."""
     return Lanes(
         even=np.zeros((2 * masses + 2) * LANES),
         odd=np.zeros((2 * masses + 2) * LANES),

@@ -35,7 +35,7 @@ from grazemap_core.kernels.closing import (
     SEQUENCE_UNKNOWN,
     TOUCHES_OR_NOT,
 )
-from grazemap_core.kernels.compiled import kernel
+from grazemap_core.kernels.compiled import kernel, plain
 from grazemap_core.kernels.eigenvalues import OK as EIGENVALUES_OK
 from grazemap_core.kernels.eigenvalues import eigenvalues
 from grazemap_core.kernels.held import HeldProblem
@@ -177,6 +177,35 @@ def unit_of_speeds(problem: CellProblem, clearance: float) -> float:
 
 
 @kernel
+def _as_guess(
+    problem: CellProblem,
+    room: Proving,
+    clearance: float,
+    events: FloatArray,
+    first: int,
+    end: int,
+    half: int,
+    sign: float,
+) -> int:
+    """Write rows first .. end - 1 of events as a guess, phases from half period `half` on, stops and speeds times sign.
+
+    Returns their number, or 0 where there is anything but impacts, or too many.
+    """
+    count = end - first
+    if count > room.stops.shape[0]:
+        return 0
+    unit = unit_of_speeds(problem, clearance)
+    for i in range(count):
+        event = events[first + i]
+        if event[KIND] != IMPACT:
+            return 0
+        room.stops[i] = sign * event[STOP]
+        room.guess[0, i] = math.pi * (event[HALF] - half) + problem.omega * event[TIME]
+        room.guess[1, i] = sign * event[VELOCITY] / (problem.omega * unit)
+    return count
+
+
+@kernel
 def recall(
     problem: CellProblem, room: Proving, clearance: float, half: int, length: int, events: FloatArray, rows: int
 ) -> int:
@@ -190,20 +219,9 @@ def recall(
     first = rows
     while first > 0 and events[first - 1, HALF] >= half - length:
         first -= 1
-    count = rows - first
-    if count > room.stops.shape[0]:
-        return 0
     # at an odd half period the forcing stands as at an even one in the mirror
     sign = 1.0 if length % 2 == 0 else -1.0
-    unit = unit_of_speeds(problem, clearance)
-    for i in range(count):
-        row = first + i
-        if events[row, KIND] != IMPACT:
-            return 0
-        room.stops[i] = sign * events[row, STOP]
-        room.guess[0, i] = math.pi * (events[row, HALF] - (half - length)) + problem.omega * events[row, TIME]
-        room.guess[1, i] = sign * events[row, VELOCITY] / (problem.omega * unit)
-    return count
+    return _as_guess(problem, room, clearance, events, first, rows, half - length, sign)
 
 
 @kernel
@@ -214,22 +232,13 @@ def replay(problem: CellProblem, held: HeldProblem, room: Proving, clearance: fl
     Phases count from there. Returns the number of impacts, or 0 where there is anything but impacts, or too many.
     """
     work = room.replay
-    unit = unit_of_speeds(problem, clearance)
     work.cursor[ROWS] = 0
     for k in range(length):
         if run_half(problem, held, room.start, clearance, half + k, work) != OK:
             return 0
         if work.cursor[ROWS] > room.stops.shape[0]:
             return 0
-    count: int = work.cursor[ROWS]
-    events = work.events
-    for i in range(count):
-        if events[i, KIND] != IMPACT:
-            return 0
-        room.stops[i] = events[i, STOP]
-        room.guess[0, i] = math.pi * (events[i, HALF] - half) + problem.omega * events[i, TIME]
-        room.guess[1, i] = events[i, VELOCITY] / (problem.omega * unit)
-    return count
+    return _as_guess(problem, room, clearance, work.events, plain(0), work.cursor[ROWS], half, 1.0)
 
 
 @kernel
