@@ -29,6 +29,8 @@ Five = tuple[float, float, float, float, float]
 
 WIDTH = 16
 """Columns of a tile."""
+VECTOR = 8
+"""Numbers in the longest vector of any processor: of a tile that is not full only so many columns are worked on."""
 
 # rows of `Tile.rows`
 CLEARANCE, SIDE, PLACE, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
@@ -82,13 +84,13 @@ def _sweep(c: Five, above: float, z: float) -> Five:
 
 
 @fused_inlined
-def _shift(series: FloatArray, rows: FloatArray, by: int) -> None:
-    """Expand every column about a point that lies by as much as row `by` says further on.
+def _shift(series: FloatArray, rows: FloatArray, by: int, count: int) -> None:
+    """Expand the first `count` columns about a point that lies by as much as row `by` says further on.
 
     Every sweep divides by (s - z) once more and leaves one coefficient of the new series behind. It goes on over those
     below, which are done with: five at a time they stay in registers, which is worth more than the operations.
     """
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         z = rows[by * WIDTH + k]
         low = (series[k], series[WIDTH + k], series[2 * WIDTH + k], series[3 * WIDTH + k], series[4 * WIDTH + k])
         mid = (
@@ -186,7 +188,7 @@ def _kick(tables: LaneTables, tile: Tile) -> None:
 
 
 @fused_kernel
-def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile) -> None:
+def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile, count: int) -> None:
     """Set up a tile from tile.start and the rows CLEARANCE, SIDE, PLACE, GAP, RATE, and an impact's SPEED and JUMP.
 
     A column without an impact (JUMP 0) begins at PLACE with the gap and the rate given.
@@ -202,7 +204,7 @@ def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile) -> Non
             for c in range(2 * len(masses)):
                 total += table[c] * start[c * WIDTH + k]
             row[k] = -rows[SIDE * WIDTH + k] * total
-    _shift(series, rows, PLACE)
+    _shift(series, rows, PLACE, count)
     for j in range(tables.flow.shape[0]):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
         before, behind = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], tile.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
@@ -329,7 +331,7 @@ def _moduli(
 
 
 @fused_kernel
-def next_contacts(tables: LaneTables, tile: Tile) -> None:
+def next_contacts(tables: LaneTables, tile: Tile, count: int) -> None:
     """Find in every column the next contact with its stop up to the end of the cell, or certify that there is none.
 
     On return OUTCOME, and LENGTH, SPEED, JUMP with CONTACT (0 elsewhere), END_GAP and END_RATE with CLEAR.
@@ -342,7 +344,7 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
     half = 0.5 * tables.scalars[lane_tables.STEP]
     bounce = 1.0 + tables.scalars[lane_tables.RESTITUTION]
     margin = tables.scalars[lane_tables.MARGIN]
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         on = rows[ON_STOP * WIDTH + k] > 0.0
         c0, c1, c2, c3, c4 = (
             series[k],
@@ -442,10 +444,10 @@ def next_contacts(tables: LaneTables, tile: Tile) -> None:
 
 
 @fused_kernel
-def strike_tile(tables: LaneTables, tile: Tile) -> None:
+def strike_tile(tables: LaneTables, tile: Tile, count: int) -> None:
     """Carry every column with a contact on to it, and let it begin anew behind the impact; the others stay."""
     rows = tile.rows
-    _shift(tile.series, rows, LENGTH)
+    _shift(tile.series, rows, LENGTH, count)
     for k in range(WIDTH):
         rows[PLACE * WIDTH + k] += rows[LENGTH * WIDTH + k]
     _kick(tables, tile)

@@ -332,7 +332,8 @@ def _bounce(
         active[k] = 1 if k < count else 0
         if k >= count:
             at[bounces.JUMP * WIDTH + k] = 0.0
-    bounces.enter_tile(masses, tables, cell, tile)
+    worked = bounces.VECTOR if count <= bounces.VECTOR else WIDTH
+    bounces.enter_tile(masses, tables, cell, tile, worked)
     while True:
         for k in range(count):
             if active[k] != 0 and at[bounces.JUMP * WIDTH + k] != 0.0:
@@ -342,7 +343,7 @@ def _bounce(
                 if may_rest(restitution, step, pressing, restitution * speed):
                     aside = _set_aside_behind_impact(problem, group, lane, k, u, plain(AT_STOP), aside)
                     active[k] = 0
-        bounces.next_contacts(tables, tile)
+        bounces.next_contacts(tables, tile, worked)
         struck = 0
         for k in range(count):
             if active[k] == 0:
@@ -375,7 +376,7 @@ def _bounce(
                     aside = _set_aside(group, lane, aside, here)
         if struck == 0:
             break
-        bounces.strike_tile(tables, tile)
+        bounces.strike_tile(tables, tile, worked)
     bounces.leave_tile(tables, cell, tile)
     for k in range(count):
         lane = lanes_of[k]
