@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from benchmarks.work import Floats, Integers, Start
 from grazemap_core.cell_problem import cell_problem, trajectory_models
 from grazemap_core.ensemble import first_impacts
-from grazemap_core.kernels import judging
+from grazemap_core.kernels import lane_notes
 from grazemap_core.kernels.closing import NAMED
 from grazemap_core.kernels.lanes import LANES
 from grazemap_core.oscillator import Oscillator
@@ -110,4 +110,4 @@ def _map(
 ) -> Classified:
     task = Settling(periods, LONGEST_PERIOD, early, linearised, proven)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
-    return Classified(codes[judging.REASON, :, :, 0] == NAMED, codes[judging.STRUCK, :, :, 0])
+    return Classified(codes[lane_notes.REASON, :, :, 0] == NAMED, codes[lane_notes.STRUCK, :, :, 0])

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing import checked_order
-from grazemap_core.kernels.judging import MEAN_POSITION, MEAN_VELOCITY
+from grazemap_core.kernels.lane_notes import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.motion import KINDS
 from grazemap_core.oscillator import Floats, Oscillator
 from grazemap_core.settling import Settler, Settling

@@ -139,7 +139,9 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
             reason, period = closing.NAMED, 1
         else:
             halves = run.halves
-            reason, period, *_ = closing.name_motion(problem, ring, 0, halves, halves, max_period, run.clearance, reach)
+            reason, period, *_ = closing.name_motion(
+                problem, ring, 0, halves, halves, max_period, run.clearance, reach, 0.0
+            )
         if reason == closing.NAMED and run.halves % 2 == 0:
             break
     else:

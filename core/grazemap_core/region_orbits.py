@@ -22,7 +22,7 @@ from grazemap_core.border_progress import BorderProgress
 from grazemap_core.errors import ParameterError
 from grazemap_core.impact_sequences import ImpactSequence, Integers, impacts_of
 from grazemap_core.kernels.closing import INFINITE, NAMED
-from grazemap_core.kernels.judging import (
+from grazemap_core.kernels.lane_notes import (
     IMPACTS_LEFT,
     IMPACTS_RIGHT,
     PERIOD,
@@ -412,7 +412,7 @@ def _name(period: int, more: int, fewer: int, symmetric: int, sticking: int) -> 
 
 
 def _name_of(code: Integers) -> Name | None:
-    """Return the name that codes of `kernels.judging` stand for; None unless the motion is periodic."""
+    """Return the name that codes of `kernels.lane_notes` stand for; None unless the motion is periodic."""
     if code[REASON] != NAMED:
         return None
     impacts = int(code[IMPACTS_RIGHT]), int(code[IMPACTS_LEFT])

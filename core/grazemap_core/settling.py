@@ -1,7 +1,7 @@
 """Running many trajectories until their motions can be named: what maps and basins have in common.
 
-An oscillator, forcing frequencies, clearances and initial states flow in; codes and figures of `kernels.judging` flow
-out, one column of either per trajectory.
+An oscillator, forcing frequencies, clearances and initial states flow in; codes and figures of `kernels.lane_notes`
+flow out, one column of either per trajectory.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from grazemap_core.cell_problem import cell_problem, free_state, trajectory_mode
 from grazemap_core.impulse_response import impulse_response
 from grazemap_core.kernels import closing
 from grazemap_core.kernels.column import queue, settle_column
-from grazemap_core.kernels.judging import CODES, DOUBT, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
+from grazemap_core.kernels.lane_notes import CODES, DOUBT, FIGURES, REASON, RUN, SETTLED_AFTER, Found, Job
 from grazemap_core.kernels.lane_tables import lane_tables
 from grazemap_core.kernels.lane_tangents import RECORD, lane_tangents
 from grazemap_core.kernels.lanes import LANES

@@ -143,6 +143,22 @@ most this many times its distance: it might touch the stop there, or not."""
 APPROACH_RETRY: Final = 1e-2
 """What APPROACH is multiplied by where nothing was proven."""
 
+EXTRAPOLATED_FROM: Final = 1e-3
+"""Return, in units of the clearance, from which on the limit of a trajectory's returns is looked for where nothing can
+be proven: it has to close there by itself. From ten times as far it takes as long."""
+
+CHANGES_FIT: Final = 1e-3
+"""Part of the last change at a return that those before it may leave unexplained for their limit to be trusted."""
+
+FARTHEST_LEAP: Final = 4.0
+"""Distance of that limit at most, in units of what the returns extrapolate to one by one."""
+
+DEPENDENT: Final = 1e-12
+"""Share of a change at a return that the others do not explain below which it is round-off."""
+
+STAYED: Final = 0.5
+"""Return after a leap at most, in units of the one before it: one that led to another motion does not stay so close."""
+
 COARSEST_SPACING: Final = 8
 """Steps of the grid between neighbours of an adaptive map's first lattice, a power of 2: one point in 64 is computed
 everywhere. A region between two of its lines is found only by way of what is computed beside its neighbours."""

@@ -276,6 +276,6 @@ def _motion(chain: ForcedChain, run: Start, ring: Orbit, halves: int, max_period
     if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
         return motion_from_codes(closing.NAMED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = closing.name_motion(
-        problem, ring, 0, halves, halves, max_period, clearance, reach
+        problem, ring, 0, halves, halves, max_period, clearance, reach, 0.0
     )
     return motion_from_codes(reason, period, right, left, symmetric, sticking)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.kernels.closing import NAMED
-from grazemap_core.kernels.judging import DOUBT, LYAPUNOV_ERROR
+from grazemap_core.kernels.lane_notes import DOUBT, LYAPUNOV_ERROR
 from grazemap_core.motion import KINDS, kinds_of
 from grazemap_core.oscillator import Oscillator
 from grazemap_core.settling import Settling, settle_grid

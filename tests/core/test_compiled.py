@@ -21,10 +21,13 @@ from grazemap_core.kernels import (
     dense,
     eigenvalues,
     events,
+    extrapolating,
     held,
     judging,
+    lane_notes,
     lane_tangents,
     lanes,
+    leaping,
     lockstep,
     lyapunov,
     orbit_batches,
@@ -43,10 +46,10 @@ from grazemap_core.kernels import (
 from grazemap_core.kernels.parts import Kernel
 from grazemap_core.kernels.references import reference
 
-MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, dense, eigenvalues, events, held,
-           judging, lane_tangents, lanes, lockstep, lyapunov, orbit_batches, orbit_contacts, orbit_equations,
-           orbit_multipliers, orbit_newton, orbit_shooting, proving, simulate, sticking, tangent, walk,
-           workspace)  # fmt: skip
+MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, dense, eigenvalues, events, extrapolating,
+           held, judging, lane_notes, lane_tangents, lanes, leaping, lockstep, lyapunov, orbit_batches,
+           orbit_contacts, orbit_equations, orbit_multipliers, orbit_newton, orbit_shooting, proving,
+           simulate, sticking, tangent, walk, workspace)  # fmt: skip
 ALLOCATES = {"run_recorded"}  # called from Python, for one trajectory
 
 

@@ -6,7 +6,7 @@ from tori import TORI
 
 from grazemap_core.errors import LinearisationError
 from grazemap_core.grazing import grazing_curve
-from grazemap_core.kernels import judging
+from grazemap_core.kernels import lane_notes
 from grazemap_core.kernels.closing import NOT_CLOSED
 from grazemap_core.lyapunov import lyapunov_exponents
 from grazemap_core.monodromy import monodromy
@@ -107,8 +107,8 @@ def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
     """Motions that are not named because they take two periods and more, and go on with growth until the last one."""
     clearances = np.linspace(1.2, 2.1, 64)
     codes, figures = settle_grid(DEFAULT, np.array([0.27]), clearances, Settling(80, 1, proven=False))
-    exponents = figures[judging.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
-    grown = np.flatnonzero((codes[judging.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
+    exponents = figures[lane_notes.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
+    grown = np.flatnonzero((codes[lane_notes.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
     compared = 0
     for i in grown:
         half_way = trajectory(DEFAULT, 0.27, clearances[i], periods=40, samples_per_period=1)
@@ -135,19 +135,19 @@ def test_a_proof_leads_where_waiting_does() -> None:
     omegas = rng.uniform(0.26, 0.32, 5)
     quick, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32))
     slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, proven=False))
-    named = (quick[judging.REASON] == 0) & (slow[judging.REASON] == 0)
+    named = (quick[lane_notes.REASON] == 0) & (slow[lane_notes.REASON] == 0)
     assert named.mean() > 0.8
-    assert (quick[judging.REASON] == 0).sum() >= (slow[judging.REASON] == 0).sum()
-    same = quick[judging.PERIOD] == slow[judging.PERIOD]
+    assert (quick[lane_notes.REASON] == 0).sum() >= (slow[lane_notes.REASON] == 0).sum()
+    same = quick[lane_notes.PERIOD] == slow[lane_notes.PERIOD]
     for one, other in (
-        (judging.IMPACTS_RIGHT, judging.IMPACTS_LEFT),
-        (judging.SYMMETRIC, judging.SYMMETRIC),
-        (judging.STICKING, judging.STICKING),
+        (lane_notes.IMPACTS_RIGHT, lane_notes.IMPACTS_LEFT),
+        (lane_notes.SYMMETRIC, lane_notes.SYMMETRIC),
+        (lane_notes.STICKING, lane_notes.STICKING),
     ):
         same &= np.minimum(quick[one], quick[other]) == np.minimum(slow[one], slow[other])
         same &= np.maximum(quick[one], quick[other]) == np.maximum(slow[one], slow[other])
     assert same[named].all()
-    assert quick[judging.RUN].sum() < slow[judging.RUN].sum()
+    assert quick[lane_notes.RUN].sum() < slow[lane_notes.RUN].sum()
 
 
 def test_a_sweep_follows_its_motion() -> None:

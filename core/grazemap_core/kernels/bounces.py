@@ -39,7 +39,10 @@ OUTCOME, LENGTH, SPEED, JUMP, PRESSING = 6, 7, 8, 9, 10
 """Of the last round: what it found, s of the contact, speed before it, kick, and pressing behind it (in velocity and
 time of the problem)."""
 END_GAP, END_RATE, END_X, END_V, END_LIMIT = 11, 12, 13, 14, 15
-ROWS = 16
+LEVEL, SLOPE, SIZE, INSIDE = 16, 17, 18, 19
+"""Of the gap, a zero on the stop divided out: at the end of the cell, its slope there, a bound of all its terms; 1
+where the other stop is out of reach."""
+ROWS = 20
 
 UNSURE, CLEAR, CONTACT = 0.0, 1.0, 2.0
 """Outcomes: nothing is claimed; no contact up to the end of the cell; the next contact."""
@@ -153,14 +156,14 @@ def _shift(series: FloatArray, rows: FloatArray, by: int, count: int) -> None:
 
 
 @fused_inlined
-def _add_kick(table: FloatArray, rows: FloatArray, out: FloatArray) -> None:
+def _add_kick(table: FloatArray, rows: FloatArray, out: FloatArray, count: int) -> None:
     """Add to `out` (WIDTH,) what every column's kick amounts to at the end of the cell, in one component of a state."""
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         out[k] += rows[JUMP * WIDTH + k] * horner(table, rows[PLACE * WIDTH + k])
 
 
 @fused_inlined
-def _kick(tables: LaneTables, tile: Tile) -> None:
+def _kick(tables: LaneTables, tile: Tile, count: int) -> None:
     """Let every column with a JUMP (0 elsewhere) begin behind an impact where it stands."""
     rows, series = tile.rows, tile.series
     half = 0.5 * tables.scalars[lane_tables.STEP]
@@ -169,9 +172,9 @@ def _kick(tables: LaneTables, tile: Tile) -> None:
     for n in range(2, TERMS):
         response = tables.response[n]
         row = series[n * WIDTH : (n + 1) * WIDTH]
-        for k in range(WIDTH):
+        for k in range(min(count, WIDTH)):
             row[k] -= rows[SIDE * WIDTH + k] * rows[JUMP * WIDTH + k] * response
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         struck = rows[JUMP * WIDTH + k] != 0.0
         on, gap, rate = rows[ON_STOP * WIDTH + k], rows[GAP * WIDTH + k], rows[RATE * WIDTH + k]
         leaving = restitution * rows[SPEED * WIDTH + k] * half
@@ -184,7 +187,7 @@ def _kick(tables: LaneTables, tile: Tile) -> None:
         series[WIDTH + k] = rate
         rows[PRESSING * WIDTH + k] = -per_square * series[2 * WIDTH + k]
     for c in range(2 * tables.flow.shape[0]):
-        _add_kick(tables.kick[c], rows, tile.end[c * WIDTH : (c + 1) * WIDTH])
+        _add_kick(tables.kick[c], rows, tile.end[c * WIDTH : (c + 1) * WIDTH], count)
 
 
 @fused_kernel
@@ -199,7 +202,7 @@ def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile, count:
         row = series[n * WIDTH : (n + 1) * WIDTH]
         table = tables.series[n]
         steady = forcing[n]
-        for k in range(WIDTH):
+        for k in range(min(count, WIDTH)):
             total = steady
             for c in range(2 * len(masses)):
                 total += table[c] * start[c * WIDTH + k]
@@ -208,12 +211,12 @@ def enter_tile(masses: Masses, tables: LaneTables, cell: int, tile: Tile, count:
     for j in range(tables.flow.shape[0]):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
         before, behind = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], tile.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
-        for k in range(WIDTH):
+        for k in range(min(count, WIDTH)):
             behind[k] = f0 * before[k] + f1 * before[WIDTH + k]
             behind[WIDTH + k] = f2 * before[k] + f3 * before[WIDTH + k]
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         rows[ON_STOP * WIDTH + k] = 0.0
-    _kick(tables, tile)
+    _kick(tables, tile, count)
 
 
 @fused_inlined
@@ -331,18 +334,17 @@ def _moduli(
 
 
 @fused_kernel
-def next_contacts(tables: LaneTables, tile: Tile, count: int) -> None:
-    """Find in every column the next contact with its stop up to the end of the cell, or certify that there is none.
+def clear_columns(tables: LaneTables, tile: Tile, count: int) -> None:
+    """Certify in which of the first `count` columns there is no contact with its stop up to the end of the cell.
 
-    On return OUTCOME, and LENGTH, SPEED, JUMP with CONTACT (0 elsewhere), END_GAP and END_RATE with CLEAR.
+    On return OUTCOME is CLEAR or UNSURE, and END_GAP and END_RATE are those without a contact.
 
-    On the stop the zero there is divided out of the gap first. The guess is the root of the cubic through values and
-    slopes at both ends; certificates as in `lanes`, with the fourth derivative bounded by the series itself. That there
-    is no contact is certified on both sides of the lowest point of that cubic.
+    On the stop the zero there is divided out of the gap first. The certificates are those of `lanes`, with the fourth
+    derivative bounded by the series itself, on both sides of the lowest point of the cubic through values and slopes at
+    both ends.
     """
     rows, series = tile.rows, tile.series
     half = 0.5 * tables.scalars[lane_tables.STEP]
-    bounce = 1.0 + tables.scalars[lane_tables.RESTITUTION]
     margin = tables.scalars[lane_tables.MARGIN]
     for k in range(min(count, WIDTH)):
         on = rows[ON_STOP * WIDTH + k] > 0.0
@@ -401,8 +403,73 @@ def next_contacts(tables: LaneTables, tile: Tile, count: int) -> None:
         before = least_on(a0, d0 * t, gm, dm * t, quartic * ((t * t) * (t * t)))
         behind = least_on(gm, dm * u, g1, d1 * u, quartic * ((u * u) * (u * u)))
         rounding = margin * size
-        clear = min(before, behind) > rounding
+        # the other stop is out of reach
+        travel = size * (left if on else 1.0)
+        inside = travel + rounding < 1.9 * rows[CLEARANCE * WIDTH + k]
+        clear = (min(before, behind) > rounding) & inside
+        rows[OUTCOME * WIDTH + k] = CLEAR if clear else UNSURE
+        rows[LEVEL * WIDTH + k] = g1
+        rows[SLOPE * WIDTH + k] = d1
+        rows[SIZE * WIDTH + k] = size
+        rows[INSIDE * WIDTH + k] = 1.0 if inside else 0.0
+        rows[END_GAP * WIDTH + k] = g1 * (left if on else 1.0)
+        rows[END_RATE * WIDTH + k] = (g1 + d1 if on else d1 / left) / half
 
+
+@fused_kernel
+def next_contacts(tables: LaneTables, tile: Tile, count: int) -> None:
+    """Find the next contact with its stop in each of the first `count` columns, behind `clear_columns`.
+
+    On return OUTCOME, and LENGTH, SPEED, JUMP with CONTACT (0 elsewhere).
+
+    The guess is the root of the cubic of `clear_columns`; certificates as in `lanes`.
+    """
+    rows, series = tile.rows, tile.series
+    half = 0.5 * tables.scalars[lane_tables.STEP]
+    bounce = 1.0 + tables.scalars[lane_tables.RESTITUTION]
+    margin = tables.scalars[lane_tables.MARGIN]
+    for k in range(min(count, WIDTH)):
+        on = rows[ON_STOP * WIDTH + k] > 0.0
+        c0, c1, c2, c3, c4 = (
+            series[k],
+            series[WIDTH + k],
+            series[2 * WIDTH + k],
+            series[3 * WIDTH + k],
+            series[4 * WIDTH + k],
+        )
+        c5, c6, c7, c8, c9 = (
+            series[5 * WIDTH + k],
+            series[6 * WIDTH + k],
+            series[7 * WIDTH + k],
+            series[8 * WIDTH + k],
+            series[9 * WIDTH + k],
+        )
+        c10, c11, c12, c13, c14 = (
+            series[10 * WIDTH + k],
+            series[11 * WIDTH + k],
+            series[12 * WIDTH + k],
+            series[13 * WIDTH + k],
+            series[14 * WIDTH + k],
+        )
+        a0 = c1 if on else c0
+        a1 = c2 if on else c1
+        a2 = c3 if on else c2
+        a3 = c4 if on else c3
+        a4 = c5 if on else c4
+        a5 = c6 if on else c5
+        a6 = c7 if on else c6
+        a7 = c8 if on else c7
+        a8 = c9 if on else c8
+        a9 = c10 if on else c9
+        a10 = c11 if on else c10
+        a11 = c12 if on else c11
+        a12 = c13 if on else c12
+        a13 = c14 if on else c13
+        a14 = 0.0 if on else c14
+        left = 1.0 - rows[PLACE * WIDTH + k]
+        g1, d1, size = rows[LEVEL * WIDTH + k], rows[SLOPE * WIDTH + k], rows[SIZE * WIDTH + k]
+        d0 = a1 * left
+        h2, h3 = 3.0 * (g1 - a0) - 2.0 * d0 - d1, 2.0 * (a0 - g1) + d0 + d1
         falling = max(d0 * d0 - 4.0 * (g1 - a0 - d0) * a0, 0.0)
         t = min(max(2.0 * a0 / max(np.sqrt(falling) - d0, 1e-300), 0.0), 1.0)
         f = ((h3 * t + h2) * t + d0) * t + a0
@@ -428,19 +495,13 @@ def next_contacts(tables: LaneTables, tile: Tile, count: int) -> None:
         # round-off of the terms behind the first, which is known to its own precision
         settled = (abs(change) < 1e-8 * s) & (abs(e * change) < 1e-6 * abs(d)) & (s > 0.0) & (s < left)
         within = LANE_SURE * part * left > margin * size * s
-        contact = (sure > 0.0) & settled & within
-        # the other stop is out of reach
-        travel = size * (left if on else 1.0)
-        inside = travel + rounding < 1.9 * rows[CLEARANCE * WIDTH + k]
-        contact = contact & inside
-        clear = clear & inside & (not contact)
+        contact = (sure > 0.0) & settled & within & (rows[INSIDE * WIDTH + k] > 0.0)
+        clear = (rows[OUTCOME * WIDTH + k] == CLEAR) & (not contact)
         speed = -slope * (s if on else 1.0) / half
         rows[OUTCOME * WIDTH + k] = CONTACT if contact else (CLEAR if clear else UNSURE)
         rows[LENGTH * WIDTH + k] = s if contact else 0.0
         rows[SPEED * WIDTH + k] = speed if contact else 0.0
         rows[JUMP * WIDTH + k] = -rows[SIDE * WIDTH + k] * bounce * speed if contact else 0.0
-        rows[END_GAP * WIDTH + k] = g1 * (left if on else 1.0)
-        rows[END_RATE * WIDTH + k] = (g1 + d1 if on else d1 / left) / half
 
 
 @fused_kernel
@@ -448,19 +509,19 @@ def strike_tile(tables: LaneTables, tile: Tile, count: int) -> None:
     """Carry every column with a contact on to it, and let it begin anew behind the impact; the others stay."""
     rows = tile.rows
     _shift(tile.series, rows, LENGTH, count)
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         rows[PLACE * WIDTH + k] += rows[LENGTH * WIDTH + k]
-    _kick(tables, tile)
+    _kick(tables, tile, count)
 
 
 @fused_kernel
-def leave_tile(tables: LaneTables, cell: int, tile: Tile) -> None:
+def leave_tile(tables: LaneTables, cell: int, tile: Tile, count: int) -> None:
     """Write x1, v1 and the limit (`lanes.refresh_limits`) at the end of the cell."""
     rows = tile.rows
     x, v = tables.gain[cell + 1, 0], tables.gain[cell + 1, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
-    for k in range(WIDTH):
+    for k in range(min(count, WIDTH)):
         clearance = rows[CLEARANCE * WIDTH + k]
         rows[END_X * WIDTH + k] = x
         rows[END_V * WIDTH + k] = v
@@ -469,7 +530,7 @@ def leave_tile(tables: LaneTables, cell: int, tile: Tile) -> None:
         r0, r1, r2, r3 = tables.readout[j, 0], tables.readout[j, 1], tables.readout[j, 2], tables.readout[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
         end = tile.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
-        for k in range(WIDTH):
+        for k in range(min(count, WIDTH)):
             a, b = end[k], end[WIDTH + k]
             rows[END_X * WIDTH + k] += r0 * a + r1 * b
             rows[END_V * WIDTH + k] += r2 * a + r3 * b

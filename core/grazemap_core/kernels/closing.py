@@ -138,7 +138,7 @@ def enter(ring: Orbit, k: int, u: FloatArray, work: Workspace) -> None:
 
 
 @kernel
-def _separation(problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float, enough: float) -> float:
+def separation(problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float, enough: float) -> float:
     """Return the distance of z_k and z_(k-m) in units of the clearance; any value above `enough` may be cut short."""
     size = ring.least.shape[0]
     now, then = k % size, (k - m) % size
@@ -165,27 +165,23 @@ def _least_return(
         row = row - 1 if row > 0 else size - 1
         # one coordinate tells most returns apart; the others are looked at only where it agrees
         if abs(ring.states[row, 0, lane] - here) <= near and (
-            _separation(problem, ring, lane, k, m, clearance, goal) <= goal
+            separation(problem, ring, lane, k, m, clearance, goal) <= goal
         ):
             return m
     return 0
 
 
 @kernel
-def _three_returns(
-    problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float
-) -> tuple[float, float, float]:
-    """Return the largest distance of returns after m halves, in the last window of m halves and the two before it."""
-    now, before, earlier_still = 0.0, 0.0, 0.0
+def _largest_return(problem: CellProblem, ring: Orbit, lane: int, k: int, m: int, clearance: float) -> float:
+    """Return the largest distance of returns after m halves, in the window of m halves that ends with k."""
+    largest = 0.0
     for i in range(m):
-        now = max(now, _separation(problem, ring, lane, k - i, m, clearance, np.inf))
-        before = max(before, _separation(problem, ring, lane, k - i - m, m, clearance, np.inf))
-        earlier_still = max(earlier_still, _separation(problem, ring, lane, k - i - 2 * m, m, clearance, np.inf))
-    return now, before, earlier_still
+        largest = max(largest, separation(problem, ring, lane, k - i, m, clearance, np.inf))
+    return largest
 
 
 @kernel
-def _impacts_of_two(ring: Orbit, lane: int, k: int, m: int) -> tuple[bool, float, float]:
+def impacts_of_two(ring: Orbit, lane: int, k: int, m: int) -> tuple[bool, float, float]:
     """Look at the impacts of the last two windows of m halves.
 
     Returns
@@ -214,6 +210,7 @@ def nearest_returns(
     k: int,
     longest: int,
     bound: FloatArray,
+    enough: FloatArray,
     known: FloatArray,
     length: FloatArray,
     nearest: FloatArray,
@@ -224,12 +221,12 @@ def nearest_returns(
 
     Parameters
     ----------
-    bound, known : (lanes,)
-        Distance that counts as a return, negative for none; half periods that the ring knows of the lane. Four times as
-        many as it takes to return are wanted.
+    bound, enough, known : (lanes,)
+        Distance that counts as a return, negative for none, overwritten; that behind which `nearest` does not matter;
+        half periods that the ring knows of the lane. Four times as many as it takes to return are wanted.
     length, nearest : (lanes,)
         Receive the least number of half periods after which it has returned, 0 if it has not; and the least distance,
-        which may be any larger one where that does not count.
+        if that is no more than `enough`.
     distance : (lanes,)
         Scratch.
     used : int
@@ -243,23 +240,30 @@ def nearest_returns(
     for m in range(1, longest + 1):
         row = row - 1 if row > 0 else size - 1
         then = ring.states[row]
-        # one coordinate tells most lengths apart, for all lanes
+        # one coordinate or two tell most lengths apart, for all lanes
         weight, here, there, near = problem.closeness[0, 0], now[0], then[0], 0
         for lane in range(min(used, distance.shape[0])):
-            distance[lane] = weight * abs(here[lane] - there[lane])
-            near += 1 if distance[lane] <= bound[lane] else 0
+            near += 1 if weight * abs(here[lane] - there[lane]) <= bound[lane] else 0
         if near == 0:
             continue
+        for lane in range(min(used, distance.shape[0])):
+            distance[lane] = weight * abs(here[lane] - there[lane])
         for c in range(1, now.shape[0]):
             weight = problem.closeness[c // 2, c % 2]
-            here, there = now[c], then[c]
+            here, there, near = now[c], then[c], 0
             for lane in range(min(used, distance.shape[0])):
                 distance[lane] = max(distance[lane], weight * abs(here[lane] - there[lane]))
+                near += 1 if distance[lane] <= bound[lane] else 0
+            if near == 0:
+                break
+        if near == 0:
+            continue
         number = float(m)
         for lane in range(min(used, distance.shape[0])):
             away = distance[lane] if 4.0 * number <= known[lane] else np.inf
             length[lane] = number if (away <= bound[lane]) & (length[lane] == 0.0) else length[lane]
             nearest[lane] = min(nearest[lane], away)
+            bound[lane] = min(bound[lane], enough[lane] if length[lane] > 0.0 else bound[lane])
 
 
 @kernel
@@ -279,11 +283,14 @@ def orbit_nearby(
     """
     if m % 2 == 1 and m > max_period:
         return np.inf
-    now, before, earlier_still = _three_returns(problem, ring, lane, k, m, clearance)
-    rate = max(now / before, before / earlier_still)
+    now = _largest_return(problem, ring, lane, k, m, clearance)
+    before = _largest_return(problem, ring, lane, k - m, m, clearance)
+    if not now / before <= APPROACH_RATE:
+        return np.inf
+    rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
     if not rate <= APPROACH_RATE:
         return np.inf
-    repeats, _, unpressed = _impacts_of_two(ring, lane, k, m)
+    repeats, _, unpressed = impacts_of_two(ring, lane, k, m)
     distance = now * rate / (1.0 - rate)
     speed = unpressed / (problem.omega * clearance)
     return now + distance if repeats and speed * speed > SPEED_APART * distance else np.inf
@@ -326,6 +333,7 @@ def name_motion(
     max_period: int,
     clearance: float,
     reach: float,
+    known_rate: float,
 ) -> tuple[int, int, int, int, bool, float, bool]:
     """Judge the orbit of a lane after k half periods.
 
@@ -335,6 +343,9 @@ def name_motion(
         Half periods that the lane has done: k, or less where its trajectory began later than the ring.
     reach : float
         Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
+    known_rate : float
+        Contraction per return at most, if it is known from before, and returns are compared over three windows instead
+        of four; else 0.
 
     Returns
     -------
@@ -348,12 +359,13 @@ def name_motion(
     sticking : bool
         Whether mass 1 rests on a stop some time in the period.
     """
-    m = _least_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance, CLOSING_GOAL)
+    windows = 3 if known_rate > 0.0 else 4
+    m = _least_return(problem, ring, lane, k, min(2 * max_period, entered // windows), clearance, CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     size = ring.least.shape[0]
-    now, before, earlier_still = _three_returns(problem, ring, lane, k, m, clearance)
-    repeats, least, unpressed = _impacts_of_two(ring, lane, k, m)
+    now = _largest_return(problem, ring, lane, k, m, clearance)
+    repeats, least, unpressed = impacts_of_two(ring, lane, k, m)
     if not repeats:
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     speed = unpressed / (problem.omega * clearance)
@@ -361,7 +373,11 @@ def name_motion(
     floor = min(CLOSING_GOAL, CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))
     limit = floor
     if now > floor:
-        rate = max(now / before, before / earlier_still)
+        before = _largest_return(problem, ring, lane, k - m, m, clearance)
+        rate = known_rate
+        if rate == 0.0:
+            rate = before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance)
+        rate = max(now / before, rate)
         if not rate <= SLOWEST_RATE or now > CLOSING_GOAL:
             return SLOW, 0, 0, 0, False, np.inf, False
         limit = max(limit, now * rate / (1.0 - rate))
@@ -369,7 +385,7 @@ def name_motion(
             return SLOW, 0, 0, 0, False, np.inf, False
     away = SEPARATION * LIMIT_DISTANCE
     for smaller in range(1, m):
-        if _separation(problem, ring, lane, k, smaller, clearance, away) <= away:
+        if separation(problem, ring, lane, k, smaller, clearance, away) <= away:
             return SLOW, 0, 0, 0, False, np.inf, False
     if speed * speed <= SEPARATION * limit:
         return GRAZES, 0, 0, 0, False, np.inf, False

@@ -17,30 +17,30 @@ from numpy.typing import NDArray
 from grazemap_core.kernels.cells import CellProblem, first_mass
 from grazemap_core.kernels.closing import Orbit, nearest_returns
 from grazemap_core.kernels.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.kernels.extrapolating import Extrapolation, extrapolation
 from grazemap_core.kernels.held import HeldProblem
-from grazemap_core.kernels.judging import (
+from grazemap_core.kernels.judging import begin_growths, judge, make_room
+from grazemap_core.kernels.lane_notes import (
     AT,
     BEGAN,
     COUNTED,
-    COUNTS,
     DUE,
     FOLLOWED,
     GOAL,
     GROWS,
     LEAVES,
+    LOOK,
     POINT,
     RUN,
     SETTLES,
-    SIZES,
+    SINCE,
     STRUCK,
     Found,
     Job,
     Notes,
-    begin_growths,
     enter_lane,
-    judge,
-    make_room,
 )
+from grazemap_core.kernels.lane_notes import notes as lane_notes
 from grazemap_core.kernels.lane_tables import LaneTables
 from grazemap_core.kernels.lane_tangents import (
     NOTHING,
@@ -83,13 +83,16 @@ class Queue(NamedTuple):
     Attributes
     ----------
     notes : Notes
-    bound, known, length, nearest, distance : (LANES,)
+    ahead : Extrapolation
+    bound, enough, known, length, nearest, distance : (LANES,)
         As in `closing.nearest_returns`.
     u, handed_on : (N, 2)
     """
 
     notes: Notes
+    ahead: Extrapolation
     bound: FloatArray
+    enough: FloatArray
     known: FloatArray
     length: FloatArray
     nearest: FloatArray
@@ -101,8 +104,10 @@ class Queue(NamedTuple):
 def queue(masses: int) -> Queue:
     """Return fresh scratch for an oscillator."""
     return Queue(
-        notes=Notes(np.zeros((LANES, COUNTS), dtype=np.int64), np.zeros((LANES, SIZES))),
+        notes=lane_notes(masses),
+        ahead=extrapolation(masses),
         bound=np.zeros(LANES),
+        enough=np.zeros(LANES),
         known=np.zeros(LANES),
         length=np.zeros(LANES),
         nearest=np.zeros(LANES),
@@ -228,7 +233,7 @@ def settle_column(
     linearised = growth_halves > 0
     skipped = 2 * (growth_halves // GROWTH_SKIPPED)
     notes, counts, sizes = scratch.notes, scratch.notes.counts, scratch.notes.sizes
-    bound, known, length = scratch.bound, scratch.known, scratch.length
+    bound, enough, known, length = scratch.bound, scratch.enough, scratch.known, scratch.length
     nearest, distance = scratch.nearest, scratch.distance
     u, handed_on = scratch.u, scratch.handed_on
     for lane in range(LANES):
@@ -274,9 +279,11 @@ def settle_column(
         look = job.early and k % HALVES_BETWEEN_LOOKS == 0
         if look:
             for lane in range(used):
-                bound[lane] = sizes[lane, GOAL] * group.clearance[lane] if counts[lane, POINT] >= 0 else -1.0
-                known[lane] = k - counts[lane, BEGAN]
-            nearest_returns(problem, ring, k, 2 * job.max_period, bound, known, length, nearest, distance, used)
+                wanted = counts[lane, POINT] >= 0 and k >= counts[lane, LOOK]
+                bound[lane] = sizes[lane, GOAL] * group.clearance[lane] if wanted else -1.0
+                enough[lane] = CLOSING_GOAL * group.clearance[lane]
+                known[lane] = k - counts[lane, SINCE]
+            nearest_returns(problem, ring, k, 2 * job.max_period, bound, enough, known, length, nearest, distance, used)
         for lane in range(used):
             if counts[lane, POINT] < 0:
                 continue
@@ -288,9 +295,24 @@ def settle_column(
                 if not (closes or free or sizes[lane, COUNTED] > SETTLING_IMPACTS):
                     continue
             returned = int(length[lane]) if look else 0
-            closed = look and nearest[lane] <= CLOSING_GOAL * group.clearance[lane]
+            closed = look and nearest[lane] <= enough[lane]
             if not judge(
-                problem, held, chain, room, job, group, ring, changes, notes, lane, k, returned, closed, skipped, found
+                problem,
+                held,
+                chain,
+                room,
+                scratch.ahead,
+                job,
+                group,
+                ring,
+                changes,
+                notes,
+                lane,
+                k,
+                returned,
+                closed,
+                skipped,
+                found,
             ):
                 continue
             if job.follow:
@@ -310,7 +332,7 @@ def settle_column(
             done += 1
             if job.follow:
                 k = int(np.int64(0))  # the next one begins at once
-        if queued == n and done < n and used - (n - done) >= 2 * COLUMNS:
+        if queued == n and done < n and used >= 2 * max(n - done, COLUMNS):
             # nothing waits, and lanes lie idle: those furthest out take their places
             target, source = 0, used - 1
             while True:
@@ -325,6 +347,7 @@ def settle_column(
                     move_changes(changes, source, target)
                 copy_vector(counts[target], counts[source])
                 copy_vector(sizes[target], sizes[source])
+                copy_vector(notes.left[target], notes.left[source])
                 counts[source, POINT] = -1
                 counts[source, AT] = LEAVES
             used = (n - done + COLUMNS - 1) // COLUMNS * COLUMNS

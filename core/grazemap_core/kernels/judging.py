@@ -1,7 +1,8 @@
 """What becomes of a lane of a column at the end of a half period: whether its motion is known, and what is done next.
 
 A lane settles until its returns tell a periodic motion (`closing`). One that comes ever closer to an orbit need not be
-waited for: the orbit is solved for, and where it is proven (`proving`) its motion is known; else the lane goes on. A
+waited for: the orbit is solved for, and where it is proven (`proving`) its motion is known; else the lane goes on.
+Where nothing can be proven, or is wanted, the lane is put to where its returns lead (`leaping`). A
 motion that was named by its returns alone is run on for as long as it repeats, to give its multiplier. In the last of
 the half periods that a lane has, small changes are carried along, so that in the end their growth can tell what it is
 (`lyapunov`).
@@ -10,7 +11,6 @@ the half periods that a lane has, small changes are carried along, so that in th
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,42 @@ from grazemap_core.kernels.closing import (
     orbit_nearby,
 )
 from grazemap_core.kernels.compiled import copy_vector, kernel, plain
+from grazemap_core.kernels.extrapolating import Extrapolation
 from grazemap_core.kernels.held import HeldProblem
+from grazemap_core.kernels.lane_notes import (
+    AT,
+    BEGAN,
+    COUNTED,
+    DOUBT,
+    DUE,
+    GOAL,
+    GROWS,
+    GROWTH,
+    IMPACTS_LEFT,
+    IMPACTS_RIGHT,
+    LEAPT,
+    LEAST_VELOCITY,
+    LEAVES,
+    LOOK,
+    LYAPUNOV,
+    LYAPUNOV_ERROR,
+    MEAN_POSITION,
+    MEAN_VELOCITY,
+    MULTIPLIER,
+    PERIOD,
+    POINT,
+    REASON,
+    RECORDED,
+    REPEATS,
+    SETTLED_AFTER,
+    SETTLES,
+    SINCE,
+    STICKING,
+    SYMMETRIC,
+    Found,
+    Job,
+    Notes,
+)
 from grazemap_core.kernels.lane_tangents import (
     ALL,
     PAIR,
@@ -41,6 +76,7 @@ from grazemap_core.kernels.lane_tangents import (
     multiplier_of_lane,
 )
 from grazemap_core.kernels.lanes import LANES
+from grazemap_core.kernels.leaping import has_just_landed, land, leap
 from grazemap_core.kernels.lockstep import RESTING, Lanes
 from grazemap_core.kernels.lyapunov import UNTOLD
 from grazemap_core.kernels.proving import (
@@ -57,7 +93,7 @@ from grazemap_core.kernels.simulate import is_free_for_ever, reason_of_end
 from grazemap_core.kernels.workspace import ANCHOR, OK, ROWS
 from grazemap_core.tolerances import (
     APPARENT,
-    APPROACH,
+    APPROACH_RATE,
     APPROACH_RETRY,
     CLOSING_GOAL,
     LIMIT_DISTANCE,
@@ -67,117 +103,6 @@ from grazemap_core.tolerances import (
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# columns of the codes of a motion
-REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING = 0, 1, 2, 3, 4, 5, 6
-GROWTH = 7
-"""What the growth of changes says of a motion that was not named, a code of `lyapunov`."""
-RUN, STRUCK = 8, 9
-"""Half periods that were run, and impacts that were followed."""
-DOUBT = 10
-"""Why a motion that was named is not proven, a code of `closing`; NAMED where it is."""
-CODES = 11
-
-# columns of the figures of a motion
-LEAST_VELOCITY, MULTIPLIER, LYAPUNOV = 0, 1, 2
-MEAN_POSITION, MEAN_VELOCITY = 3, 4
-"""As `closing.mean_section`, in units of the clearance, and of omega times it."""
-LYAPUNOV_ERROR = 5
-FIGURES = 6
-
-SETTLES, GROWS, REPEATS, LEAVES = 0, 1, 2, 3
-"""What a lane is at. Its motion is to be named, at first without, at last with changes carried along; it was named, and
-its multiplier is to be found; all is known, and its state at the end of the forcing period is waited for."""
-
-# columns of `Notes.counts`
-POINT, BEGAN, AT, DUE = 0, 1, 2, 3
-"""The trajectory in the lane, -1 for none; when it began; what it is at, and when something is to be done about that in
-any case."""
-RECORDED = 4
-"""The half period from which on all its impacts are in its events."""
-COUNTS = 5
-
-# columns of `Notes.sizes`
-FOLLOWED, COUNTED, GOAL = 0, 1, 2
-"""Impacts followed, and those that count toward SETTLING_IMPACTS; the return, in units of the clearance, from which
-the lane is looked at."""
-SIZES = 3
-
-
-class Notes(NamedTuple):
-    """What is known of every lane's trajectory.
-
-    Attributes
-    ----------
-    counts : (LANES, COUNTS)
-        Times are half periods since the column began.
-    sizes : (LANES, SIZES)
-    """
-
-    counts: IntArray
-    sizes: FloatArray
-
-
-class Job(NamedTuple):
-    """What is asked of a column.
-
-    Attributes
-    ----------
-    clearances : (n,)
-    base, directions : (N, 2), (s, N, 2)
-        Trajectory i has the clearance b number i // s, and begins at base + b * directions[i % s].
-    max_periods, max_period : int
-    early : bool
-        Whether a trajectory stops once its motion can be named; otherwise all run for `max_periods`.
-    follow : bool
-        Whether every trajectory but the first begins with the state in which the last one ended. Where that is outside
-        the stops, mass 1 is put on the stop that it is beyond, with its velocity.
-    growth_halves : int
-        Half periods at the end in which the growth of changes is measured; with 0 there are no exponents of motions
-        that are not periodic, nor multipliers of those that are not proven.
-    """
-
-    clearances: FloatArray
-    base: FloatArray
-    directions: FloatArray
-    max_periods: int
-    max_period: int
-    early: bool
-    follow: bool
-    growth_halves: int
-
-
-class Found(NamedTuple):
-    """What became of every trajectory.
-
-    Attributes
-    ----------
-    codes : (n s, CODES)
-        Reason (a code of `closing`), period, impacts_right, impacts_left, symmetric, settled_after (forcing periods
-        after which the orbit had closed, or was solved for, or after which no contact was possible any more; -1 unless
-        named) and sticking; what the growth says; half periods run and impacts followed; doubt.
-    figures : (n s, FIGURES)
-        Least impact velocity, NaN without impacts; largest modulus of the multipliers over one motion period and
-        largest Lyapunov exponent per forcing period, NaN where they are not known; where a periodic motion is in the
-        mean, NaN unless it was named; standard error of an exponent that was measured, else NaN.
-    """
-
-    codes: IntArray
-    figures: FloatArray
-
-
-@kernel
-def enter_lane(notes: Notes, lane: int, point: int, k: int, job: Job, provable: bool) -> None:
-    """Take note of a trajectory that begins in a lane after k half periods."""
-    counts, sizes = notes.counts, notes.sizes
-    counts[lane] = 0
-    counts[lane, POINT] = point
-    counts[lane, BEGAN] = k
-    counts[lane, AT] = SETTLES
-    counts[lane, DUE] = k + 2 * job.max_periods
-    counts[lane, RECORDED] = k
-    sizes[lane] = 0.0
-    sizes[lane, GOAL] = APPROACH if job.early and provable else CLOSING_GOAL
 
 
 @kernel
@@ -318,6 +243,7 @@ def _judge_settling(
     held: HeldProblem,
     chain: Chain,
     room: Proving,
+    ahead: Extrapolation,
     job: Job,
     group: Lanes,
     ring: Orbit,
@@ -349,13 +275,27 @@ def _judge_settling(
         return True
     reason, period, right, left, symmetric, least, sticking = NOT_CLOSED, 0, 0, 0, False, np.inf, False
     if closed or last:
+        # what it returned to by leaps attracts as strongly as they asked for
+        known_rate = APPROACH_RATE if has_just_landed(notes, lane, k) else 0.0
         reason, period, right, left, symmetric, least, sticking = name_motion(
-            problem, ring, lane, k, entered, job.max_period, clearance, reach
+            problem,
+            ring,
+            lane,
+            k,
+            k - counts[SINCE],
+            job.max_period,
+            clearance,
+            reach,
+            known_rate,
         )
     if reason != NAMED and not last:
         if sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
             distance = orbit_nearby(problem, ring, lane, k, returned, job.max_period, clearance)
-            if np.isfinite(distance):
+            if not chain.provable:
+                counts[LOOK] = k + 2 * returned
+                if np.isfinite(distance) and counts[AT] == SETTLES:
+                    leap(problem, room, ahead, job, group, ring, notes, lane, k, returned, distance)
+            elif np.isfinite(distance):
                 distance = max(distance, LIMIT_DISTANCE)
                 proof = _prove(problem, held, chain, room, group, lane, k, counts[RECORDED], returned, distance)
                 if proof.doubt == NAMED:
@@ -409,6 +349,7 @@ def judge(
     held: HeldProblem,
     chain: Chain,
     room: Proving,
+    ahead: Extrapolation,
     job: Job,
     group: Lanes,
     ring: Orbit,
@@ -437,9 +378,28 @@ def judge(
     counts = notes.counts[lane]
     at, point = counts[AT], counts[POINT]
     done = True
-    if at in (SETTLES, GROWS):
+    if at == LEAPT:
+        if not land(problem, room, job, group, ring, notes, lane, k):
+            return False
+        closed = True
+    if at in (SETTLES, GROWS, LEAPT):
         done = _judge_settling(
-            problem, held, chain, room, job, group, ring, changes, notes, lane, k, returned, closed, skipped, found
+            problem,
+            held,
+            chain,
+            room,
+            ahead,
+            job,
+            group,
+            ring,
+            changes,
+            notes,
+            lane,
+            k,
+            returned,
+            closed,
+            skipped,
+            found,
         )
     elif at == REPEATS and group.status[lane] == OK and changes.carried[lane] == ALL:
         _enter_multiplier(found.codes[point], found.figures[point], multiplier_of_lane(problem, changes, lane))

@@ -226,18 +226,16 @@ def _terms(masses: Masses, row: FloatArray, start: FloatArray, forcing: float, c
 def _expand(
     masses: Masses, table: FloatArray, forcing: FloatArray, start: FloatArray, series: FloatArray, count: int
 ) -> None:
-    """Write the coefficients of x1 in z, five at a time so that the state is read seldom."""
+    """Write the coefficients of x1 in z, three at a time: the state is read seldom, and the tables fit in registers."""
     count = min(count, LANES)
-    for n in range(0, TERMS, 5):
-        f0, f1, f2, f3, f4 = forcing[n], forcing[n + 1], forcing[n + 2], forcing[n + 3], forcing[n + 4]
-        t0, t1, t2, t3, t4 = table[n], table[n + 1], table[n + 2], table[n + 3], table[n + 4]
-        out = series[n * LANES : (n + 5) * LANES]
+    for n in range(0, TERMS, 3):
+        f0, f1, f2 = forcing[n], forcing[n + 1], forcing[n + 2]
+        t0, t1, t2 = table[n], table[n + 1], table[n + 2]
+        out = series[n * LANES : (n + 3) * LANES]
         for k in range(count):
             out[k] = _terms(masses, t0, start, f0, k)
             out[LANES + k] = _terms(masses, t1, start, f1, k)
             out[2 * LANES + k] = _terms(masses, t2, start, f2, k)
-            out[3 * LANES + k] = _terms(masses, t3, start, f3, k)
-            out[4 * LANES + k] = _terms(masses, t4, start, f4, k)
 
 
 @fused_inlined
@@ -367,22 +365,15 @@ def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> floa
 
 
 @fused_inlined
-def _find_impact(step: float, restitution: float, drag: float, margin: float, columns: Columns, count: int) -> None:
-    """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
+def _guess_impact(step: float, margin: float, columns: Columns, count: int) -> None:
+    """Guess where x1 reaches the stop that it is nearer to, or certify that it does not.
 
     The guess is the root of the polynomial of degree five through positions and velocities at both ends and at
-    mid-cell, to five digits or so, in two steps of Halley's method from that of a parabola; two more with the whole
-    series reach round-off. Second derivatives but the last are those of the cubic through both ends. The
-    certificate: Hermite's interpolant with double nodes at the start of the cell and at the impact errs by
-    x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero, (tau_i - tau), what is left is a quadratic, positive if
-    its three Bernstein coefficients exceed max|x''''| tau_i^4 / 162. That there is no contact at all is certified
-    more sharply than in `advance`, too.
+    mid-cell, to five digits or so, in two steps of Halley's method from that of a parabola. Second derivatives are
+    those of the cubic through both ends. That there is no contact at all is certified more sharply than in `advance`.
     """
     count = min(count, LANES)
     rows, series = columns.rows, columns.series
-    per_step = 2.0 / step
-    per_square = 2.0 * per_step * per_step
-    bounce = 1.0 + restitution
     for k in range(count):
         x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
         x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
@@ -393,6 +384,19 @@ def _find_impact(step: float, restitution: float, drag: float, margin: float, co
         d0, d1 = -side * v0 * step, -side * v1 * step
         falling = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
         t = min(max(2.0 * g0 / max(np.sqrt(falling) - d0, 1e-300), 0.0), 1.0)
+        rows[SIDE * LANES + k] = side
+        rows[PLACE * LANES + k] = t
+        quartic = (384.0 / 144.0) * rows[FOURTH * LANES + k]
+        twice = 2.0 * clearance
+        least = min(least_on(g0, d0, g1, d1, quartic), least_on(twice - g0, -d0, twice - g1, -d1, quartic))
+        none = least > margin * (rows[REACH * LANES + k] + clearance)
+        rows[CERTAIN * LANES + k] = NONE if none else NOTHING
+    for k in range(count):
+        x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
+        x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
+        clearance, side, t = rows[GAP * LANES + k], rows[SIDE * LANES + k], rows[PLACE * LANES + k]
+        g0, g1 = clearance - side * x0, clearance - side * x1
+        d0, d1 = -side * v0 * step, -side * v1 * step
         c2, c3 = 3.0 * (g1 - g0) - 2.0 * d0 - d1, 2.0 * (g0 - g1) + d0 + d1
         # what is left of value and slope at mid-cell
         middle = 16.0 * (clearance - side * series[k] - 0.5 * (g0 + g1) - 0.125 * (d0 - d1))
@@ -407,14 +411,34 @@ def _find_impact(step: float, restitution: float, drag: float, margin: float, co
         d = (3.0 * c3 * t + 2.0 * c2) * t + d0 + w * (2.0 * (1.0 - 2.0 * t) * q + w * tilt)
         e = 3.0 * c3 * t + c2
         t = t - f * d / (d * d - f * e)
-        e = -0.25 * side * (3.0 * c3 * t + c2)
-        z = min(max(2.0 * t - 1.0, -1.0), 1.0)
-        target = side * clearance
+        rows[PRESSING * LANES + k] = -0.25 * side * (3.0 * c3 * t + c2)
+        rows[PLACE * LANES + k] = min(max(2.0 * t - 1.0, -1.0), 1.0)
+
+
+@fused_inlined
+def _find_impact(step: float, restitution: float, drag: float, margin: float, columns: Columns, count: int) -> None:
+    """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
+
+    Two steps of Halley's method with the whole series take the guess to round-off. The certificate: Hermite's
+    interpolant with double nodes at the start of the cell and at the impact errs by
+    x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero, (tau_i - tau), what is left is a quadratic, positive if
+    its three Bernstein coefficients exceed max|x''''| tau_i^4 / 162.
+    """
+    count = min(count, LANES)
+    _guess_impact(step, margin, columns, count)
+    rows, series = columns.rows, columns.series
+    per_step = 2.0 / step
+    per_square = 2.0 * per_step * per_step
+    bounce = 1.0 + restitution
+    for k in range(count):
+        z, e = rows[PLACE * LANES + k], rows[PRESSING * LANES + k]
         f, d = _value_slope(series, k, z)
-        f = target - f
-        z += f * d / (d * d + f * e)
+        f = rows[SIDE * LANES + k] * rows[GAP * LANES + k] - f
+        rows[PLACE * LANES + k] = z + f * d / (d * d + f * e)
+    for k in range(count):
+        z, side, clearance = rows[PLACE * LANES + k], rows[SIDE * LANES + k], rows[GAP * LANES + k]
         f, d, e = _value_slope_bend(series, k, z)
-        f = target - f
+        f = side * clearance - f
         change = f * d / (d * d + f * e)
         z += change
         v = (d + 2.0 * e * change) * per_step
@@ -422,41 +446,40 @@ def _find_impact(step: float, restitution: float, drag: float, margin: float, co
         speed = side * v
         passed = 0.5 * (1.0 + z)
         square = passed * passed
+        g0, d0 = clearance - side * rows[START_X * LANES + k], -side * rows[START_V * LANES + k] * step
         quadratic = min(min(g0, 1.5 * g0 + 0.5 * passed * d0), passed * step * speed)
         rows[PLACE * LANES + k] = z
         rows[JUMP * LANES + k] = jump
-        rows[SIDE * LANES + k] = side
         rows[SPEED * LANES + k] = speed
         rows[PRESSING * LANES + k] = side * (e * per_square - drag * jump)
         rows[SURE * LANES + k] = quadratic - (384.0 / 162.0) * square * square * rows[FOURTH * LANES + k]
         rows[HIGHEST * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
         # the change after this one is as good as zero, and so small that the speed is right
         settled = (abs(change) < 1e-8) & (abs(e * change) < 1e-6 * abs(d))
-        quartic = (384.0 / 144.0) * rows[FOURTH * LANES + k]
-        twice = 2.0 * clearance
-        least = min(least_on(g0, d0, g1, d1, quartic), least_on(twice - g0, -d0, twice - g1, -d1, quartic))
-        none = least > margin * (rows[REACH * LANES + k] + clearance)
-        rows[CERTAIN * LANES + k] = NONE if none else (FIRST if settled & (abs(z) < 1.0) else NOTHING)
+        said = rows[CERTAIN * LANES + k]
+        rows[CERTAIN * LANES + k] = NONE if said == NONE else (FIRST if settled & (abs(z) < 1.0) else NOTHING)
 
 
 @fused_inlined
 def horner(table: FloatArray, z: float) -> float:
     """Return the polynomial of degree 14 with these coefficients."""
-    value: float = table[14]
-    value = value * z + table[13]
-    value = value * z + table[12]
-    value = value * z + table[11]
-    value = value * z + table[10]
-    value = value * z + table[9]
-    value = value * z + table[8]
-    value = value * z + table[7]
-    value = value * z + table[6]
-    value = value * z + table[5]
-    value = value * z + table[4]
-    value = value * z + table[3]
-    value = value * z + table[2]
-    value = value * z + table[1]
-    value = value * z + table[0]
+    square = z * z
+    even = table[14]
+    odd = table[13]
+    even = even * square + table[12]
+    odd = odd * square + table[11]
+    even = even * square + table[10]
+    odd = odd * square + table[9]
+    even = even * square + table[8]
+    odd = odd * square + table[7]
+    even = even * square + table[6]
+    odd = odd * square + table[5]
+    even = even * square + table[4]
+    odd = odd * square + table[3]
+    even = even * square + table[2]
+    odd = odd * square + table[1]
+    even = even * square + table[0]
+    value: float = odd * z + even
     return value
 
 

@@ -343,7 +343,12 @@ def _bounce(
                 if may_rest(restitution, step, pressing, restitution * speed):
                     aside = _set_aside_behind_impact(problem, group, lane, k, u, plain(AT_STOP), aside)
                     active[k] = 0
-        bounces.next_contacts(tables, tile, worked)
+        bounces.clear_columns(tables, tile, worked)
+        unsure = 0
+        for k in range(count):
+            unsure += 1 if active[k] != 0 and at[bounces.OUTCOME * WIDTH + k] != bounces.CLEAR else 0
+        if unsure > 0:
+            bounces.next_contacts(tables, tile, worked)
         struck = 0
         for k in range(count):
             if active[k] == 0:
@@ -377,7 +382,7 @@ def _bounce(
         if struck == 0:
             break
         bounces.strike_tile(tables, tile, worked)
-    bounces.leave_tile(tables, cell, tile)
+    bounces.leave_tile(tables, cell, tile, worked)
     for k in range(count):
         lane = lanes_of[k]
         if regime[lane] != LEAVING and regime[lane] != STEPPING:
