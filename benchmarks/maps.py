@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks import this_core
 from benchmarks.operation_count import Scheme
 from benchmarks.result import MapRun, PixelCost
-from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA, Floats, chain
+from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA, Floats, Integers, chain
 
 FIXED = "fixed length, classified"
 SETTLING = "until settled"
@@ -48,12 +48,11 @@ class Block(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What a process found and how long the core took; impacts per column, -1 where they are not counted."""
+    """What a process found in a block, and how long the core took."""
 
     process: int
     seconds: float
-    named: int
-    impacts: list[int]
+    found: this_core.Classified
 
 
 def grid(side: int) -> tuple[Floats, Floats]:
@@ -66,7 +65,21 @@ def scheme_at(omega: float, masses: int = 3) -> Scheme:
     return Scheme(masses, this_core.DEGREE, this_core.cells_per_period(chain(masses), omega))
 
 
-def run_map(mode: str, side: int, periods: int, operation_rate: float, progress: Callable[[str], None]) -> MapRun:
+def run_maps(side: int, periods: int, operation_rate: float, progress: Callable[[str], None]) -> list[MapRun]:
+    """Compute one map in every mode, in the order of MODES, all compared with the certified one."""
+    certified_run, certified = run_map(CERTIFIED, side, periods, operation_rate, progress)
+    runs = {mode: run_map(mode, side, periods, operation_rate, progress, certified)[0] for mode in MODES[:-1]}
+    return [*runs.values(), certified_run]
+
+
+def run_map(
+    mode: str,
+    side: int,
+    periods: int,
+    operation_rate: float,
+    progress: Callable[[str], None],
+    certified: Integers | None = None,
+) -> tuple[MapRun, Integers]:
     """Compute one map.
 
     Parameters
@@ -74,6 +87,14 @@ def run_map(mode: str, side: int, periods: int, operation_rate: float, progress:
     mode : FIXED, SETTLING, WHOLE or CERTIFIED
     operation_rate : float
         Operations per CPU second on the reference work, to compare with.
+    certified : (side, side)
+        Motions to compare with; with None they are the map's own.
+
+    Returns
+    -------
+    run : MapRun
+    motion : (side, side)
+        As in `this_core.Classified`.
     """
     omegas, clearances = grid(side)
     blocks = [Block(mode, omegas[i : i + COLUMNS], clearances, periods) for i in range(0, side, COLUMNS)]
@@ -81,32 +102,29 @@ def run_map(mode: str, side: int, periods: int, operation_rate: float, progress:
     context = multiprocessing.get_context("spawn")
     ready = context.Barrier(processes + 1)
     seconds: dict[int, float] = defaultdict(float)
-    named = 0
-    counts: dict[int, list[int]] = {}
+    answers: dict[int, this_core.Classified] = {}
     with context.Pool(processes, _warm_up, (ready,)) as pool:
         ready.wait(COMPILED_WITHIN)
         began = told = time.perf_counter()
         for number, (index, answer) in enumerate(pool.imap_unordered(_numbered, enumerate(blocks)), 1):
             seconds[answer.process] += answer.seconds
-            named += answer.named
-            counts[index] = answer.impacts
+            answers[index] = answer.found
             if time.perf_counter() - told > 5.0:
                 told = time.perf_counter()
                 progress(f"map {side} x {side}, {mode}: {number / len(blocks):.0%}")
         wall = time.perf_counter() - began
-    impacts = np.concatenate([counts[i] for i in range(len(blocks))])
+    motion, halves, impacts = (
+        np.concatenate(parts, axis=1) for parts in zip(*(answers[i] for i in range(len(blocks))), strict=True)
+    )
     kernel_seconds = sum(seconds.values())
-    operations = None
-    if np.all(impacts >= 0):
-        schemes = [scheme_at(float(omega)) for omega in omegas]
-        operations = float(
-            sum(
-                side * periods * scheme.cells * scheme.per_cell + count * scheme.per_impact
-                for scheme, count in zip(schemes, impacts.tolist(), strict=True)
-            )
-        )
+    operations = sum(
+        0.5 * float(halves[:, i].sum()) * scheme.cells * scheme.per_cell + int(impacts[:, i].sum()) * scheme.per_impact
+        for i, scheme in enumerate(scheme_at(float(omega)) for omega in omegas)
+    )
     progress(f"map {side} x {side}, {mode}: {wall:.1f} s on {processes} cores")
-    return MapRun(
+    other = motion if certified is None else certified
+    both = (motion != this_core.UNNAMED) & (other != this_core.UNNAMED)
+    run = MapRun(
         mode=mode,
         side=side,
         periods=periods,
@@ -115,11 +133,15 @@ def run_map(mode: str, side: int, periods: int, operation_rate: float, progress:
         kernel_seconds=kernel_seconds,
         longest_process=max(seconds.values()),
         pixels=side * side,
-        named=named,
-        impacts=None if operations is None else int(impacts.sum()),
+        named=int(np.count_nonzero(motion != this_core.UNNAMED)),
+        forcing_periods=0.5 * float(halves.sum()),
+        impacts=int(impacts.sum()),
         operations=operations,
-        share_of_single_point=None if operations is None else operations / kernel_seconds / operation_rate,
+        share_of_single_point=operations / kernel_seconds / operation_rate,
+        named_as_certified=int(np.count_nonzero(both)),
+        named_otherwise=int(np.count_nonzero(both & (motion != other))),
     )
+    return run, motion
 
 
 def pixel_cost(sampled: int, periods: int, progress: Callable[[str], None]) -> PixelCost:
@@ -176,5 +198,4 @@ def _compute(block: Block) -> Answer:
     began = time.process_time()
     found = tile(chain(3), block.omegas, block.clearances, block.periods)
     seconds = time.process_time() - began
-    per_column = found.impacts.sum(axis=0) if np.all(found.impacts >= 0) else np.full(len(block.omegas), -1)
-    return Answer(os.getpid(), seconds, int(found.named.sum()), per_column.tolist())
+    return Answer(os.getpid(), seconds, found)

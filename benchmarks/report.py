@@ -170,16 +170,19 @@ def _grazing(bench: Bench) -> str:
 def _maps(bench: Bench) -> str:
     """Write the maps and the cost of single pixels."""
     rows = [_map_row(run) for run in bench.maps]
-    head = ("map", "periods", "processes", "wall s", "core s, all processes", "core s, longest", "named", "share")
+    head = ("map", "periods", "wall s", "core s, all", "core s, longest", "named", "otherwise", "periods run", "share")
     cost = bench.pixel_cost
     spread = ", ".join(f"{value:.2f} at {name} %" for name, value in cost.percentiles.items())
     return (
         _table(head, rows)
         + "\n\n"
         + _wrapped(
-            "The share is the map's throughput over the reference work's, both in operations of the count per CPU"
-            f" second. Of {cost.sampled} single pixels timed alone at fixed length, the cost per operation over the"
-            f" median is {spread}; the largest is {cost.largest:.2f}, at omega = {cost.largest_at[0]:.4f}, clearance"
+            f"{bench.maps[0].processes} processes; core seconds are CPU seconds of all of them, and of the busiest."
+            " Of the pixels that a map and the certified one both name, so many it names otherwise. Periods run are"
+            " means per pixel. The share is the map's throughput over the reference work's, both in operations of"
+            f" the count per CPU second, for the periods that were run. Of {cost.sampled} single pixels timed alone"
+            f" at fixed length, the cost per operation over the median is {spread}; the largest is"
+            f" {cost.largest:.2f}, at omega = {cost.largest_at[0]:.4f}, clearance"
             f" {cost.largest_at[1]:.4f}. With cells + impacts as the measure the largest is"
             f" {cost.largest_per_cell_and_impact:.2f}."
         )
@@ -191,12 +194,13 @@ def _map_row(run: MapRun) -> tuple[str, ...]:
     return (
         f"{run.side} x {run.side}, {run.mode}",
         str(run.periods),
-        str(run.processes),
         f"{run.wall_seconds:.2f}",
         f"{run.kernel_seconds:.2f}",
         f"{run.longest_process:.2f}",
         f"{run.named / run.pixels:.1%}",
-        "-" if run.share_of_single_point is None else f"{run.share_of_single_point:.2f}",
+        f"{run.named_otherwise} of {run.named_as_certified}",
+        f"{run.forcing_periods / run.pixels:.0f}",
+        f"{run.share_of_single_point:.2f}",
     )
 
 

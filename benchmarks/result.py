@@ -103,11 +103,14 @@ class MapRun(Part):
     longest_process: Annotated[float, Field(description="CPU seconds inside the core of the busiest process.")]
     pixels: int
     named: int
-    impacts: Annotated[int | None, Field(description="Followed one by one; None where they are not counted.")]
-    operations: Annotated[float | None, Field(description="By the operation count; None where impacts are not.")]
+    forcing_periods: Annotated[float, Field(description="Run, all pixels together.")]
+    impacts: Annotated[int, Field(description="Followed one by one.")]
+    operations: Annotated[float, Field(description="By the operation count, of what was run.")]
     share_of_single_point: Annotated[
-        float | None, Field(description="Operations per CPU second, over that of the reference work.")
+        float, Field(description="Operations per CPU second, over that of the reference work.")
     ]
+    named_as_certified: Annotated[int, Field(description="Pixels named that the certified map names too.")]
+    named_otherwise: Annotated[int, Field(description="Of those, the ones with another name.")]
 
 
 class PixelCost(Part):

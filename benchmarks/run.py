@@ -114,7 +114,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
     if side < extent.map_side:
         progress(f"the map is {side} x {side}: a larger one would take over {extent.map_budget:.0f} CPU seconds")
     operation_rate = ours.rate.median * limit.operations_per_period
-    map_runs = [maps.run_map(mode, side, PERIODS, operation_rate, progress) for mode in maps.MODES]
+    map_runs = maps.run_maps(side, PERIODS, operation_rate, progress)
     pixel_cost = maps.pixel_cost(extent.pixels, PERIODS, progress)
     masses = size_law.against_masses(extent.core_lanes // 4, PERIODS, extent.rounds, progress)
     sides = size_law.against_sides(ours.rate.median, extent.side_budget, progress)

@@ -59,7 +59,7 @@ def against_sides(rate: float, budget: float, progress: Callable[[str], None]) -
         if side > SIDES[1] and side * side * SIDE_PERIODS / rate > budget:
             progress(f"maps of side {side} and more left out: one would take over {budget:.0f} CPU seconds")
             break
-        run = run_map(FIXED, side, SIDE_PERIODS, 1.0, progress)
+        run, _ = run_map(FIXED, side, SIDE_PERIODS, 1.0, progress)
         points.append(
             SidePoint(
                 side=side,

@@ -39,18 +39,22 @@ LONGEST_PERIOD = 32
 """Longest motion that is looked for when a pixel is classified."""
 
 
+UNNAMED = -1
+
+
 class Classified(NamedTuple):
     """What became of the pixels of a map; every array has the shape (clearances, omegas).
 
     Attributes
     ----------
-    named : bool
-        Whether the motion was recognised.
-    impacts : int
-        Impacts followed one by one.
+    motion : int
+        A number for the name of the motion; UNNAMED where it was not recognised.
+    halves, impacts : int
+        Half periods run, and impacts followed one by one.
     """
 
-    named: Booleans
+    motion: Integers
+    halves: Integers
     impacts: Integers
 
 
@@ -110,4 +114,8 @@ def _map(
 ) -> Classified:
     task = Settling(periods, LONGEST_PERIOD, early, linearised, proven)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
-    return Classified(codes[lane_notes.REASON, :, :, 0] == NAMED, codes[lane_notes.STRUCK, :, :, 0])
+    codes = codes[..., 0]
+    name = codes[[lane_notes.PERIOD, lane_notes.IMPACTS_RIGHT, lane_notes.IMPACTS_LEFT, lane_notes.SYMMETRIC]]
+    number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))
+    motion = np.where(codes[lane_notes.REASON] == NAMED, number, UNNAMED)
+    return Classified(motion, codes[lane_notes.RUN], codes[lane_notes.STRUCK])
