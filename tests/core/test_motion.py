@@ -23,7 +23,7 @@ def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # typ
         work.tally[:3] = impacts(k)
         work.tally[LEAST_UNPRESSED] = work.tally[2]
         closing.enter(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
-        said = closing.name_motion(problem, ring, 0, k, k, max_period, 1.6, 1.6)
+        said = closing.name_motion(problem, ring, 0, k, k, max_period, 1.6, 1.6, 0.0)
         if said[0] == closing.NAMED:
             return said, k
     return said, None
