@@ -28,9 +28,7 @@ FloatArray = NDArray[np.float64]
 Five = tuple[float, float, float, float, float]
 
 WIDTH = 16
-"""Columns of a tile."""
-VECTOR = 8
-"""Numbers in the longest vector of any processor: of a tile that is not full only so many columns are worked on."""
+"""Columns of a tile; of one that is half empty only half are worked on."""
 
 # rows of `Tile.rows`
 CLEARANCE, SIDE, PLACE, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5

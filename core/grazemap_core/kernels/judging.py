@@ -109,6 +109,8 @@ IntArray = NDArray[np.int64]
 def make_room(group: Lanes, notes: Notes, k: int, used: int) -> None:
     """Let lanes whose events might not hold another half period begin with empty ones."""
     counts, cursor = notes.counts, group.cursor
+    if group.events.shape[1] == 0:  # none are kept
+        return
     most = group.events.shape[1] - ROOM
     for lane in range(used):
         if cursor[lane, ROWS] > most:

@@ -26,8 +26,10 @@ Masses = tuple[int, ...]
 
 LANES = 128
 """Trajectories in lockstep: many, so that those with an impact in one cell fill vectors; few enough for the caches."""
-COLUMNS = 16
-"""Lanes with an impact are solved in groups of so many: the longest vector of any processor, twice."""
+VECTOR = 8
+"""Numbers in the longest vector of any processor: lanes with an impact are solved in groups of so many."""
+COLUMNS = 2 * VECTOR
+"""Lanes are in use in groups of so many: loops over all of them work on two vectors at a time."""
 
 # A state has 2 N + 2 rows: (u, u') of every block, then x1 and v1.
 
@@ -563,7 +565,7 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, columns: Column
         `start` and the rows START_X, START_V, GAP are read; all else is written. Where CERTAIN is ONLY there is exactly
         one impact in the cell; where it is FIRST, one at PLACE and perhaps more behind it; where it is NONE, none.
     count : int
-        Columns filled, a multiple of COLUMNS.
+        Columns filled, a multiple of VECTOR.
     """
     end = cell + 1
     scalars = tables.scalars

@@ -34,8 +34,8 @@ from grazemap_core.kernels.compiled import copy_matrix, copy_vector, inlined, ke
 from grazemap_core.kernels.held import HeldProblem
 from grazemap_core.kernels.lane_tables import LaneTables
 from grazemap_core.kernels.lanes import (
-    COLUMNS,
     LANES,
+    VECTOR,
     Columns,
     Masses,
     advance,
@@ -332,7 +332,7 @@ def _bounce(
         active[k] = 1 if k < count else 0
         if k >= count:
             at[bounces.JUMP * WIDTH + k] = 0.0
-    worked = bounces.VECTOR if count <= bounces.VECTOR else WIDTH
+    worked = VECTOR if count <= VECTOR else WIDTH
     bounces.enter_tile(masses, tables, cell, tile, worked)
     while True:
         for k in range(count):
@@ -445,7 +445,7 @@ def _meet_stops(
         at[rows.GAP * LANES + count] = clearance[lane]
         count += 1
     if count > 0:
-        solve_impacts(masses, tables, cell, group.columns, (count + COLUMNS - 1) // COLUMNS * COLUMNS)
+        solve_impacts(masses, tables, cell, group.columns, (count + VECTOR - 1) // VECTOR * VECTOR)
     # typed by hand: a literal 0 would have `_bounce` compiled once more for each
     filled = int(np.int64(0))
     aside = int(np.int64(0))
