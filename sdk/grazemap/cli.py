@@ -27,6 +27,8 @@ from grazemap.version import __version__
 DONE, FAILED, INVALID, INTERRUPTED = 0, 1, 2, 130
 _PICTURES = (".png", ".svg", ".pdf")
 _RESULTS = (".npz", ".json")
+# Where `up` listens unless the environment says otherwise; as the service's own settings.
+_LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
 class _Invalid(Exception):
@@ -59,8 +61,12 @@ def _parser() -> argparse.ArgumentParser:
     address = f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
 
     up = commands.add_parser("up", help="keep a service with its workers up on this machine")
-    up.add_argument("--host", default="127.0.0.1")
-    up.add_argument("--port", type=_port, default=8000)
+    host, port = (_setting(name, default) for name, default in _LISTENS.items())
+    up.add_argument("--host", default=host, help="address to listen on; wins over GRAZEMAP_HOST (default: %(default)s)")
+    # a default that is text goes through the same check as an argument
+    up.add_argument(
+        "--port", type=_port, default=port, help="port, 0 any free one; wins over GRAZEMAP_PORT (default: %(default)s)"
+    )
     up.add_argument(
         "--data", type=Path, help="folder that keeps jobs and results (default: a temporary one, gone at the end)"
     )
@@ -86,6 +92,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _setting(name: str, default: str) -> str:
+    # in any case, as the service reads its settings
+    return next((value for key, value in os.environ.items() if key.upper() == name), default)
+
+
 def _positive(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError("must be a whole number of at least 1")
@@ -94,7 +105,7 @@ def _positive(text: str) -> int:
 
 def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) > 65535:
-        raise argparse.ArgumentTypeError("must be a whole number from 0 to 65535")
+        raise argparse.ArgumentTypeError("it, or else GRAZEMAP_PORT, must be a whole number from 0 to 65535")
     return int(text)
 
 

@@ -113,6 +113,50 @@ def test_a_wrong_command_gives_2(arguments, capsys):
     assert "usage:" in capsys.readouterr().err
 
 
+@pytest.fixture
+def told_stack(monkeypatch):
+    """A stack that comes up at an address made of its own arguments, and ends."""
+    told = "import json, sys; print(json.dumps({'url': ' '.join(sys.argv[1:])}))"
+    monkeypatch.setattr(cli, "stack_command", lambda *options: [sys.executable, "-c", told, *options])
+
+
+@pytest.mark.parametrize(
+    ("environment", "arguments", "listens"),
+    [
+        ({}, [], "--host 127.0.0.1 --port 8000 "),
+        ({"GRAZEMAP_PORT": "8141"}, [], "--host 127.0.0.1 --port 8141 "),
+        ({"GRAZEMAP_HOST": "::1", "grazemap_port": "8141"}, [], "--host ::1 --port 8141 "),
+        (
+            {"GRAZEMAP_HOST": "::1", "GRAZEMAP_PORT": "8141"},
+            ["--host", "localhost", "--port", "0"],
+            "--host localhost --port 0 ",
+        ),
+    ],
+)
+def test_up_listens_where_the_environment_says_unless_told_otherwise(
+    told_stack, monkeypatch, capsys, environment, arguments, listens
+):
+    for name in ("GRAZEMAP_HOST", "GRAZEMAP_PORT"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert cli.main(["up", *arguments]) == 0
+    assert listens in capsys.readouterr().out.splitlines()[0]
+
+
+def test_a_port_of_the_environment_that_is_none_is_refused_by_name_and_shown_by_help(monkeypatch, capsys):
+    monkeypatch.setenv("GRAZEMAP_PORT", "high")
+    monkeypatch.setenv("GRAZEMAP_HOST", "fe80::1%eth0")
+    for arguments, code in ((["up"], 2), (["up", "--help"], 0)):
+        with pytest.raises(SystemExit) as caught:
+            cli.main(arguments)
+        assert caught.value.code == code
+        written = capsys.readouterr()
+        assert "GRAZEMAP_PORT" in written.out + written.err
+    assert "(default: high)" in " ".join(written.out.split())
+    assert "(default: fe80::1%eth0)" in " ".join(written.out.split())
+
+
 def test_version(capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main(["--version"])
