@@ -16,9 +16,16 @@ LARGEST_NUMBER = 1e60
 
 
 class Request(BaseModel):
-    """A request body, or a part of one."""
+    """A request body, or a part of one. The line below a field is its description wherever the API is described."""
 
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid", frozen=True, hide_input_in_errors=True)
+    model_config = ConfigDict(
+        strict=True,
+        allow_inf_nan=False,
+        extra="forbid",
+        frozen=True,
+        hide_input_in_errors=True,
+        use_attribute_docstrings=True,
+    )
 
 
 class Response(BaseModel):
