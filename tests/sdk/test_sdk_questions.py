@@ -163,6 +163,28 @@ def test_bad_values_are_refused_before_anything_is_sent(body, pointer, allowed):
     assert allowed in refused(validated, "trajectories", body)[pointer][1]
 
 
+@pytest.mark.parametrize(
+    ("wrong", "pointer", "said"),
+    [
+        ({"omga": 1}, "", 'Unknown field "omga"; did you mean omega'),
+        ({"wobble": 1}, "", 'Unknown field "wobble"'),
+        ({"oscillator": {"mases": [1]}}, "/oscillator", 'Unknown field "mases"; did you mean masses'),
+        ({"initial": [{}, {"phas": 1}]}, "/initial/1", 'Unknown field "phas"; did you mean phase'),
+        ({"w" * 5000: 1}, "", f'Unknown field "{"w" * 64}"'),
+    ],
+)
+def test_an_unknown_field_is_named_with_the_one_that_may_be_meant(wrong, pointer, said):
+    body = {"omega": 0.3, "clearance": 1.0, "periods": 1} | wrong
+    assert refused(validated, "trajectories", body)[pointer][0] == said
+
+
+def test_stops_that_are_allowed_are_numbers():
+    body = {"omega": 0.3, "clearance": 1.0, "motion": {"period": 1, "stops": [2]}}
+    assert refused(validated, "periodic-orbits", body)["/motion/stops/0"][1] == "one of 1, -1"
+    body = {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"units": "si"}}
+    assert refused(validated, "trajectories", body)["/oscillator/units"][1] == 'one of "nondimensional", "SI"'
+
+
 def test_the_parts_of_a_diagram_are_asked_as_by_themselves():
     whole = questions.unfolding_diagram(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), 500, 16, 4, 2, True)
     alone = questions.unfolding_map(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), "rest", 500, 16)
@@ -290,13 +312,6 @@ def test_arguments_of_a_wrong_kind_are_parameter_errors(call, pointer):
 def test_union_branches_do_not_show_in_pointers():
     body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
     assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
-
-
-def test_the_name_of_an_unknown_field_is_not_repeated():
-    with pytest.raises(ParameterError) as caught:
-        validated("trajectories", {"omega": 0.3, "clearance": 1.0, "periods": 1, "oscillator": {"wobble": 1}})
-    assert "wobble" not in str(caught.value)
-    assert [error.pointer for error in caught.value.problem.errors] == ["/oscillator"]
 
 
 def test_an_unknown_process_lists_the_known_ones():
