@@ -125,6 +125,14 @@ def test_keys_are_documented_where_they_are_asked_for(client: TestClient, serve:
     assert secured == set(document["paths"]) - {"/healthz", "/readyz"}
 
 
+def test_the_guide_lists_every_metric(client: TestClient) -> None:
+    client.get("/v1")
+    shown = re.findall(r"^# TYPE (\w+) (\w+)$", client.get("/metrics").text, re.MULTILINE)
+    names = {name for name, _ in shown if not name.endswith("_created")}
+    rows = re.findall(r"^\| (`grazemap_\w+`.*?) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
+    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == names
+
+
 def test_the_guide_lists_every_problem() -> None:
     rows = re.findall(r"^\| `urn:grazemap:problem:([a-z-]+)` \| (\d+) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
     from_workers = {
