@@ -1,7 +1,7 @@
 """The command line: keep a stack up, look at one, run a process, draw a result.
 
 Exit codes: 0 done; 1 it failed (the service, the job, a file); 2 the command or the request is not valid;
-130 Ctrl-C.
+3 it is done, and the answer is that no periodic orbit was found; 130 Ctrl-C.
 """
 
 from __future__ import annotations
@@ -11,26 +11,32 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
-from contextlib import closing
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from grazemap import constants
 from grazemap.client import Client
 from grazemap.embedded import local, stack_command
-from grazemap.errors import GrazemapError, ParameterError, ProtocolError
+from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, ProtocolError
 from grazemap.models import PROCESSES
-from grazemap.results import load
+from grazemap.results import OrbitBranch, PeriodicOrbit, load
 from grazemap.version import __version__
 
-DONE, FAILED, INVALID, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, INVALID, NOT_FOUND, INTERRUPTED = 0, 1, 2, 3, 130
 _PICTURES = (".png", ".svg", ".pdf")
 _RESULTS = (".npz", ".json")
+# Where `up` listens unless the environment says otherwise; as the service's own settings.
+_LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
 class _Invalid(Exception):
     """The command's arguments do not make sense together."""
+
+
+class _FileTrouble(Exception):
+    """A file cannot be read or written."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,16 +46,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code: int = options.command(options)
     except (_Invalid, ParameterError) as error:
         return _complain(error, INVALID)
-    except (GrazemapError, OSError) as error:
+    except ConnectionFailed as error:
+        return _complain(f"{error}\nStart one with `grazemap up`, or say with --url where one is.", FAILED)
+    except (GrazemapError, _FileTrouble, OSError) as error:
         return _complain(error, FAILED)
     except KeyboardInterrupt:
         return INTERRUPTED
     return code
 
 
-def _complain(error: Exception, code: int) -> int:
+def _complain(error: Exception | str, code: int) -> int:
     print(f"grazemap: {error}", file=sys.stderr)
     return code
+
+
+@contextmanager
+def _files(what: str, path: Path | str) -> Iterator[None]:
+    """Say in plain words which file cannot be used."""
+    try:
+        yield
+    except OSError as error:
+        raise _FileTrouble(f"{what} {path}: {error.strerror or error}") from error
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -59,8 +76,12 @@ def _parser() -> argparse.ArgumentParser:
     address = f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
 
     up = commands.add_parser("up", help="keep a service with its workers up on this machine")
-    up.add_argument("--host", default="127.0.0.1")
-    up.add_argument("--port", type=_port, default=8000)
+    host, port = (_setting(name, default) for name, default in _LISTENS.items())
+    up.add_argument("--host", default=host, help="address to listen on; wins over GRAZEMAP_HOST (default: %(default)s)")
+    # a default that is text goes through the same check as an argument
+    up.add_argument(
+        "--port", type=_port, default=port, help="port, 0 any free one; wins over GRAZEMAP_PORT (default: %(default)s)"
+    )
     up.add_argument(
         "--data", type=Path, help="folder that keeps jobs and results (default: a temporary one, gone at the end)"
     )
@@ -74,7 +95,14 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="ask a question and write the answer to a file")
     run.add_argument("process", choices=sorted(PROCESSES))
     run.add_argument("--json", required=True, metavar="FILE", help="the request as JSON; - reads standard input")
-    run.add_argument("-o", "--output", required=True, type=Path, metavar="FILE", help=".npz, .json, .png or .svg")
+    run.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Path,
+        metavar="FILE",
+        help="where the answer goes: .npz, .json, .png, .svg or .pdf",
+    )
     run.add_argument("--url", help="address of a running service (default: GRAZEMAP_URL, else a stack for this run)")
     run.add_argument("--quiet", action="store_true", help="no progress bar")
     run.set_defaults(command=_run)
@@ -86,6 +114,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _setting(name: str, default: str) -> str:
+    # in any case, as the service reads its settings
+    return next((value for key, value in os.environ.items() if key.upper() == name), default)
+
+
 def _positive(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError("must be a whole number of at least 1")
@@ -94,7 +127,7 @@ def _positive(text: str) -> int:
 
 def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) > 65535:
-        raise argparse.ArgumentTypeError("must be a whole number from 0 to 65535")
+        raise argparse.ArgumentTypeError("it, or else GRAZEMAP_PORT, must be a whole number from 0 to 65535")
     return int(text)
 
 
@@ -156,13 +189,18 @@ def _run(options: argparse.Namespace) -> int:
     with closing(_client(url) if url else local()) as client:
         handle = client.submit(options.process, request).wait(progress=not options.quiet)
         result = handle.result()
-    if options.output.suffix in _RESULTS:
-        result.save(options.output)
-    else:
-        from grazemap.plots import save_picture
+    with _files("the output (-o)", options.output):
+        if options.output.suffix in _RESULTS:
+            result.save(options.output)
+        else:
+            from grazemap.plots import save_picture
 
-        save_picture(result, options.output)
+            save_picture(result, options.output)
     print(options.output)
+    if (isinstance(result, PeriodicOrbit) and not result.converged) or (
+        isinstance(result, OrbitBranch) and result.parameter.size == 0
+    ):
+        return _complain(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
     return DONE
 
 
@@ -182,7 +220,8 @@ def _check_output(path: Path) -> None:
 
 def _request(source: str) -> dict[str, Any]:
     try:
-        text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
+        with _files("the request (--json)", source):
+            text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
         request = json.loads(text)
     except RecursionError:
         raise _Invalid("the request is not JSON that can be read: its values are nested too deeply") from None
@@ -199,7 +238,10 @@ def _plot(options: argparse.Namespace) -> int:
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in _PICTURES:
         raise _Invalid(f"the picture must end in one of {', '.join(_PICTURES)}")
-    save_picture(load(options.result), output)
+    with _files("the result", options.result):
+        result = load(options.result)
+    with _files("the picture", output):
+        save_picture(result, output)
     print(output)
     return DONE
 

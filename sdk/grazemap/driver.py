@@ -113,7 +113,9 @@ def failure_of(error: httpx2.RequestError) -> LinkBroken | ProtocolError:
     """Return what the flows are told of an error on the way; a wrong kind of address is not tried twice."""
     if not isinstance(error, httpx2.TransportError):
         return ProtocolError(f"the answer cannot be read: {error}")
-    return LinkBroken(str(error) or type(error).__name__, retryable=not isinstance(error, httpx2.UnsupportedProtocol))
+    url = error.request.url
+    reason = f"{url.scheme}://{url.netloc.decode('ascii')}: {error or type(error).__name__}"
+    return LinkBroken(reason, retryable=not isinstance(error, httpx2.UnsupportedProtocol))
 
 
 def stream_timeout(usual: httpx2.Timeout, effect: OpenStream) -> httpx2.Timeout:

@@ -57,11 +57,13 @@ class GrazemapError(Exception):
 
 
 def problem_text(problem: Problem) -> str:
-    """Return a problem in plain words: the title, the detail, and one line per error."""
+    """Return a problem in plain words: the title, the detail, and one line per error, no sentence twice."""
     lines = [problem.title if not problem.detail else f"{problem.title}: {problem.detail}"]
     for error in problem.errors:
         allowed = f" (allowed: {error.allowed})" if error.allowed else ""
-        lines.append(f"  {error.pointer or '/'}: {error.detail}{allowed}")
+        where = error.pointer or "/"
+        said = f"at {where}" if error.detail == problem.detail else f"{where}: {error.detail}"
+        lines.append(f"  {said}{allowed}")
     return "\n".join(lines)
 
 

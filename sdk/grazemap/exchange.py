@@ -47,7 +47,7 @@ def exchange(request: Send, retries: int, deadline: float | None = None) -> Flow
         try:
             reply: Reply = yield request
         except LinkBroken as broken:
-            failure = ConnectionFailed(f"no answer from the service: {broken}")
+            failure = ConnectionFailed(f"no answer from the service at {broken}")
             if not broken.retryable:
                 raise failure from broken
         else:

@@ -2,12 +2,15 @@
 
 The client says the same about a request as the service would, before anything is sent; `errors_of` is the one text
 of both. `allowed` is read off the request model's own JSON schema at the place of the error, so that it cannot
-disagree with what is validated. Nothing that was sent is repeated, names of unknown fields included.
+disagree with what is validated. The service repeats nothing that was sent, names of unknown fields included: of these
+it says the known name that is nearest. The client names them too, to the one who wrote them.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -17,6 +20,8 @@ from grazemap.models import ProblemError
 
 Schema = Mapping[str, Any]
 MAX_ERRORS = 20
+# No known name is nearly as long, and comparing longer ones takes time.
+_LONGEST_NAME = 64
 # Messages of these types hold no input; every other type gets a sentence of our own.
 _QUOTABLE = {
     "greater_than",
@@ -44,7 +49,9 @@ _SENTENCES = {
 _PARSED = {"int_parsing": "an integer"}
 
 
-def errors_of(errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None) -> list[ProblemError]:
+def errors_of(
+    errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None, *, naming: bool = False
+) -> list[ProblemError]:
     """Return pydantic's errors as the problem's.
 
     Parameters
@@ -53,6 +60,8 @@ def errors_of(errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None
         What ``ValidationError.errors()`` gives; the first part of each location says where: "body", "query".
     model : type or None
         The model of the body, if there is one.
+    naming : bool
+        Whether unknown fields are named, which is for the one who wrote them alone.
 
     Returns
     -------
@@ -60,7 +69,7 @@ def errors_of(errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None
         At most `MAX_ERRORS`. Pointers are JSON pointers into the body, ``?name`` for a query parameter.
     """
     schema = schema_of(model) if model is not None else {}
-    return [_error(error, schema) for error in errors[:MAX_ERRORS]]
+    return [_error(error, schema, naming) for error in errors[:MAX_ERRORS]]
 
 
 @cache
@@ -69,20 +78,32 @@ def schema_of(model: type[BaseModel]) -> Schema:
     return model.model_json_schema()
 
 
-def _error(error: Mapping[str, Any], schema: Schema) -> ProblemError:
+def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemError:
     source, *rest = error["loc"] or ("body",)
     kind = str(error["type"])
+    unknown = ""
     if kind == "extra_forbidden":
-        rest.pop()  # the name is the client's: its object is pointed at, with the names that are known
+        unknown = str(rest.pop())  # the name is the client's: its object is pointed at, with the names that are known
     # the names of union branches, such as "[range]", are no part of the body
     where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
     context = error.get("ctx") or {}
     where += context.get("at", ())
     detail = str(error["msg"]) if kind in _QUOTABLE else _SENTENCES.get(kind, "Input is not valid here")
-    allowed = str(context["allowed"]) if "allowed" in context else _describe(_at(schema, where), schema)
+    here = _at(schema, where)
+    if kind == "extra_forbidden":
+        detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""
+        detail += _meant(unknown, here)
+    allowed = str(context["allowed"]) if "allowed" in context else _describe(here, schema)
     if source != "body" and not allowed:
         allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
     return ProblemError(pointer=_pointer(source, where), detail=detail, allowed=allowed)
+
+
+def _meant(unknown: str, schemas: Sequence[Schema]) -> str:
+    """Return which known field may be meant by an unknown name, without that name; "" where none is near."""
+    known = [name for schema in schemas for name in schema.get("properties", {})]
+    near = get_close_matches(unknown, known, n=1) if len(unknown) <= _LONGEST_NAME else []
+    return f"; did you mean {near[0]}" if near else ""
 
 
 def _pointer(source: Any, where: Iterable[Any]) -> str:
@@ -127,9 +148,9 @@ def _describe(schemas: Sequence[Schema], root: Schema) -> str:
 
 def _describe_one(schema: Schema, root: Schema) -> str:
     if "const" in schema:
-        return f'"{schema["const"]}"'
+        return json.dumps(schema["const"])
     if "enum" in schema:
-        return "one of " + ", ".join(f'"{value}"' for value in schema["enum"])
+        return "one of " + ", ".join(map(json.dumps, schema["enum"]))
     kind = schema.get("type")
     if kind in {"number", "integer"}:
         noun = "an integer" if kind == "integer" else "a finite number"

@@ -46,6 +46,10 @@ that was found; of curves in a window a mapping, or the orbit, says too where in
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
+_MOTION = (
+    "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
+    "a mapping with phases and velocities too; or an orbit that was found"
+)
 _VALUES = "(start, stop) with a number of points, or an increasing list or array"
 
 
@@ -268,7 +272,11 @@ def bifurcation_curves(
     }
     if motions is not None:
         several = isinstance(motions, Sequence) and not isinstance(motions, str | bytes)
-        body["motions"] = [_motion(motion, in_window=True) for motion in motions] if several else motions
+        body["motions"] = (
+            [_motion(motion, f"/motions/{k}", in_window=True) for k, motion in enumerate(motions)]
+            if several
+            else motions
+        )
     return _request(BifurcationCurvesRequest, "bifurcation-curves", oscillator, body)
 
 
@@ -282,20 +290,26 @@ def _orbit(
         "max_period": max_period,
     }
     if motion is not None:
-        body["motion"] = _motion(motion)
+        body["motion"] = _motion(motion, "/motion")
     if initial is not None:
         body["initial"] = _state(initial)
     return body
 
 
-def _motion(motion: Any, in_window: bool = False) -> Any:
+def _motion(motion: Any, at: str, in_window: bool = False) -> Any:
     """Return a motion as the models take it; those in a window say where in it they are, if that is known."""
     if isinstance(motion, tuple | list) and len(motion) == 2:
         return {"period": motion[0], "stops": _plain(motion[1])}
     if isinstance(motion, PeriodicOrbit):
+        if not motion.converged:
+            raise parameter_error(at, f"this orbit was not found: {motion.reason or 'no reason given'}", _MOTION)
         named = {"period": motion.period, **{name: getattr(motion, name) for name in ("stops", "phases", "velocities")}}
         return named | ({"omega": motion.omega, "clearance": motion.clearance} if in_window else {})
-    return motion.model_dump(exclude_none=True) if isinstance(motion, OrbitMotion) else _plain(motion)
+    if isinstance(motion, OrbitMotion):
+        return motion.model_dump(exclude_none=True)
+    if not isinstance(motion, Mapping):
+        raise parameter_error(at, "this is not a motion; its name alone does not tell the order of its stops", _MOTION)
+    return dict(motion)
 
 
 def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:

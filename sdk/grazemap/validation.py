@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from grazemap.errors import ParameterError
 from grazemap.invalid import errors_of
@@ -40,8 +40,13 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
     try:
         return parse_request(process, dict(body))
     except ValidationError as error:
-        details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
-        raise ParameterError(INVALID_REQUEST.model_copy(update={"errors": errors_of(details, model)})) from None
+        raise refusal(error, model) from None
+
+
+def refusal(error: ValidationError, model: type[BaseModel]) -> ParameterError:
+    """Return the exception for what pydantic has found wrong with a model's fields."""
+    details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
+    return ParameterError(INVALID_REQUEST.model_copy(update={"errors": errors_of(details, model, naming=True)}))
 
 
 def parameter_error(pointer: str, detail: str, allowed: str) -> ParameterError:

@@ -28,9 +28,29 @@ Grazing bifurcations of impact oscillators: grazing curves, codimension-two poin
 mappings, trajectories, bifurcation diagrams, unfolding maps, basins of attraction,
 periodic orbits and their branches.
 
-Post a request to a process and get a job; follow the job's events; fetch its result as npz or JSON. The same
-question has the same job, whoever asks. Every error is a problem after RFC 9457.
+1. **Post** a request to a process; the answer is a job, and `Location` is its address.
+2. **Wait** until its `status` is `successful`: look at the job again, follow its events, or post with the header
+   `Prefer: wait=30`.
+3. **Open the result**, `/v1/jobs/{job_id}/result`, as JSON or numpy's npz.
+
+The same question has the same job, whoever asks. Every error is a problem after RFC 9457. The guides come with the
+source: `docs/api.md` (this interface, with every field of every result), `docs/sdk.md` (Python and the command line),
+`docs/glossary.md` (the words), `docs/theory.md` (what is computed), `docs/operations.md` (running the service).
 """
+_JOBS = """\
+1. Post a request to a process: the answer has the job's `id`.
+2. Wait until its `status` is `successful`: ask for the job again, or follow its events.
+3. Open its result.
+"""
+TAGS = [
+    {
+        "name": "processes",
+        "description": "Questions: each is answered with a job. Fields that have a default may be left out.",
+    },
+    {"name": "jobs", "description": _JOBS},
+    {"name": "results", "description": "Of successful jobs, as JSON or npz; of maps on their way, the finished tiles."},
+    {"name": "operations", "description": "What this service is and takes at most, how it is, and its metrics."},
+]
 
 
 def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
@@ -68,7 +88,7 @@ def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
     keys : bool
         Whether the service asks for a key.
     """
-    schema = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, routes=app.routes)
+    schema = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, tags=TAGS, routes=app.routes)
     for path, operations in schema["paths"].items():
         for operation in operations.values():
             _correct(operation["responses"], everywhere=path.startswith(PREFIX))

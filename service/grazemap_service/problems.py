@@ -44,7 +44,7 @@ KINDS: dict[str, Kind] = {
     ),
     "host-not-allowed": Kind("Host not allowed", 400, "The Host header names none of the allowed hosts."),
     "bad-request": Kind("Bad request", 400, "The request cannot be understood."),
-    "key-required": Kind("Key required", 401, "The header Authorization: Bearer <key> is missing or wrong."),
+    "key-required": Kind("Key required", 401, "The header `Authorization: Bearer <key>` is missing or wrong."),
     "not-found": Kind("Not found", 404, "Nothing is at this address."),
     "unknown-process": Kind("Unknown process", 404, "There is no process of this name."),
     "unknown-job": Kind("Unknown job", 404, "There is no job with this id."),

@@ -4,12 +4,14 @@ import io
 import json
 import sys
 
+import numpy as np
 import pytest
 from sdk_documents import REQUESTS, npz
 from sdk_fake_service import FakeService, served
 
 import grazemap
 from grazemap import cli, constants
+from grazemap.codec import decode_npz, encode_npz
 
 
 @pytest.fixture
@@ -113,6 +115,50 @@ def test_a_wrong_command_gives_2(arguments, capsys):
     assert "usage:" in capsys.readouterr().err
 
 
+@pytest.fixture
+def told_stack(monkeypatch):
+    """A stack that comes up at an address made of its own arguments, and ends."""
+    told = "import json, sys; print(json.dumps({'url': ' '.join(sys.argv[1:])}))"
+    monkeypatch.setattr(cli, "stack_command", lambda *options: [sys.executable, "-c", told, *options])
+
+
+@pytest.mark.parametrize(
+    ("environment", "arguments", "listens"),
+    [
+        ({}, [], "--host 127.0.0.1 --port 8000 "),
+        ({"GRAZEMAP_PORT": "8141"}, [], "--host 127.0.0.1 --port 8141 "),
+        ({"GRAZEMAP_HOST": "::1", "grazemap_port": "8141"}, [], "--host ::1 --port 8141 "),
+        (
+            {"GRAZEMAP_HOST": "::1", "GRAZEMAP_PORT": "8141"},
+            ["--host", "localhost", "--port", "0"],
+            "--host localhost --port 0 ",
+        ),
+    ],
+)
+def test_up_listens_where_the_environment_says_unless_told_otherwise(
+    told_stack, monkeypatch, capsys, environment, arguments, listens
+):
+    for name in ("GRAZEMAP_HOST", "GRAZEMAP_PORT"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert cli.main(["up", *arguments]) == 0
+    assert listens in capsys.readouterr().out.splitlines()[0]
+
+
+def test_a_port_of_the_environment_that_is_none_is_refused_by_name_and_shown_by_help(monkeypatch, capsys):
+    monkeypatch.setenv("GRAZEMAP_PORT", "high")
+    monkeypatch.setenv("GRAZEMAP_HOST", "fe80::1%eth0")
+    for arguments, code in ((["up"], 2), (["up", "--help"], 0)):
+        with pytest.raises(SystemExit) as caught:
+            cli.main(arguments)
+        assert caught.value.code == code
+        written = capsys.readouterr()
+        assert "GRAZEMAP_PORT" in written.out + written.err
+    assert "(default: high)" in " ".join(written.out.split())
+    assert "(default: fe80::1%eth0)" in " ".join(written.out.split())
+
+
 def test_version(capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main(["--version"])
@@ -134,7 +180,9 @@ def test_status_shows_the_service_and_its_jobs(url, service, capsys):
 def test_status_without_a_service_gives_1(monkeypatch, capsys):
     monkeypatch.setattr(constants, "BACKOFF_START", 0.001)
     assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 1
-    assert "no answer from the service" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "no answer from the service at http://127.0.0.1:9: " in said
+    assert "grazemap up" in said
 
 
 def test_a_bad_address_gives_2(capsys):
@@ -163,4 +211,48 @@ def test_plot_of_something_else_gives_1(tmp_path, capsys):
     path = tmp_path / "text.npz"
     path.write_text("hello")
     assert cli.main(["plot", str(path)]) == 1
-    assert "not a grazemap result" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "not a grazemap result" in said
+    assert str(path) in said
+
+
+def test_a_file_that_cannot_be_read_or_written_is_named_with_its_option(tmp_path, capsys):
+    missing = tmp_path / "none.json"
+    run = ["run", "trajectories", "--json", str(missing), "-o", str(tmp_path / "t.npz"), "--url", "http://x"]
+    assert cli.main(run) == 1
+    assert capsys.readouterr().err == f"grazemap: the request (--json) {missing}: No such file or directory\n"
+    assert cli.main(["plot", str(missing)]) == 1
+    assert capsys.readouterr().err == f"grazemap: the result {missing}: No such file or directory\n"
+    result = tmp_path / "map.npz"
+    result.write_bytes(npz("unfolding-maps"))
+    nowhere = tmp_path / "none" / "map.png"
+    assert cli.main(["plot", str(result), "-o", str(nowhere)]) == 1
+    assert capsys.readouterr().err == f"grazemap: the picture {nowhere}: No such file or directory\n"
+
+
+def test_help_names_every_kind_of_file(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["run", "--help"])
+    written = capsys.readouterr().out
+    for ending in (".npz", ".json", ".png", ".svg", ".pdf"):
+        assert ending in written
+
+
+@pytest.mark.parametrize("process", ["periodic-orbits", "orbit-branches"])
+def test_an_orbit_that_was_not_found_is_written_told_and_has_a_code_of_its_own(
+    url, tmp_path, monkeypatch, capsys, process
+):
+    request, output = tmp_path / "request.json", tmp_path / "orbit.npz"
+    request.write_text(json.dumps(REQUESTS[process]))
+    arguments = ["run", process, "--json", str(request), "-o", str(output), "--url", url, "--quiet"]
+    assert cli.main(arguments) == 0
+    assert capsys.readouterr().err == ""
+    document, meta = decode_npz(npz(process))
+    nothing = {"converged": False} if process == "periodic-orbits" else {"parameter": np.empty(0)}
+    lost = encode_npz({**document, **nothing, "reason": "it is too far away"}, meta)
+    monkeypatch.setattr("sdk_fake_service.npz", lambda name: lost)
+    request.write_text(json.dumps({**REQUESTS[process], "max_period": 7}))
+    output.unlink()
+    assert cli.main(arguments) == 3
+    assert capsys.readouterr().err == "grazemap: no periodic orbit was found: it is too far away\n"
+    assert grazemap.load(output).reason == "it is too far away"

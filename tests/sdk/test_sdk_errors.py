@@ -35,3 +35,11 @@ def test_every_exception_survives_pickling_with_all_it_says(cls):
     assert str(again) == str(error)
     assert again.__dict__ == error.__dict__
     assert again.__notes__ == ["while drawing"]
+
+
+def test_a_sentence_is_printed_once_and_an_empty_list_of_what_is_allowed_not_at_all():
+    error = ProblemError(pointer="/overshoot", detail="the overshoot is too great")
+    problem = PROBLEM.model_copy(update={"detail": error.detail, "errors": [error]})
+    assert errors.problem_text(problem) == "Title: the overshoot is too great\n  at /overshoot"
+    other = problem.model_copy(update={"detail": "Values are wrong."})
+    assert errors.problem_text(other) == "Title: Values are wrong.\n  /overshoot: the overshoot is too great"

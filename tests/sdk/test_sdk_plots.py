@@ -3,11 +3,14 @@
 import itertools
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
+from grazemap.models import motion_label
+from grazemap.models.job import INFINITE
 from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.trajectory import with_impacts
@@ -288,8 +291,35 @@ def test_basins_show_twins_in_two_shades_and_what_is_unresolved():
 )
 def test_a_bifurcation_diagram_shows_a_quantity_in_the_colours_of_motions(quantity, label):
     ax = decode_result(npz("bifurcation-diagrams")).plot(quantity=quantity)
-    assert legend(ax) == ["1-$1_r$-$0_l$ (1)", "unresolved (1)"]
+    assert legend(ax) == ["1-$1_r$-$0_l$ (1 value)", "unresolved (1 value)"]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("clearance $b$", label)
+
+
+@pytest.mark.parametrize(
+    ("process", "place"),
+    [
+        ("bifurcation-diagrams", r"$\omega$ = 0.29 rad/s"),
+        ("basins", r"$\omega$ = 0.29 rad/s, $b$ = 1.6 m"),
+        ("discontinuity-mappings", r"$\omega$ = 0.29 rad/s, $b$ = 1.99 m"),
+        ("orbit-branches", r"$\omega$ = 0.27 rad/s"),
+        ("trajectories", r"$\omega$ = 0.29 rad/s, $b$ = 1.6 m"),
+    ],
+)
+def test_titles_have_units_where_axes_have_them(process, place):
+    result = decode_result(npz(process))
+    request = result.meta["request"]
+    si = {**request, "oscillator": {**request["oscillator"], "units": "SI"}}
+    for meta, told in ((result.meta, False), ({**result.meta, "request": si}, True)):
+        axes = replace(result, meta=meta).plot()
+        title = axes[0].get_figure().get_suptitle() if isinstance(axes, tuple) else axes.get_title()
+        assert (place in title, " rad/s" in title) == (told, told)
+
+
+@pytest.mark.parametrize("counts", [(1, 2, 2), (12, -1, 10), (1, INFINITE, 0)])
+def test_a_label_in_plain_text_and_the_motion_look_the_same(counts):
+    assert palette.label_text(motion_label(*counts)) == palette.motion_text(motion(*counts))
+    assert palette.label_text(f"of {motion_label(*counts)}, too").startswith("of ")
+    assert palette.label_text("a motion not found") == "a motion not found"
 
 
 def test_a_bifurcation_diagram_has_no_other_quantities():
@@ -313,7 +343,7 @@ def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motio
 
 def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():
     ax = decode_result(npz("periodic-orbits")).plot()
-    assert ax.get_title() == "Multipliers of 1-1r-1l, unstable"
+    assert ax.get_title() == "Multipliers of 1-$1_r$-$1_l$, unstable"
     outside = ax.lines[-1]
     assert outside.get_xdata().tolist() == [-1.5]
 
@@ -331,16 +361,16 @@ def test_multipliers_along_a_branch_are_coloured_by_its_parameter():
 def test_curves_of_motions_are_named_by_them():
     curves = decode_result(npz("bifurcation-curves of motions"))
     ax = curves.plot()
-    assert ax.get_title() == "Bifurcation curves of 1-2r-2l, a motion not found"
-    assert legend(ax) == ["Neimark-Sacker (NS), 1-2r-2l", "graze (GR), 1-2r-2l"]
+    assert ax.get_title() == "Bifurcation curves of 1-$2_r$-$2_l$, a motion not found"
+    assert legend(ax) == ["Neimark-Sacker (NS), 1-$2_r$-$2_l$", "graze (GR), 1-$2_r$-$2_l$"]
 
 
 def test_curves_that_are_no_borders_are_drawn_when_asked_for():
     curves = decode_result(npz("bifurcation-curves"))
-    assert legend(curves.plot()) == ["saddle-node (SN), 1-1r-(-1)l", "graze (GR), 1-1r-(-1)l"]
-    assert legend(curves.plot(admissible=False))[-1] == "period doubling (PD), 1-1r-(-1)l"
+    assert legend(curves.plot()) == ["saddle-node (SN), 1-$1_r$-$(-1)_l$", "graze (GR), 1-$1_r$-$(-1)_l$"]
+    assert legend(curves.plot(admissible=False))[-1] == "period doubling (PD), 1-$1_r$-$(-1)_l$"
     ax = decode_result(npz("unfolding-maps")).plot(curves=curves)
-    assert "graze (GR), 1-1r-(-1)l" in legend(ax)
+    assert "graze (GR), 1-$1_r$-$(-1)_l$" in legend(ax)
     assert ax.get_xlim() == pytest.approx((0.175, 0.325))
 
 
@@ -363,4 +393,4 @@ def test_a_diagram_draws_what_its_borders_are():
     # between rows 0 and 1 of column 1, and between columns 0 and 1 of row 0
     assert between == [[[0.225, 1.55], [0.275, 1.55]], [[0.225, 1.45], [0.225, 1.55]]]
     bare = type(result).from_document({k: v for k, v in result._document.items() if k != "borders"}, result.meta)
-    assert "saddle-node (SN), 1-1r-(-1)l" in legend(bare.plot())
+    assert "saddle-node (SN), 1-$1_r$-$(-1)_l$" in legend(bare.plot())

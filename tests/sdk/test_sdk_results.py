@@ -4,6 +4,7 @@ import dataclasses
 import io
 import json
 import random
+import re
 import warnings
 
 import numpy as np
@@ -452,7 +453,7 @@ def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_nothing_invented(endin
 def test_what_is_no_result_is_refused(content, tmp_path):
     path = tmp_path / "file"
     path.write_bytes(content)
-    with pytest.raises(ResultFormatError):
+    with pytest.raises(ResultFormatError, match=re.escape(str(path))):
         grazemap.load(path)
 
 

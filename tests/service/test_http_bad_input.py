@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from typing import Any
 
@@ -97,7 +98,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("bifurcation-diagrams", {**DIAGRAM, "vary": "restitution"}, "/vary", '"clearance"', "no parameter"),
     ("bifurcation-diagrams", {**DIAGRAM, "range": {**RANGE, "stop": 0.01}}, "/range", "stop > start", "falls"),
     ("bifurcation-diagrams", {**DIAGRAM, "policy": "ensemble"}, "/policy", '"sweep-up"', "policy of maps only"),
-    ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [0]}}, "/motion/stops/0", '"-1"', "no stop"),
+    ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [0]}}, "/motion/stops/0", "one of 1, -1", "no stop"),
     ("periodic-orbits", {**ORBIT, "motion": {"period": 0, "stops": [1]}}, "/motion/period", ">= 1", "period 0"),
     ("periodic-orbits", {**ORBIT, "motion": {"period": 1, "stops": [1], "velocities": [1]}}, "/motion/phases", "both",
      "velocities without phases"),
@@ -121,8 +122,8 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("bifurcation-curves", {**WINDOW, "motions": []}, "/motions", "1 to 16", "no motions"),
     ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1]}] * 17}, "/motions", "1 to 16",
      "too many motions"),
-    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1, 3]}]}, "/motions/0/stops/1", '"-1"',
-     "no stop of a motion"),
+    ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1, 3]}]}, "/motions/0/stops/1",
+     "one of 1, -1", "no stop of a motion"),
     ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "omega": 0.5}]}, "/motions/0/omega",
      "within omega", "motion beside the window"),
     ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "phases": [1], "velocities": [1]}]},
@@ -186,6 +187,24 @@ def test_bad_values_are_named(
     assert problem["errors"][0]["detail"]
     assert MARKER.lower() not in answer.text.lower()
     assert store.jobs() == ([], None)
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer", "detail"),
+    [
+        ({**TRAJECTORY, "omga": 1}, "", "Unknown field; did you mean omega"),
+        ({**TRAJECTORY, MARKER: 1}, "", "Unknown field"),
+        ({**TRAJECTORY, "omega" * 1000: 1}, "", "Unknown field"),
+        ({**TRAJECTORY, "initial": {"phas": 1}}, "/initial", "Unknown field; did you mean phase"),
+    ],
+)
+def test_of_an_unknown_field_the_known_name_next_to_it_is_said_and_not_its_own(
+    client: TestClient, body: Any, pointer: str, detail: str
+) -> None:
+    answer = client.post("/v1/trajectories", json=body)
+    (error,) = answer.json()["errors"]
+    assert (error["pointer"], error["detail"]) == (pointer, detail)
+    assert not re.search(rf"omga|{MARKER}|omegaomega|phas\b", answer.text)
 
 
 @pytest.mark.parametrize("number", ["1e999", "-1e999", "NaN", "-Infinity"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.models import PROCESSES, parse_request
+from grazemap.models import PROCESSES, Oscillator, parse_request
 from grazemap_service.problems import KINDS
 
 GUIDE = Path(__file__).parents[2] / "docs" / "api.md"
@@ -63,6 +64,42 @@ def test_references_lead_somewhere(document: dict[str, Any]) -> None:
     assert set(schemas) <= references
 
 
+def test_every_field_of_a_request_and_every_group_is_described(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    waiting = [f"{process.__name__}" for process in PROCESSES.values()]
+    seen = set()
+    while waiting:
+        name = waiting.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        waiting += re.findall(r"#/components/schemas/(\w+)", str(schemas[name]))
+        for field, schema in schemas[name]["properties"].items():
+            described = schema.get("description", "")
+            assert described.endswith("."), f"{name}.{field}"
+            assert "\n" not in described
+    assert {"Oscillator", "InitialState", "Range", "OrbitMotion", "BasinCoordinate"} <= seen
+    used = {tag for _, _, operation in operations(document) for tag in operation["tags"]}
+    assert used == {tag["name"] for tag in document["tags"] if tag["description"]}
+
+
+def test_descriptions_are_plain_text_that_is_shown_whole(document: dict[str, Any]) -> None:
+    assert "Parameters" not in document["components"]["schemas"]["Oscillator"]["description"]
+    # a page takes <key> for an element, unless it is code
+    texts = [document["info"]["description"], *re.findall(r"'description': ['\"](.*?)['\"][,}]", str(document))]
+    texts += GUIDE.read_text("utf-8").splitlines()
+    assert not [text for text in texts if re.search(r"<\w+>", re.sub(r"`[^`]*`", "", text))]
+
+
+def test_the_guide_has_every_field_of_the_oscillator_with_its_default() -> None:
+    section = GUIDE.read_text("utf-8").partition("## The oscillator\n")[2].partition("\n## ")[0]
+    rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]+) \|", section, re.MULTILINE))
+    fields = Oscillator.model_fields
+    assert {name: json.loads(rows[name].strip("`")) for name in fields} == Oscillator().model_dump()
+    (body,) = re.findall(r"-d '\n(\{.*?)'\n", section, re.DOTALL)
+    assert parse_request("grazing-curves", json.loads(body)).oscillator.size == 2
+
+
 def test_bounds_are_documented(document: dict[str, Any]) -> None:
     fields = document["components"]["schemas"]["Oscillator"]["properties"]
     assert (fields["restitution"]["minimum"], fields["restitution"]["maximum"]) == (0, 1)
@@ -86,6 +123,14 @@ def test_keys_are_documented_where_they_are_asked_for(client: TestClient, serve:
     assert document["components"]["securitySchemes"]["key"]["scheme"] == "bearer"
     secured = {path for _, path, operation in operations(document) if "security" in operation}
     assert secured == set(document["paths"]) - {"/healthz", "/readyz"}
+
+
+def test_the_guide_lists_every_metric(client: TestClient) -> None:
+    client.get("/v1")
+    shown = re.findall(r"^# TYPE (\w+) (\w+)$", client.get("/metrics").text, re.MULTILINE)
+    names = {name for name, _ in shown if not name.endswith("_created")}
+    rows = re.findall(r"^\| (`grazemap_\w+`.*?) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
+    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == names
 
 
 def test_the_guide_lists_every_problem() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 LEAST_NUMBER = 1e-60
@@ -16,9 +16,29 @@ LARGEST_NUMBER = 1e60
 
 
 class Request(BaseModel):
-    """A request body, or a part of one."""
+    """A request body, or a part of one. The line below a field is its description wherever the API is described."""
 
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="forbid", frozen=True, hide_input_in_errors=True)
+    model_config = ConfigDict(
+        strict=True,
+        allow_inf_nan=False,
+        extra="forbid",
+        frozen=True,
+        hide_input_in_errors=True,
+        use_attribute_docstrings=True,
+    )
+
+    def __init__(self, /, **fields: Any) -> None:
+        """Check the fields. Raises grazemap.errors.ParameterError, which says what is wrong with which."""
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            # the errors are made of models
+            from grazemap.validation import refusal
+
+            raise refusal(error, type(self)) from None
+
+    # As of BaseModel's own: what validates a body, or a part of one, does without this and has pydantic's errors.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
 
 class Response(BaseModel):

@@ -16,8 +16,11 @@ class BasinCoordinate(Request):
     """One of the two initial coordinates: displacement or velocity of a mass, and its values."""
 
     quantity: Literal["displacement", "velocity"]
+    """What of the mass is varied."""
     mass: Count = 1
+    """Which mass, counted from 1."""
     values: CoordinateGrid
+    """Its values: a range, or an increasing list; of mass 1 strictly between the stops."""
 
     @property
     def place(self) -> tuple[str, int]:
@@ -39,12 +42,19 @@ class BasinsRequest(ProcessRequest):
     """
 
     omega: Positive
+    """Forcing frequency."""
     clearance: Positive
+    """Distance of each stop from the middle."""
     horizontal: BasinCoordinate
+    """The initial coordinate along the picture's horizontal axis."""
     vertical: BasinCoordinate
+    """The one along its vertical axis."""
     initial: InitialState = InitialState()
+    """All other coordinates, and the phase of the forcing."""
     max_periods: MaxPeriods = 1000
+    """Forcing periods after which a trajectory that has not settled is given up."""
     max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
 
     @model_validator(mode="after")
     def _coordinates_fit(self) -> BasinsRequest:

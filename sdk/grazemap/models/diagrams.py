@@ -19,13 +19,21 @@ class BifurcationDiagramsRequest(ProcessRequest):
     """
 
     vary: Literal["clearance", "omega"]
+    """The parameter that varies; the other one is given by its name."""
     range: Grid
+    """The values of the parameter that varies: a range, or an increasing list."""
     omega: Positive | None = None
+    """Forcing frequency, where clearance varies."""
     clearance: Positive | None = None
+    """Distance of each stop from the middle, where omega varies."""
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
+    """Where trajectories start: at rest, or where that of the value below (sweep-up) or above has ended."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 300
+    """Forcing periods gone through at each value before those that are shown."""
     periods: Count = 64
+    """Forcing periods that are shown at each value."""
     max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
 
     @model_validator(mode="after")
     def _one_is_fixed(self) -> BifurcationDiagramsRequest:

@@ -27,10 +27,15 @@ class OrbitMotion(Request):
     """
 
     period: MaxPeriod
+    """In forcing periods."""
     stops: Annotated[list[Stop], Field(min_length=1, max_length=MOST_IMPACTS, fail_fast=True), Listable]
+    """The stops of a period's impacts in order: 1 is A (right), -1 is C (left)."""
     phases: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of the impacts, omega t in radians, increasing: where Newton's method begins; with velocities or not at all."""
     velocities: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of mass 1 before each impact, signed; with phases or not at all."""
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
+    """The motion's name n-p_r-q_l; adds nothing, and must be that of the period and the stops."""
 
     @model_validator(mode="after")
     def _label_fits(self) -> OrbitMotion:
@@ -66,11 +71,17 @@ class PeriodicOrbitsRequest(ProcessRequest):
     """
 
     omega: Positive
+    """Forcing frequency."""
     clearance: Positive
+    """Distance of each stop from the middle."""
     motion: OrbitMotion | None = None
+    """The motion that is looked for; instead of initial."""
     initial: InitialState | None = None
+    """Where a trajectory starts whose motion is solved for; left out, at rest."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 1000
+    """Forcing periods in which that trajectory settles."""
     max_period: MaxPeriod = 32
+    """The longest period looked for in it, in forcing periods."""
 
     @model_validator(mode="after")
     def _one_beginning(self) -> PeriodicOrbitsRequest:
@@ -87,7 +98,9 @@ class BranchInterval(Request):
     """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
 
     start: NonNegative
+    """The least value, included."""
     stop: Positive
+    """The greatest value, included."""
 
     @model_validator(mode="after")
     def _ordered(self) -> BranchInterval:
@@ -103,8 +116,11 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
     """
 
     vary: Literal["clearance", "omega", "restitution"] = "clearance"
+    """The parameter along which the branch is followed."""
     range: BranchInterval
+    """The interval of that parameter; it holds the value of the orbit."""
     max_points: Annotated[int, Field(ge=1, le=20_000), Listable] = 2000
+    """Points of the branch at most, either way from the orbit."""
 
     @model_validator(mode="after")
     def _orbit_in_range(self) -> OrbitBranchesRequest:
@@ -126,7 +142,9 @@ class CurveMotion(OrbitMotion):
     """
 
     omega: Positive | None = None
+    """Where an orbit of the motion is, inside the window; left out, it is looked for."""
     clearance: Positive | None = None
+    """Where an orbit of the motion is, inside the window; left out, it is looked for."""
 
     @model_validator(mode="after")
     def _phases_have_a_place(self) -> CurveMotion:
@@ -145,10 +163,15 @@ class BifurcationCurvesRequest(ProcessRequest):
     """
 
     omega: Interval
+    """The window's frequencies."""
     clearance: Interval
+    """The window's clearances."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
+    """Of curves in closed form: the longest period of their motions, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
+    """Of curves in closed form: frequencies across the window."""
     motions: Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None = None
+    """The motions whose curves are looked for by continuation; left out, those in closed form are taken."""
 
     @model_validator(mode="after")
     def _motions_in_window(self) -> BifurcationCurvesRequest:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from grazemap.models.base import Float, Listable, NonNegative, Positive, Request, invalid
 
@@ -20,6 +20,14 @@ Damping = Annotated[
     | Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable, Tag("[per link]")],
     Discriminator(_damping_tag),
 ]
+
+
+_DESCRIPTION = """\
+A chain of N masses. Mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
+
+Link i, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; what
+is left out has its default, in SI too.
+"""
 
 
 class Oscillator(Request):
@@ -44,12 +52,21 @@ class Oscillator(Request):
     restitution : float in [0, 1]
     """
 
+    # This docstring is for Python, and would be one paragraph where the API is described.
+    model_config = ConfigDict(json_schema_extra={"description": _DESCRIPTION})
+
     units: Literal["nondimensional", "SI"] = "nondimensional"
+    """How all numbers are meant; "SI": kg, N/m, N, m, s, rad/s. Nothing is rescaled."""
     masses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 10.0, 10.0]
+    """N masses, from mass 1, which hits the stops, on; kg in SI."""
     stiffnesses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 5.0, 5.0]
+    """N stiffnesses: link i joins mass i to mass i + 1, the last one to the ground; N/m in SI."""
     damping: Damping = 0.05
+    """gamma of C = 2 gamma K (seconds in SI); or one number per link, c_i = 2 zeta_i, in SI c_i itself (N s/m)."""
     forcing: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] = [1.0, 0.0, 0.0]
+    """Amplitude of the force on each of the N masses; N in SI."""
     restitution: Annotated[float, Field(ge=0, le=1), Listable] = 0.8
+    """Speed of mass 1 after an impact over that before it."""
 
     @model_validator(mode="after")
     def _lengths_agree(self) -> Oscillator:

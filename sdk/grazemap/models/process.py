@@ -19,3 +19,4 @@ class ProcessRequest(Request):
     """What the requests of all processes share."""
 
     oscillator: Oscillator = Oscillator()
+    """The chain of masses; left out, or any of its fields, the paper's example."""

@@ -16,7 +16,9 @@ class Interval(Request):
     """An interval of a positive parameter, both ends included."""
 
     start: Positive
+    """The least value, included."""
     stop: Positive
+    """The greatest value, included."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Interval:
@@ -29,6 +31,7 @@ class Range(Interval):
     """Equally spaced values of a positive parameter, both ends included."""
 
     points: Annotated[int, Field(ge=2), Listable]
+    """How many values, both ends counted."""
 
 
 def _increasing(values: list[float]) -> list[float]:
@@ -63,8 +66,11 @@ class CoordinateRange(Request):
     """Equally spaced values of an initial coordinate, of any sign, both ends included."""
 
     start: Float
+    """The least value, included."""
     stop: Float
+    """The greatest value, included."""
     points: Annotated[int, Field(ge=2), Listable]
+    """How many values, both ends counted."""
 
     @model_validator(mode="after")
     def _ordered(self) -> CoordinateRange:

@@ -35,16 +35,22 @@ class GrazingCurvesRequest(ProcessRequest):
     """
 
     omega: Grid
+    """Forcing frequencies: a range, or an increasing list."""
     max_order: Order = 8
+    """Up to how many half periods after the graze an impact that recurs is looked for."""
     sequence: bool = False
+    """Whether the result has xi_m of every point, whose signs say where an impact recurs."""
 
 
 class CodimensionTwoPointsRequest(ProcessRequest):
     """Every codimension-two point of the grazing curve over an interval of omega (equations (42), (45), (57), (58))."""
 
     omega: Interval
+    """The interval of forcing frequencies."""
     max_order: Order = 8
+    """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
+    """The longest period of the motions that leave at a resonant point, in forcing periods."""
 
 
 class DiscontinuityMappingsRequest(ProcessRequest):
@@ -55,22 +61,34 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     """
 
     omega: Positive
+    """Forcing frequency."""
     overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable]
+    """How far mass 1 is taken beyond the stop, as displacements: one state for each."""
     stop: Literal["A", "C"] = "A"
+    """The stop that is grazed: A at +clearance, C at -clearance."""
     order: Literal["leading", "exact"] = "exact"
+    """The mapping that is applied and iterated: exact, or its leading term."""
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
+    """How many half periods the motion is followed for."""
 
 
 class TrajectoriesRequest(ProcessRequest):
     """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
 
     omega: Positive
+    """Forcing frequency."""
     clearance: Positive
+    """Distance of each stop from the middle."""
     initial: InitialStates = InitialState()
+    """Where the trajectory starts: a state, or a list of 1 to 1000; what is left out of one is 0."""
     periods: Count
+    """Forcing periods that are recorded."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 0
+    """Forcing periods before the record."""
     samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
+    """Samples at equal parts of each forcing period; instead of times."""
     times: Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None = None
+    """Samples at these times within the record, increasing; instead of samples_per_period."""
 
     @model_validator(mode="after")
     def _initial_states_fit(self) -> TrajectoriesRequest:
@@ -129,14 +147,22 @@ class UnfoldingMapsRequest(ProcessRequest):
     """
 
     omega: Grid
+    """Forcing frequencies, the map's columns: a range, or an increasing list."""
     clearance: Grid
+    """Clearances, the map's rows: a range, or an increasing list."""
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
+    """Where trajectories start: at rest, where a neighbour's has ended, or at several random states."""
     max_periods: MaxPeriods = 1000
+    """Forcing periods after which a trajectory that has not settled is given up."""
     max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
     initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
+    """Random states at each point; of the policy ensemble only, counts for nothing with another."""
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+    """What those are drawn from; of the policy ensemble only, counts for nothing with another."""
     adaptive: bool = False
+    """Whether points are inferred where all neighbours agree, and computed elsewhere only; not of a sweep."""
 
     @model_validator(mode="after")
     def _neighbours_are_free(self) -> UnfoldingMapsRequest:
@@ -163,12 +189,19 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     """
 
     omega: Grid
+    """Forcing frequencies, the map's columns: a range, or an increasing list."""
     clearance: Grid
+    """Clearances, the map's rows: a range, or an increasing list."""
     max_periods: MaxPeriods = 1000
+    """Forcing periods after which a trajectory that has not settled is given up."""
     max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
     max_order: Order = 8
+    """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
+    """The longest period of the motions that leave at a resonant point, in forcing periods."""
     borders: Annotated[bool, Listable] = False
+    """Whether every border of the map's regions is explained; takes a few times as long, or many times."""
 
     @property
     def unfolding_map(self) -> UnfoldingMapsRequest:

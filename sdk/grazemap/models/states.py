@@ -13,8 +13,11 @@ class InitialState(Request):
     """Where a trajectory starts; left out: at rest in the middle, forcing phase 0."""
 
     displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
     velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
     phase: Float = 0.0
+    """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
 
     def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
         """Return the state with zeros where it was left out, so that the same question is the same text.

@@ -46,6 +46,13 @@ def axis_label(quantity: str, units: str, mass: int = 1) -> str:
     return f"{text} ({unit})" if units == "SI" and unit else text
 
 
+def place_text(units: str, **values: float) -> str:
+    """Return where in the plane a picture is, omega and clearance as far as they are given, with their units in SI."""
+    signs = {"omega": r"$\omega$", "clearance": "$b$"}
+    unit = {name: f" {_QUANTITIES[name][1]}" if units == "SI" else "" for name in signs}
+    return ", ".join(f"{signs[name]} = {value:g}{unit[name]}" for name, value in values.items())
+
+
 def label_plane(ax: Axes, units: str) -> None:
     """Label the axes of a picture in the plane of omega and clearance."""
     ax.set_xlabel(axis_label("omega", units))

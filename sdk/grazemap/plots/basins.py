@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import INK, axes_or_new, axis_label, cell_borders, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, axis_label, cell_borders, legend_outside, place_text
 from grazemap.plots.palette import UNRESOLVED, motion_colour, motion_text
 from grazemap.results import Basins
 
@@ -48,7 +48,7 @@ def plot_basins(result: Basins, ax: Axes | None = None) -> Axes:
         coordinate = request[name]
         put("initial " + axis_label(coordinate["quantity"], result.units, coordinate["mass"]))
     rows, columns = result.label.shape
-    where = rf"$\omega$ = {request['omega']:g}, $b$ = {request['clearance']:g}"
+    where = place_text(result.units, omega=request["omega"], clearance=request["clearance"])
     ax.set_title(f"Basins of attraction at {where}, {rows} × {columns} states", fontsize=10)
     legend_outside(ax, handlelength=1.4, labelspacing=0.35)
     return ax

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from grazemap.plots.axes import axes_or_new, label_plane, legend_outside
 from grazemap.plots.curve import BIFURCATIONS
+from grazemap.plots.palette import label_text
 from grazemap.results import BifurcationCurves
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ def plot_bifurcation_curves(result: BifurcationCurves, ax: Axes | None = None, a
     window = result.meta["request"]
     ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
     ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
-    named = dict.fromkeys(motion.label or "a motion not found" for motion in result.motions)
+    named = dict.fromkeys(
+        label_text(motion.label) if motion.label else "a motion not found" for motion in result.motions
+    )
     motions = ", ".join(named) or "motions with one impact, or one on either stop"
     ax.set_title(f"Bifurcation curves of {motions}", fontsize=10)
     legend_outside(ax)
@@ -39,7 +42,7 @@ def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: boo
     for curve in result.curves:
         if admissible and not curve.admissible:
             continue
-        label = f"{curve_name(curve.type)}, {curve.motion}"
+        label = f"{curve_name(curve.type)}, {label_text(curve.motion)}"
         style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo) | {
             "linestyle": _DASHES[(curve.period - 1) % len(_DASHES)],
             "alpha": 1.0 if curve.admissible else 0.3,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import axes_or_new, axis_label, legend_outside
+from grazemap.plots.axes import axes_or_new, axis_label, legend_outside, place_text
 from grazemap.plots.palette import motion_colour, motion_text
 from grazemap.results import BifurcationDiagram, MotionShare
 from grazemap.results.diagrams import QUANTITIES
@@ -35,7 +35,7 @@ def plot_bifurcation_diagram(
         members = [result.sections[i] for i in np.flatnonzero(labels == name)]
         columns = [getattr(section, quantity) for section in members]
         place = np.repeat(result.parameter[labels == name], [len(column) for column in columns])
-        entry = f"{motion_text(share)} ({count})" if name in named else None
+        entry = f"{motion_text(share)} ({count} value{'s' if count > 1 else ''})" if name in named else None
         style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
         ax.plot(place, np.concatenate(columns), color=_visible(motion_colour(share)), **style, rasterized=True)
         ax.plot([], [], "s", markersize=6, color=_visible(motion_colour(share)), label=entry or "_")
@@ -44,7 +44,8 @@ def plot_bifurcation_diagram(
     ax.set_xlabel(axis_label(result.vary, result.units))
     ax.set_ylabel(f"{axis_label(kind, result.units)}, {what}")
     request = result.meta["request"]
-    fixed = rf"$\omega$ = {request['omega']:g}" if result.vary == "clearance" else f"$b$ = {request['clearance']:g}"
+    other = "omega" if result.vary == "clearance" else "clearance"
+    fixed = place_text(result.units, **{other: request[other]})
     ax.set_title(f"Bifurcation diagram, {fixed}, {request['policy']}", fontsize=10)
     ax.margins(x=0.01)
     legend_outside(ax, handlelength=1.0, labelspacing=0.35)

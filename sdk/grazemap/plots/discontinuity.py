@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import INK, axes_or_new, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, legend_outside, place_text
 from grazemap.results import DiscontinuityMapping
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def plot_mapping_error(result: DiscontinuityMapping, ax: Axes | None = None) -> 
     ax.set_xlabel("overshoot (m)" if result.units == "SI" else "overshoot")
     ax.set_ylabel("largest relative error of an entry")
     stop = "A" if result.stop == 1 else "C"
-    where = rf"$\omega$ = {result.omega:g}, $b$ = {result.clearance:g}"
+    where = place_text(result.units, omega=result.omega, clearance=result.clearance)
     ax.set_title(f"Discontinuity mapping at stop {stop}, {where}", fontsize=10)
     ax.grid(alpha=0.25, linewidth=0.5)
     legend_outside(ax)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside, place_text
+from grazemap.plots.palette import label_text
 from grazemap.results import OrbitBranch, PeriodicOrbit
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
     for chosen, colour in ((inside, _LINE), (~inside, "#C31E2D")):
         points = result.multipliers[chosen]
         ax.plot(points.real, points.imag, linestyle="none", marker="o", markersize=5, color=colour)
-    name = result.motion.label or "no orbit"
+    name = label_text(result.motion.label) if result.motion.label else "no orbit"
     ax.set_title(f"Multipliers of {name}, {result.said}", fontsize=10)
     if result.reason and not result.converged:
         ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
@@ -73,8 +74,8 @@ def _unit_circle(ax: Axes | None) -> Axes:
 def _fixed(result: OrbitBranch) -> str:
     """Say at which omega and clearance a branch is; not the one that varies."""
     request = result.meta["request"]
-    names = {"omega": r"$\omega$", "clearance": "$b$"}
-    return ", ".join(f"{text} = {request[name]:g}" for name, text in names.items() if name != request["vary"])
+    fixed = {name: request[name] for name in ("omega", "clearance") if name != request["vary"]}
+    return place_text(result.units, **fixed)
 
 
 def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:

@@ -8,6 +8,7 @@ colour computed from their label; those cover small regions, and where there is 
 from __future__ import annotations
 
 import math
+import re
 
 from grazemap.models.job import INFINITE
 from grazemap.results import MotionShare
@@ -17,6 +18,8 @@ OTHER = "#DCDCDC"
 CHAOTIC = "#1A1A1A"
 QUASI_PERIODIC = "#5A5A5A"
 _BY_KIND = {"unresolved": UNRESOLVED, "chaotic": CHAOTIC, "quasi-periodic": QUASI_PERIODIC}
+
+_LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 
 # (period, impacts_right, impacts_left)
 NAMED: dict[tuple[int, int, int], str] = {
@@ -70,6 +73,16 @@ def motion_text(motion: MotionShare) -> str:
     counts = (motion.impacts_right, motion.impacts_left)
     right, left = (r"\infty" if n == INFINITE else f"({n})" if n < 0 else str(n) for n in counts)
     return f"{motion.period}-${right}_r$-${left}_l$"
+
+
+def label_text(label: str) -> str:
+    """Return a label n-p_r-q_l, as motions have it in plain text, with subscripts as `motion_text` has it."""
+
+    def subscripts(found: re.Match[str]) -> str:
+        period, right, left = (count.replace("∞", r"\infty") for count in found.groups())
+        return f"{period}-${right}_r$-${left}_l$"
+
+    return _LABEL.sub(subscripts, label)
 
 
 def _computed(period: int, right: int, left: int) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axis_label, new_figure
+from grazemap.plots.axes import INK, axis_label, new_figure, place_text
 from grazemap.plots.palette import motion_colour, motion_text
 from grazemap.results import MotionShare, Trajectories, Trajectory
 
@@ -170,7 +170,7 @@ def _named(trajectory: Trajectory) -> MotionShare:
 
 def _where(trajectory: Trajectory) -> str:
     request = trajectory.meta["request"]
-    return rf"at $\omega$ = {request['omega']:g}, $b$ = {request['clearance']:g}"
+    return "at " + place_text(trajectory.units, omega=request["omega"], clearance=request["clearance"])
 
 
 def _title(trajectory: Trajectory, mass: int) -> str:

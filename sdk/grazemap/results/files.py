@@ -69,11 +69,18 @@ def load(path: str | os.PathLike[str]) -> Result:
     Raises
     ------
     ResultFormatError
-        The file is not a result.
+        The file, which is named, is not a result.
     OSError
         The file cannot be read.
     """
     data = Path(path).read_bytes()
+    try:
+        return _read(data)
+    except ResultFormatError as error:
+        raise ResultFormatError(f"{os.fspath(path)}: {error}") from error
+
+
+def _read(data: bytes) -> Result:
     if not data.lstrip().startswith(b"{"):
         return decode_result(data)
     try:
