@@ -24,6 +24,7 @@ def tables(bench: Bench) -> str:
         ("Throughput", _throughput(bench)),
         ("Ratios", _ratios(bench)),
         ("The operation count's limit", _limit(bench)),
+        ("Where the time goes", _stages(bench)),
         ("Near-grazing first impacts", _grazing(bench)),
         ("Maps", _maps(bench)),
         ("Cost against size", _sizes(bench)),
@@ -142,6 +143,21 @@ def _limit(bench: Bench) -> str:
         )
         + "\n\n"
         + _table(("quantity", "value"), rows)
+    )
+
+
+def _stages(bench: Bench) -> str:
+    """Write what the core spends its time on."""
+    rows = [
+        (stage.name, _spread(stage.nanoseconds, "{:.3g}"), _spread(stage.share, "{:.0%}")) for stage in bench.stages
+    ]
+    return (
+        _wrapped(
+            "Of a forcing period of one lane of the reference work: the two vector parts, timed in loops of their own,"
+            " and what is left of the whole."
+        )
+        + "\n\n"
+        + _table(("part", "ns", "share"), rows)
     )
 
 

@@ -80,6 +80,14 @@ class Limit(Part):
     share: Annotated[Spread, Field(description="This core's rate over that limit, round by round.")]
 
 
+class Stage(Part):
+    """A part of the core's time on the reference work."""
+
+    name: str
+    nanoseconds: Annotated[Spread, Field(description="Of CPU time, per forcing period of a lane.")]
+    share: Annotated[Spread, Field(description="Of the whole, round by round.")]
+
+
 class GrazingRow(Part):
     """One tool at one overshoot."""
 
@@ -169,6 +177,7 @@ class Bench(Part):
     throughput: list[Throughput]
     advantages: list[Advantage]
     limit: Limit
+    stages: list[Stage]
     grazing: list[GrazingRow]
     maps: list[MapRun]
     pixel_cost: PixelCost

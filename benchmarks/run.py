@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from benchmarks import maps, near_grazing, peak, size_law, this_core
+from benchmarks import maps, near_grazing, peak, size_law, stages, this_core
 from benchmarks.contestants import Clocked, Contestant, time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.exact import errors_of, exact_impact_times
@@ -99,6 +99,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
     limit = _limit(ours, Spread.of([count / s for s in clocked[PEAK].cpu]))
     progress(f"{ours.rate.median:.3g} periods/s, {limit.share.median:.1%} of the operation count's limit")
 
+    profile = stages.stages(extent.core_lanes, PERIODS, ours.impacts_per_period, extent.rounds, progress)
     grazing = near_grazing.count(
         [
             (core, extent.core_cases),
@@ -131,6 +132,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
         throughput=throughput,
         advantages=_advantages(throughput, core.name),
         limit=limit,
+        stages=profile,
         grazing=grazing,
         maps=map_runs,
         pixel_cost=pixel_cost,

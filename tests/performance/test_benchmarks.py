@@ -17,6 +17,7 @@ from benchmarks.near_grazing import OVERSHOOTS, count
 from benchmarks.operation_count import Scheme
 from benchmarks.report import draw, page, tables
 from benchmarks.result import Bench, Spread
+from benchmarks.stages import stages
 from benchmarks.work import CLEARANCE, Start, Work, reference_work, start_on_steady_motion
 from grazemap_core.oscillator import Oscillator
 
@@ -31,7 +32,7 @@ def bench() -> Bench:
 
 def test_page_shows_every_tool_and_every_table(bench: Bench) -> None:
     text = page(bench, "pictures/cost.svg")
-    assert text.count("\n## ") == 6
+    assert text.count("\n## ") == 7
     for entry in bench.throughput:
         assert entry.tool in text
     assert "](pictures/cost.svg)" in text
@@ -45,6 +46,14 @@ def test_the_page_that_is_kept_is_made_of_the_document_beside_it() -> None:
     kept = Bench.model_validate_json((docs / "performance.json").read_text("utf-8"))
     assert not kept.quick
     assert (docs / "performance.md").read_text("utf-8") == page(kept, "pictures/cost_against_size.svg")
+
+
+def test_the_parts_of_the_time_are_the_whole() -> None:
+    parts = stages(lane_count=128, periods=4, impacts=3.98, rounds=3, progress=lambda _: None)
+    assert [part.name.split(",")[0] for part in parts] == ["26 cells", "impacts", "lanes put side by side and back"]
+    for values in zip(*(part.share.values for part in parts), strict=True):
+        assert sum(values) == pytest.approx(1.0)
+    assert all(0.0 < part.share.median < 1.0 and part.nanoseconds.median > 1.0 for part in parts)
 
 
 def test_figures_of_the_page_are_those_of_the_document(bench: Bench) -> None:

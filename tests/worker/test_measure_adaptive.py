@@ -1,0 +1,36 @@
+"""The program behind the figures of the page on adaptive maps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grazemap_core.adaptive_map import NOT_COMPUTED
+from grazemap_worker import measure_adaptive
+from grazemap_worker.measure_adaptive import WINDOWS, _compared
+
+
+def compared() -> np.ndarray:
+    _, oscillator, omega, clearance = WINDOWS[1]
+    return _compared(oscillator, np.linspace(*omega, 24), np.linspace(*clearance, 24))
+
+
+def test_inferred_points_are_compared_by_their_motions() -> None:
+    computed, seconds, motion, another, chaos, left = compared()
+    assert 0.0 < computed < 0.7
+    assert seconds > 0.0
+    assert motion == another == chaos == left == 0.0
+
+
+def test_a_wrong_inference_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = measure_adaptive.adaptive_map_tile
+
+    def planted(*args: object, **settings: object) -> dict[str, np.ndarray]:
+        arrays = honest(*args, **settings)  # type: ignore[arg-type]
+        i, j = np.argwhere(arrays["reason"] == NOT_COMPUTED)[0]
+        arrays["period"][i, j] += 1
+        return arrays
+
+    monkeypatch.setattr(measure_adaptive, "adaptive_map_tile", planted)
+    _, _, motion, another, *_ = compared()
+    assert motion == another == pytest.approx(1 / 24**2)
