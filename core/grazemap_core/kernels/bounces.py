@@ -26,6 +26,9 @@ from grazemap_core.tolerances import LANE_SURE
 FloatArray = NDArray[np.float64]
 
 Five = tuple[float, float, float, float, float]
+Fifteen = tuple[
+    float, float, float, float, float, float, float, float, float, float, float, float, float, float, float
+]  # fmt: skip
 
 WIDTH = 16
 """Columns of a tile; of one that is half empty only half are worked on."""
@@ -331,6 +334,48 @@ def _moduli(
     return size, fourth * ((s * s) * (s * s))
 
 
+@fused_inlined
+def _off_the_stop(series: FloatArray, k: int, on: bool) -> Fifteen:
+    """Return the coefficients of a column's gap; on the stop the zero there is divided out."""
+    c0, c1, c2, c3, c4 = (
+        series[k],
+        series[WIDTH + k],
+        series[2 * WIDTH + k],
+        series[3 * WIDTH + k],
+        series[4 * WIDTH + k],
+    )
+    c5, c6, c7, c8, c9 = (
+        series[5 * WIDTH + k],
+        series[6 * WIDTH + k],
+        series[7 * WIDTH + k],
+        series[8 * WIDTH + k],
+        series[9 * WIDTH + k],
+    )
+    c10, c11, c12, c13, c14 = (
+        series[10 * WIDTH + k],
+        series[11 * WIDTH + k],
+        series[12 * WIDTH + k],
+        series[13 * WIDTH + k],
+        series[14 * WIDTH + k],
+    )
+    a0 = c1 if on else c0
+    a1 = c2 if on else c1
+    a2 = c3 if on else c2
+    a3 = c4 if on else c3
+    a4 = c5 if on else c4
+    a5 = c6 if on else c5
+    a6 = c7 if on else c6
+    a7 = c8 if on else c7
+    a8 = c9 if on else c8
+    a9 = c10 if on else c9
+    a10 = c11 if on else c10
+    a11 = c12 if on else c11
+    a12 = c13 if on else c12
+    a13 = c14 if on else c13
+    a14 = 0.0 if on else c14
+    return a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14
+
+
 @fused_kernel
 def clear_columns(tables: LaneTables, tile: Tile, count: int) -> None:
     """Certify in which of the first `count` columns there is no contact with its stop up to the end of the cell.
@@ -346,42 +391,7 @@ def clear_columns(tables: LaneTables, tile: Tile, count: int) -> None:
     margin = tables.scalars[lane_tables.MARGIN]
     for k in range(min(count, WIDTH)):
         on = rows[ON_STOP * WIDTH + k] > 0.0
-        c0, c1, c2, c3, c4 = (
-            series[k],
-            series[WIDTH + k],
-            series[2 * WIDTH + k],
-            series[3 * WIDTH + k],
-            series[4 * WIDTH + k],
-        )
-        c5, c6, c7, c8, c9 = (
-            series[5 * WIDTH + k],
-            series[6 * WIDTH + k],
-            series[7 * WIDTH + k],
-            series[8 * WIDTH + k],
-            series[9 * WIDTH + k],
-        )
-        c10, c11, c12, c13, c14 = (
-            series[10 * WIDTH + k],
-            series[11 * WIDTH + k],
-            series[12 * WIDTH + k],
-            series[13 * WIDTH + k],
-            series[14 * WIDTH + k],
-        )
-        a0 = c1 if on else c0
-        a1 = c2 if on else c1
-        a2 = c3 if on else c2
-        a3 = c4 if on else c3
-        a4 = c5 if on else c4
-        a5 = c6 if on else c5
-        a6 = c7 if on else c6
-        a7 = c8 if on else c7
-        a8 = c9 if on else c8
-        a9 = c10 if on else c9
-        a10 = c11 if on else c10
-        a11 = c12 if on else c11
-        a12 = c13 if on else c12
-        a13 = c14 if on else c13
-        a14 = 0.0 if on else c14
+        a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14 = _off_the_stop(series, k, on)
         left = 1.0 - rows[PLACE * WIDTH + k]
         # value, slope and bounds at the end of the cell
         g, d, _ = _polynomial(a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14, left)
@@ -428,42 +438,7 @@ def next_contacts(tables: LaneTables, tile: Tile, count: int) -> None:
     margin = tables.scalars[lane_tables.MARGIN]
     for k in range(min(count, WIDTH)):
         on = rows[ON_STOP * WIDTH + k] > 0.0
-        c0, c1, c2, c3, c4 = (
-            series[k],
-            series[WIDTH + k],
-            series[2 * WIDTH + k],
-            series[3 * WIDTH + k],
-            series[4 * WIDTH + k],
-        )
-        c5, c6, c7, c8, c9 = (
-            series[5 * WIDTH + k],
-            series[6 * WIDTH + k],
-            series[7 * WIDTH + k],
-            series[8 * WIDTH + k],
-            series[9 * WIDTH + k],
-        )
-        c10, c11, c12, c13, c14 = (
-            series[10 * WIDTH + k],
-            series[11 * WIDTH + k],
-            series[12 * WIDTH + k],
-            series[13 * WIDTH + k],
-            series[14 * WIDTH + k],
-        )
-        a0 = c1 if on else c0
-        a1 = c2 if on else c1
-        a2 = c3 if on else c2
-        a3 = c4 if on else c3
-        a4 = c5 if on else c4
-        a5 = c6 if on else c5
-        a6 = c7 if on else c6
-        a7 = c8 if on else c7
-        a8 = c9 if on else c8
-        a9 = c10 if on else c9
-        a10 = c11 if on else c10
-        a11 = c12 if on else c11
-        a12 = c13 if on else c12
-        a13 = c14 if on else c13
-        a14 = 0.0 if on else c14
+        a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13, a14 = _off_the_stop(series, k, on)
         left = 1.0 - rows[PLACE * WIDTH + k]
         g1, d1, size = rows[LEVEL * WIDTH + k], rows[SLOPE * WIDTH + k], rows[SIZE * WIDTH + k]
         d0 = a1 * left
