@@ -72,7 +72,7 @@ def leap(
     """
     counts, sizes, clearance = notes.counts[lane], notes.sizes[lane], group.clearance[lane]
     entered = k - counts[BEGAN]
-    if group.regime[lane] != FREE or entered + RETURNS * returned > 2 * job.max_periods - job.growth_halves:
+    if group.regime[lane] != FREE or entered + RETURNS * returned >= 2 * job.max_periods - job.growth_halves:
         return
     far = extrapolate(problem, ring, ahead, lane, k, returned, k - counts[SINCE])
     if not far <= FARTHEST_LEAP * distance * clearance:
