@@ -36,6 +36,7 @@ class Settings(TypedDict, total=False):
     policy: str
     initial_conditions: int
     seed: int
+    preview: bool
 
 
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
@@ -64,8 +65,8 @@ def adaptive_map_tile(
     oscillator, omega, clearance
         As there.
     **settings
-        As there: max_periods, max_period, policy, initial_conditions, seed. The policy is "rest" or "ensemble": a sweep
-        follows its neighbours and has to compute them all.
+        As there: max_periods, max_period, policy, initial_conditions, seed, preview. The policy is "rest" or
+        "ensemble": a sweep follows its neighbours and has to compute them all.
 
     Returns
     -------
@@ -148,14 +149,16 @@ class _Points:
         policy: str = "rest",
         initial_conditions: int = 16,
         seed: int = 0,
+        preview: bool = False,
     ) -> None:
         check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
         if policy.startswith("sweep"):
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
         self._omega, self._clearance = omega, clearance
-        self._ensemble = policy == "ensemble"
+        self._ensemble, self._preview = policy == "ensemble", preview
         starts = random_starts(oscillator, initial_conditions, seed) if self._ensemble else None
-        self._settler = Settler(oscillator, Settling(max_periods, max_period, starts=starts))
+        task = Settling(max_periods, max_period, linearised=not preview, proven=not preview, starts=starts)
+        self._settler = Settler(oscillator, task)
         self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
         self._at_rest = np.zeros((2, oscillator.size))
         self._steady = forced_response(oscillator, omega)
@@ -176,7 +179,8 @@ class _Points:
             scaled = self._starts * np.array([1.0, w])[:, None]
             parts.append(self._settler.run(w, self._steady[column], clearance, self._at_rest, scaled))
         codes, figures = (np.moveaxis(np.concatenate(part), 2, 0)[:, :, None] for part in zip(*parts, strict=True))
-        arrays = {name: array[:, 0] for name, array in named_arrays(codes, figures, self._ensemble).items()}
+        named = named_arrays(codes, figures, self._ensemble, self._preview)
+        arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))
         label, approach = np.empty(len(rows), np.int32), np.empty(len(rows))
         label[order] = self.numbered({name: arrays[name] for name in LABEL})
@@ -227,8 +231,11 @@ class _Points:
         return self._numbers[key]
 
     def _approach(self, arrays: Arrays) -> Floats:
-        """Return the logarithms of contractions of ways to periodic motions; an ensemble's ways are many."""
-        if self._ensemble:
+        """Return the logarithms of contractions of ways to periodic motions.
+
+        An ensemble's ways are many, and a preview knows no contractions.
+        """
+        if self._ensemble or self._preview:
             return np.full(len(arrays["kind"]), np.nan)
         rate = np.minimum(-arrays["lyapunov"], MOST_CONTRACTION)
         return np.where(arrays["kind"] == _PERIODIC, arrays["settled_after"] * rate, np.nan)

@@ -17,7 +17,7 @@ KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 REASONS: Final[dict[int, str]] = {
     closing.NAMED: "",
     closing.NOT_CLOSED: "the stroboscopic orbit has not closed within the periods and the longest period looked at, "
-    "and the growth of small changes does not tell what it is",
+    "and the growth of small changes, where it was measured, does not tell what it is",
     closing.SLOW: "the stroboscopic orbit closes too slowly to tell its limit",
     closing.GRAZES: "an impact is so slow that it may be none in the limit",
     closing.NOT_HELD: "mass 1 rests on a stop, and the chain behind it is at an undamped resonance or ill-conditioned",

@@ -21,6 +21,8 @@ POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
 """Where the trajectory of a point begins: at rest; where that of the clearance below, or above, has ended; or at
 several random states, of which the motion that most lead to counts."""
 
+_OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
+
 
 def unfolding_map_tile(
     oscillator: Oscillator,
@@ -31,6 +33,7 @@ def unfolding_map_tile(
     policy: str = "rest",
     initial_conditions: int = 16,
     seed: int = 0,
+    preview: bool = False,
 ) -> dict[str, NDArray[Any]]:
     """Find the motion that trajectories settle to at every point of a grid; the forcing's phase at their start is 0.
 
@@ -54,6 +57,9 @@ def unfolding_map_tile(
     initial_conditions, seed : int
         Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
         displacements evenly from (-b, b), velocities from (-omega b, omega b).
+    preview : bool
+        Whether motions are told by their returns alone, in two thirds of the time: none is proven, and what has not
+        settled is unresolved, chaotic or not.
 
     Returns
     -------
@@ -68,7 +74,7 @@ def unfolding_map_tile(
         least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
         settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: of the initial
         states that lead to this motion, mirror images being one) and motions_found (int32: how many different ones were
-        found, those unresolved left out).
+        found, those unresolved left out). A preview has no multiplier, lyapunov and lyapunov_error.
 
     Raises
     ------
@@ -82,11 +88,13 @@ def unfolding_map_tile(
         max_period=max_period,
         follow=policy.startswith("sweep"),
         starts=random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
+        linearised=not preview,
+        proven=not preview,
     )
     codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
     if down:
         codes, figures = codes[:, ::-1], figures[:, ::-1]
-    return named_arrays(codes, figures, policy == "ensemble")
+    return named_arrays(codes, figures, policy == "ensemble", preview)
 
 
 def check_map(
@@ -107,16 +115,18 @@ def check_map(
         raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
 
 
-def named_arrays(codes: NDArray[np.int64], figures: Floats, ensemble: bool) -> dict[str, NDArray[Any]]:
+def named_arrays(codes: NDArray[np.int64], figures: Floats, ensemble: bool, preview: bool) -> dict[str, NDArray[Any]]:
     """Return the arrays of `unfolding_map_tile` from codes (CODES, n, m, s) and figures of s trajectories a point."""
-    if not ensemble:
-        return arrays_of(codes[..., 0], figures[..., 0])
-    chosen, share, motions = _most_frequent(codes)
-    arrays = arrays_of(
-        np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
-        np.take_along_axis(figures, chosen[None, :, :, None], axis=3)[..., 0],
-    )
-    return arrays | {"share": share, "motions_found": motions}
+    if ensemble:
+        chosen, share, motions = _most_frequent(codes)
+        arrays = arrays_of(
+            np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
+            np.take_along_axis(figures, chosen[None, :, :, None], axis=3)[..., 0],
+        )
+        arrays |= {"share": share, "motions_found": motions}
+    else:
+        arrays = arrays_of(codes[..., 0], figures[..., 0])
+    return {name: array for name, array in arrays.items() if not (preview and name in _OF_SMALL_CHANGES)}
 
 
 def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:

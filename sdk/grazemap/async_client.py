@@ -223,11 +223,22 @@ class AsyncClient:
         initial_conditions: int = 16,
         seed: int = 0,
         adaptive: bool = False,
+        preview: bool = False,
         progress: bool = True,
     ) -> UnfoldingMap:
         """As `Client.unfolding_map`."""
         request = questions.unfolding_map(
-            oscillator, omega, clearance, shape, policy, max_periods, max_period, initial_conditions, seed, adaptive
+            oscillator,
+            omega,
+            clearance,
+            shape,
+            policy,
+            max_periods,
+            max_period,
+            initial_conditions,
+            seed,
+            adaptive,
+            preview,
         )
         return await self._answer(UnfoldingMap, request, progress)
 

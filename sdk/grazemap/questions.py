@@ -126,6 +126,7 @@ def unfolding_map(
     initial_conditions: int = 16,
     seed: int = 0,
     adaptive: bool = False,
+    preview: bool = False,
 ) -> UnfoldingMapsRequest:
     """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
     rows, columns = _shape(shape, "(clearance points, omega points)")
@@ -138,6 +139,7 @@ def unfolding_map(
         "initial_conditions": initial_conditions,
         "seed": seed,
         "adaptive": adaptive,
+        "preview": preview,
     }
     return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
 

@@ -145,6 +145,25 @@ class RedisServer:
         """Whether the process lives."""
         return self._process is not None and self._process.poll() is None
 
+    def answers(self, timeout: float) -> bool:
+        """Return whether it says anything within `timeout` seconds, be it that it is loading or busy."""
+        client = connect(self.url, socket_timeout=timeout)
+        try:
+            client.ping()
+        except (redis.exceptions.ConnectionError, redis.exceptions.TimeoutError) as error:
+            return isinstance(error, redis.exceptions.BusyLoadingError)
+        except redis.exceptions.RedisError:
+            return True
+        finally:
+            client.close()
+        return True
+
+    def kill(self) -> None:
+        """End it at once; what it wrote stays."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+
     def stop(self, timeout: float = 2.0) -> None:
         """Stop the server, in order when it can be, and keep its data."""
         if self._process is None:

@@ -17,6 +17,10 @@ from grazemap_worker.lifeline import tied
 HEALTHY_SECONDS = 10.0
 LONGEST_WAIT = 5.0
 MOST_LOG_BYTES = 10_000_000
+# How often Redis is asked whether it answers, and how long for; so often in a row it need not: it stops to fork.
+PING_SECONDS = 2.0
+ANSWER_SECONDS = 1.0
+MOST_UNANSWERED = 10
 
 
 class Child(Protocol):
@@ -129,20 +133,36 @@ class PythonChild:
 
 
 class RedisChild:
-    """The embedded Redis as a child of the stack."""
+    """The embedded Redis as a child of the stack.
+
+    Parameters
+    ----------
+    server : RedisServer
+    most_unanswered : int
+        How often in a row it may not answer. Then it is killed: it may hang for ever, as in reporting its own crash.
+    """
 
     name = "redis"
 
-    def __init__(self, server: RedisServer) -> None:
+    def __init__(self, server: RedisServer, most_unanswered: int = MOST_UNANSWERED) -> None:
         self._server = server
+        self._most_unanswered = most_unanswered
+        self._unanswered = 0
+        self._next_ping = 0.0
 
     @property
     def running(self) -> bool:
-        """Whether the process lives."""
+        """Whether the process lives; it is asked now and then whether it answers."""
+        if self._server.running and time.monotonic() >= self._next_ping:
+            self._unanswered = 0 if self._server.answers(ANSWER_SECONDS) else self._unanswered + 1
+            if self._unanswered > self._most_unanswered:
+                self._server.kill()
+            self._next_ping = time.monotonic() + PING_SECONDS
         return self._server.running
 
     def start(self) -> None:
         """Start it; it loads its append-only file."""
+        self._unanswered = 0
         self._server.start()
 
     def ask_to_stop(self) -> None:

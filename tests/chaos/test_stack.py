@@ -19,6 +19,8 @@ import psutil
 import pytest
 from watching import living, until
 
+from grazemap_service.redis_server import RedisServer
+from grazemap_service.stack_children import RedisChild, Watched
 from grazemap_worker.store import connect
 
 # some ten seconds of two cores, and minutes
@@ -163,6 +165,26 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
     stack.child("redis-server").kill()
     assert stack.wait_for(identity, 90) == undisturbed
     redis.close()
+
+
+def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path) -> None:
+    server = RedisServer(tmp_path)
+    watched = Watched(RedisChild(server, most_unanswered=1))
+    watched.start()
+    try:
+        server.wait()
+        connect(server.url).set("kept", "yes")
+        assert not watched.look()
+        time.sleep(1.1)  # the append-only file is written once a second
+        hung = server.pid
+        assert hung is not None
+        psutil.Process(hung).suspend()
+        until(watched.look, 15)
+        until(lambda: watched.look() or server.pid != hung, 5)
+        server.wait()
+        assert connect(server.url).get("kept") == b"yes"
+    finally:
+        watched.child.end(time.monotonic() + 2)
 
 
 def test_deleting_a_job_stops_its_work_within_two_seconds(stack: RunningStack) -> None:

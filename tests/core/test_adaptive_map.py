@@ -122,6 +122,16 @@ def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
     assert (mirrored & inferred).any()
 
 
+def test_computed_points_of_a_preview_are_those_of_the_full_preview() -> None:
+    full = unfolding_map_tile(DEFAULT, OMEGA, CLEARANCE, 100, preview=True)
+    adaptive = adaptive_map_tile(DEFAULT, OMEGA, CLEARANCE, max_periods=100, preview=True)
+    computed = adaptive.pop("computed")
+    assert adaptive.keys() == full.keys()
+    assert 0.1 < computed.mean() < 0.9
+    for name, values in full.items():
+        np.testing.assert_array_equal(adaptive[name][computed], values[computed], err_msg=name)
+
+
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "none"])
 def test_a_sweep_has_to_compute_every_point(policy: str) -> None:
     with pytest.raises(ParameterError, match="policy"):

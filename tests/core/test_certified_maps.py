@@ -56,6 +56,25 @@ def test_wrong_labels_are_caught() -> None:
         assert verdict(right._replace(**wrong), run) == OTHER, wrong
 
 
+@pytest.mark.parametrize(("policy", "alike"), [("rest", 0.998), ("sweep-down", 0.98), ("ensemble", 0.998)])
+def test_a_preview_names_what_is_proven(policy: str, alike: float) -> None:
+    """Names told by returns alone, beside those that are proven; nothing else is told.
+
+    Where a sweep's motion ends, round-off chooses between mirror images, and all that follow have the same.
+    """
+    grid = (DEFAULT, np.linspace(0.26, 0.3, 6), np.linspace(1.3, 2.05, 64))
+    settings = {"max_periods": 400, "policy": policy, "initial_conditions": 3}
+    proven, preview = unfolding_map_tile(*grid, **settings), unfolding_map_tile(*grid, **settings, preview=True)
+    assert proven.keys() - preview.keys() == {"multiplier", "lyapunov", "lyapunov_error"}
+    # where the stops are not touched there is nothing to prove
+    assert not preview["certified"][preview["impacts_right"] > 0].any()
+    both = proven["certified"] & (preview["kind"] == PERIODIC)
+    assert both.sum() > 0.95 * proven["certified"].sum()
+    names = ("period", "impacts_right", "impacts_left", "symmetric", "sticking")
+    assert np.mean([(proven[name] == preview[name])[both].mean() for name in names]) > alike
+    assert set(np.unique(preview["kind"])) <= {KINDS.index("unresolved"), PERIODIC}
+
+
 def test_orbits_of_certified_points_are_those_of_fifty_digits() -> None:
     """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
     rng = np.random.default_rng(8)

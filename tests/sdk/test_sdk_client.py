@@ -56,6 +56,13 @@ def test_an_adaptive_map_is_another_question(client, service):
     assert service.computed == 2
 
 
+def test_a_preview_is_another_question(client, service):
+    keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
+    client.unfolding_map(**keywords)
+    client.unfolding_map(**keywords, preview=True)
+    assert [job["request"].get("preview") for job in service.jobs.values()] == [None, True]
+
+
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):
     states = [{}, InitialState(phase=1.0), State(np.zeros(3), np.array([0.0, 0.0, 0.5]), 0.0)]
     keywords = {"omega": 0.29, "clearance": 1.6, "periods": 2, "times": np.array([0.0, 10.0]), "progress": False}

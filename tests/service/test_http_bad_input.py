@@ -169,6 +169,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
         "an adaptive sweep",
     ),
     ("unfolding-maps", {**MAP, "adaptive": 1}, "/adaptive", "boolean", "a number for a boolean"),
+    ("unfolding-maps", {**MAP, "preview": "yes"}, "/preview", "boolean", "a word for a boolean"),
     ("unfolding-maps", {**MAP, "max_periods": 0}, "/max_periods", ">= 1 and <= 1000000", "no periods"),
 ]  # fmt: skip
 

@@ -81,6 +81,7 @@ def test_metrics_count_by_route(client: TestClient, worker: Any) -> None:
     assert "grazemap_pending_tiles 1.0" in text
     assert "grazemap_workers 1.0" in text
     assert "grazemap_store_up 1.0" in text
+    assert "grazemap_cpu_seconds_total 0.0" in text
     assert re.search(r'grazemap_http_request_seconds_count\{method="POST",route="/v1/grazing-curves"\} 1.0', text)
     assert job["id"] not in text
 

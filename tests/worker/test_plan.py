@@ -134,6 +134,14 @@ def test_an_adaptive_map_is_cut_into_tall_strips_and_costs_less_the_larger_it_is
     assert plan("unfolding-maps", many).estimate.periods == pytest.approx(10 * base.periods)
 
 
+@pytest.mark.parametrize("kind", [{}, {"adaptive": True}, {"policy": "sweep-up"}])
+def test_a_preview_is_expected_sooner(kind: dict[str, object]) -> None:
+    request = map_request(512, 512).model_copy(update=kind)
+    whole, preview = (plan("unfolding-maps", request.model_copy(update={"preview": told})) for told in (False, True))
+    assert preview.estimate.seconds < 0.75 * whole.estimate.seconds
+    assert preview.count <= whole.count
+
+
 @pytest.mark.parametrize("max_periods", [10_000, 1_000_000])
 def test_a_strip_is_cut_where_it_might_take_longer_than_a_tile_may(max_periods: int) -> None:
     cut = plan("unfolding-maps", adaptive(128, 4096, max_periods=max_periods))

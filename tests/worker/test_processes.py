@@ -394,13 +394,25 @@ def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> Non
     assert same == (policy != "ensemble")
 
 
-def test_a_map_that_is_not_adaptive_is_the_question_that_it_was() -> None:
+def test_a_map_as_it_always_was_is_the_question_that_it_was() -> None:
     def asked(**changes: object) -> str:
         return job_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}), "1.0")
 
-    # nothing of it is in the question's text, so ids of questions from before maps could be adaptive are the same
-    assert "adaptive" not in canonical(parse_request("unfolding-maps", {**MAP, "adaptive": False}))
-    assert asked() == asked(adaptive=False) != asked(adaptive=True)
+    # nothing of it is in the question's text, so ids of questions from before maps could be so are the same
+    for name in ("adaptive", "preview"):
+        assert name not in canonical(parse_request("unfolding-maps", {**MAP, name: False}))
+        assert asked() == asked(**{name: False}) != asked(**{name: True})
+
+
+@pytest.mark.parametrize("adaptive", [False, True])
+def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> None:
+    body = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 12}}
+    asked = (parse_request("unfolding-maps", {**body, "adaptive": adaptive, "preview": told}) for told in (False, True))
+    whole, preview = (tiled(request, plan("unfolding-maps", request)) for request in asked)
+    left_out = {"multiplier", "lyapunov", "lyapunov_error"}
+    assert whole.keys() == preview.keys() | (set() if adaptive else left_out)
+    if adaptive:
+        assert whole["at_computed"].keys() == preview["at_computed"].keys() | left_out
 
 
 def test_what_an_ensemble_is_drawn_from_is_part_of_its_question_only() -> None:

@@ -87,7 +87,7 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
         running = store.job(job.id)
         assert running is not None
         assert running.status == "running"
-        assert store.commit_tile(job.id, tile, b"tile %d" % tile, "f") == 3 - tile
+        assert store.commit_tile(job.id, tile, b"tile %d" % tile, "f", 0.5) == 3 - tile
         assert store.tile_index(job.id) == list(range(tile + 1))
     assert store.tile(job.id, 2) == b"tile 2"
     assert store.result(job.id) is None
@@ -96,13 +96,14 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
     assert claim is not None
     assert claim.assembly
     assert list(store.pending("f")) == []
-    assert store.commit_result(job.id, b"whole", "f")
-    assert not store.commit_result(job.id, b"other", "f")
+    assert store.commit_result(job.id, b"whole", "f", 0.25)
+    assert not store.commit_result(job.id, b"other", "f", 8.0)
     done = store.job(job.id)
     assert done is not None
     assert done.status == "successful"
     assert done.progress.done == done.progress.total == 4
     assert done.progress.eta_seconds is None
+    assert done.cpu_seconds == store.counts().cpu_seconds == 4 * 0.5 + 0.25
     assert done.created
     assert done.started
     assert done.finished
@@ -128,9 +129,12 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
 def test_first_writer_of_a_tile_wins(store: Store) -> None:
     job = submit_map(store)
     assert store.claim(job.id, 0, "one", "f", LEASE)
-    assert store.commit_tile(job.id, 0, b"first", "f") == 3
-    assert store.commit_tile(job.id, 0, b"second", "f") == 3
+    assert store.commit_tile(job.id, 0, b"first", "f", 1.0) == 3
+    assert store.commit_tile(job.id, 0, b"second", "f", 8.0) == 3
     assert store.tile(job.id, 0) == b"first"
+    found = store.job(job.id)
+    assert found is not None
+    assert found.cpu_seconds == 1.0
     assert store.claim(job.id, 0, "two", "f", LEASE) is None
     assert names(store, job.id).count("tile") == 1
 
@@ -222,7 +226,7 @@ def test_a_finished_job_is_not_dismissed(store: Store) -> None:
 def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> None:
     job = submit_map(store)
     store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_tile(job.id, 0, b"kept", "f")
+    store.commit_tile(job.id, 0, b"kept", "f", 2.0)
     verdicts = []
     for _ in range(3):
         assert store.claim(job.id, 3, "w", "f", LEASE)
@@ -239,6 +243,9 @@ def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> Non
     store.register_worker("w", "f", LEASE, "1")
     submit_map(store)
     assert [tile for _, tile in store.pending("f")] == [1, 2, 3]
+    again = store.job(job.id)
+    assert again is not None
+    assert again.cpu_seconds == 2.0
 
 
 def test_lost_workers_are_counted_apart_and_only_once(store: Store) -> None:

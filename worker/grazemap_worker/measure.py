@@ -45,6 +45,7 @@ QUESTIONS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("map, 128 x 64", "unfolding-maps", _grid(128, 64)),
     ("map, 512 x 16", "unfolding-maps", _grid(512, 16)),
     ("map, 128 x 64, 200 periods", "unfolding-maps", _grid(128, 64, max_periods=200)),
+    ("map, 512 x 64, preview", "unfolding-maps", _grid(512, 64, preview=True)),
     ("map, 64 x 16, sweep", "unfolding-maps", _grid(64, 16, policy="sweep-up")),
     ("map, 32 x 16, ensemble", "unfolding-maps", _grid(32, 16, policy="ensemble")),
     ("map, 512 x 64, adaptive", "unfolding-maps", _grid(512, 64, adaptive=True)),

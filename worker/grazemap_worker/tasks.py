@@ -6,6 +6,7 @@ Nothing travels through RQ itself; an entry only says that the tile may be worth
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -101,21 +102,26 @@ def _compute(claim: Claim, context: Context) -> int:
     """Compute and commit; return how many tiles remain (-1: nothing more is wanted)."""
     process, store = PROCESSES[claim.process], context.store
     meta = _meta(claim, context)
+    began = time.thread_time()
     if process.whole is not None:
         document = process.whole(claim.request, _counted(claim, store))
-        store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint)
+        took = time.thread_time() - began
+        store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
         return -1
     if process.tile is None or process.assembled is None:
         raise TypeError(f"the process {claim.process} computes nothing")
     if claim.assembly:
         report = _counted_after_tiles(claim, store)
         document = process.assembled(claim.request, claim.plan, _finished_tiles(claim, store), report)
-        store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint)
+        took = time.thread_time() - began
+        store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
         return -1
     row_start, row_stop, column_start, column_stop = claim.rectangle
     tile_meta = {"index": claim.tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
-    data = encode_npz(process.tile(claim.request, claim.rectangle), {**meta, "tile": tile_meta})
-    return store.commit_tile(claim.job_id, claim.tile, data, claim.fingerprint)
+    document = process.tile(claim.request, claim.rectangle)
+    took = time.thread_time() - began
+    data = encode_npz(document, {**meta, "tile": tile_meta})
+    return store.commit_tile(claim.job_id, claim.tile, data, claim.fingerprint, took)
 
 
 def _counted(claim: Claim, store: Store) -> Report:

@@ -54,7 +54,10 @@ class Link(Response):
 
 
 class Job(Response):
-    """A question that was asked, and how far its answer is. Lists of jobs leave out long requests (None)."""
+    """A question that was asked, and how far its answer is. Lists of jobs leave out long requests (None).
+
+    `cpu_seconds` is the processor time that computing it has taken so far, in all workers together.
+    """
 
     id: str
     process: str
@@ -62,6 +65,7 @@ class Job(Response):
     status: Status
     progress: Progress = Progress()
     estimate: Estimate = Estimate()
+    cpu_seconds: float = 0.0
     core_version: str = ""
     created: str | None = None
     started: str | None = None

@@ -143,7 +143,8 @@ class UnfoldingMapsRequest(ProcessRequest):
     Trajectories start at rest; where the one of the clearance below or above has ended (a sweep follows a motion for as
     long as it lasts); or, of an ensemble, at random states, and the motion that most of them lead to counts.
 
-    An adaptive map is computed where neighbours differ and inferred between those that agree.
+    An adaptive map is computed where neighbours differ and inferred between those that agree. A preview has the names
+    of periodic motions alone, in two thirds of the time.
     """
 
     omega: Grid
@@ -163,6 +164,8 @@ class UnfoldingMapsRequest(ProcessRequest):
     """What those are drawn from; of the policy ensemble only, counts for nothing with another."""
     adaptive: bool = False
     """Whether points are inferred where all neighbours agree, and computed elsewhere only; not of a sweep."""
+    preview: bool = False
+    """Whether motions are told by their returns alone, sooner: no proofs, no multipliers and exponents, no chaos."""
 
     @model_validator(mode="after")
     def _neighbours_are_free(self) -> UnfoldingMapsRequest:
@@ -176,8 +179,9 @@ class UnfoldingMapsRequest(ProcessRequest):
         if self.policy != "ensemble":
             for name in ("initial_conditions", "seed"):
                 fields.pop(name, None)
-        if not self.adaptive:
-            fields.pop("adaptive", None)
+        for name in ("adaptive", "preview"):
+            if not fields.get(name):
+                fields.pop(name, None)
         return fields
 
 

@@ -26,6 +26,14 @@ EXAMPLES = {
             "adaptive": True,
         }
     },
+    "names of motions, soon": {
+        "value": {
+            "omega": {"start": 0.26, "stop": 0.30, "points": 32},
+            "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
+            "max_periods": 200,
+            "preview": True,
+        }
+    },
 }
 
 router = process_router()

@@ -78,6 +78,7 @@ def _settings(request: UnfoldingMapsRequest) -> Settings:
         "policy": request.policy,
         "initial_conditions": request.initial_conditions,
         "seed": request.seed,
+        "preview": request.preview,
     }
 
 

@@ -70,8 +70,8 @@ class LedgerStore(JobStore):
         """Give a tile back undone, without counting a failure. Returns whether it was held by `holder`."""
         return bool(self._scripts.run("release", identity, tile, holder))
 
-    def commit_tile(self, identity: str, tile: int, data: bytes, fingerprint: str) -> int:
-        """Store a finished tile; the first writer wins.
+    def commit_tile(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float = 0.0) -> int:
+        """Store a finished tile, and what it took; the first writer wins.
 
         Returns
         -------
@@ -91,7 +91,7 @@ class LedgerStore(JobStore):
             return -1
         row_start, row_stop, column_start, column_stop = plan.tile(tile)
         event = {"index": tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
-        return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, json.dumps(event)))
+        return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, json.dumps(event), cpu_seconds))
 
     def record_failure(
         self, identity: str, tile: int, kind: FailureKind, detail: str = "", holder: str = ""

@@ -87,13 +87,17 @@ class WorkerInfo:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the store holds: jobs by status, tiles not yet done, live workers, results and their bytes."""
+    """What the store holds: jobs by status, tiles not yet done, live workers, results and their bytes.
+
+    `cpu_seconds` is the processor time that all jobs so far have taken.
+    """
 
     jobs: dict[str, int]
     pending_tiles: int
     workers: int
     results: int
     result_bytes: int
+    cpu_seconds: float
 
 
 def timestamp(seconds: str | None) -> str | None:
@@ -126,6 +130,7 @@ def read_job(job_id: str, fields: Mapping[str, str]) -> Job:
                 eta_seconds=float(eta) if eta is not None else None,
             ),
             "estimate": Estimate.model_validate_json(fields["estimate"]),
+            "cpu_seconds": float(fields.get("cpu_seconds", 0.0)),
             "core_version": fields["core_version"],
             "created": timestamp(fields["created"]),
             "started": timestamp(fields.get("started")),

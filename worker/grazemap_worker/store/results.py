@@ -21,8 +21,8 @@ class ResultStore(LedgerStore):
         super().__init__(scripts)
         self._result_bytes = result_bytes
 
-    def commit_result(self, identity: str, data: bytes, fingerprint: str) -> bool:
-        """Store the whole result and end the job; the first writer wins.
+    def commit_result(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float = 0.0) -> bool:
+        """Store the whole result, what it took beside the tiles, and end the job; the first writer wins.
 
         Results that were used longest ago are dropped until all fit the byte budget, this one excepted.
 
@@ -41,7 +41,14 @@ class ResultStore(LedgerStore):
         etag = hashlib.sha256(data).hexdigest()
         return bool(
             self._scripts.run(
-                "commit_result", identity, data, fingerprint, etag, self._result_bytes, TILES_KEPT_AFTER_SUCCESS
+                "commit_result",
+                identity,
+                data,
+                fingerprint,
+                etag,
+                self._result_bytes,
+                TILES_KEPT_AFTER_SUCCESS,
+                cpu_seconds,
             )
         )
 

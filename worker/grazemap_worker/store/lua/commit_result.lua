@@ -1,4 +1,4 @@
--- ARGV: prefix, id, data, fingerprint, etag, byte budget, seconds to keep the tiles.
+-- ARGV: prefix, id, data, fingerprint, etag, byte budget, seconds to keep the tiles, processor seconds.
 -- Returns 1, or 0 when the job is not waiting for this result. Evicts the least recently used results over budget.
 local id, size = ARGV[2], string.len(ARGV[3])
 local status = get(id, 'status')
@@ -27,6 +27,7 @@ if get(id, 'unit') == 'steps' then
   redis.call('HSET', key('job', id), 'steps_done', number(id, 'steps_total'))
 end
 redis.call('HDEL', key('job', id), 'eta')
+add_cpu_seconds(id, ARGV[8])
 progress_event(id)
 finish(id, 'successful', tonumber(ARGV[7]))
 return 1

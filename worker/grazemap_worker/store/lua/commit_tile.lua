@@ -1,4 +1,4 @@
--- ARGV: prefix, id, tile, data, fingerprint, data of the event. First writer wins.
+-- ARGV: prefix, id, tile, data, fingerprint, data of the event, processor seconds. First writer wins.
 -- Returns the number of tiles that remain, or -1 when the job no longer wants this tile.
 local id, tile = ARGV[2], ARGV[3]
 local status = get(id, 'status')
@@ -13,6 +13,7 @@ local claims = key('job', id, 'claims')
 if redis.call('HSETNX', key('job', id, 'tiles'), tile, ARGV[4]) == 1 then
   local done = redis.call('HINCRBY', key('job', id), 'done', 1)
   set_remaining(id, total - done)
+  add_cpu_seconds(id, ARGV[7])
   local _, since = claimed_by(id, tile)
   if since then
     -- Time to go: mean time of the tiles so far, shared among those that now work on this job.

@@ -61,6 +61,7 @@ local seq = redis.call('INCR', key('sequence'))
 if status then
   redis.call('ZREM', key('status', status), id)
 end
+local spent = kept > 0 and get(id, 'cpu_seconds') or 0
 redis.call('DEL', key('job', id), key('job', id, 'events'), key('job', id, 'claims'), key('job', id, 'failures'))
 if kept == 0 then
   redis.call('DEL', key('job', id, 'tiles'))
@@ -69,7 +70,7 @@ else
 end
 redis.call('HSET', key('job', id), 'seq', seq, 'process', ARGV[3], 'request', ARGV[4], 'core_version', ARGV[5],
   'plan', ARGV[6], 'estimate', ARGV[7], 'total', total, 'done', kept, 'unit', 'tiles', 'fingerprint', fingerprint,
-  'created', now())
+  'cpu_seconds', spent, 'created', now())
 if tonumber(ARGV[13]) > 0 then
   redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + ARGV[13])
 end
