@@ -13,7 +13,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from benchmarks.result import Bench, GrazingRow, Law, MapRun, Spread
+from benchmarks.result import Bench, GrazingRow, Law, MapRun, ServedMap, Spread
 
 PICTURE = "cost_against_size.svg"
 
@@ -27,6 +27,7 @@ def tables(bench: Bench) -> str:
         ("Where the time goes", _stages(bench)),
         ("Near-grazing first impacts", _grazing(bench)),
         ("Maps", _maps(bench)),
+        ("Maps through the service", _served(bench)),
         ("Cost against size", _sizes(bench)),
     ]
     return "\n".join(f"## {title}\n\n{text}\n" for title, text in parts)
@@ -217,6 +218,33 @@ def _map_row(run: MapRun) -> tuple[str, ...]:
         f"{run.named_otherwise} of {run.named_as_certified}",
         f"{run.forcing_periods / run.pixels:.0f}",
         f"{run.share_of_single_point:.2f}",
+    )
+
+
+def _served(bench: Bench) -> str:
+    """Write the maps that were asked of a stack."""
+    head = ("map", "periods", "tiles", "wall s", "core s, all", "core s per worker")
+    return (
+        _table(head, [_served_row(asked) for asked in bench.served])
+        + "\n\n"
+        + _wrapped(
+            f"Asked over HTTP of a stack with {bench.served[0].workers} workers, {len(bench.served[0].wall_seconds)}"
+            " times in turn. Core seconds are the job's `cpu_seconds`. A preview stops where the map above that is run"
+            " until settled does."
+        )
+    )
+
+
+def _served_row(asked: ServedMap) -> tuple[str, ...]:
+    """Write one map of a stack."""
+    cpu, wall = Spread.of(asked.cpu_seconds), Spread.of(asked.wall_seconds)
+    return (
+        f"{asked.side} x {asked.side}, {asked.mode}",
+        str(asked.periods),
+        str(asked.tiles),
+        _spread(wall, "{:.2f}"),
+        _spread(cpu, "{:.2f}"),
+        f"{cpu.median / asked.workers:.2f}",
     )
 
 

@@ -121,6 +121,18 @@ class MapRun(Part):
     named_otherwise: Annotated[int, Field(description="Of those, the ones with another name.")]
 
 
+class ServedMap(Part):
+    """A map of the plane asked of a stack on this machine, once in every round."""
+
+    mode: str
+    side: int
+    periods: int
+    workers: int
+    tiles: int
+    cpu_seconds: Annotated[list[float], Field(description="Inside the core, all workers together, as the job says.")]
+    wall_seconds: Annotated[list[float], Field(description="From the question to the end of the job.")]
+
+
 class PixelCost(Part):
     """What single pixels cost per operation of the count, fixed length, over their median."""
 
@@ -180,6 +192,7 @@ class Bench(Part):
     stages: list[Stage]
     grazing: list[GrazingRow]
     maps: list[MapRun]
+    served: list[ServedMap]
     pixel_cost: PixelCost
     masses: list[MassPoint]
     cell_law: Annotated[Law, Field(description="CPU seconds of a cell against the number of masses.")]

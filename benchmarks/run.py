@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from benchmarks import maps, near_grazing, peak, size_law, stages, this_core
+from benchmarks import maps, near_grazing, peak, served, size_law, stages, this_core
 from benchmarks.contestants import Clocked, Contestant, time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.exact import errors_of, exact_impact_times
@@ -37,17 +37,18 @@ class Extent:
     scipy_cases: int
     map_side: int
     map_budget: float
+    served_rounds: int
     pixels: int
     side_budget: float
 
 
 FULL = Extent(
     rounds=9, core_lanes=512, heyoka_lanes=128, scipy_periods=PERIODS, core_cases=10_000, heyoka_cases=10_000,
-    scipy_cases=100, map_side=512, map_budget=300.0, pixels=24, side_budget=50.0,
+    scipy_cases=100, map_side=512, map_budget=300.0, served_rounds=3, pixels=24, side_budget=50.0,
 )  # fmt: skip
 QUICK = Extent(
     rounds=3, core_lanes=256, heyoka_lanes=128, scipy_periods=25, core_cases=300, heyoka_cases=300,
-    scipy_cases=10, map_side=512, map_budget=5.0, pixels=6, side_budget=1.0,
+    scipy_cases=10, map_side=512, map_budget=5.0, served_rounds=1, pixels=6, side_budget=1.0,
 )  # fmt: skip
 """A budget is in CPU seconds: a map that would take longer at the measured rate is made smaller, and says so."""
 
@@ -116,6 +117,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
         progress(f"the map is {side} x {side}: a larger one would take over {extent.map_budget:.0f} CPU seconds")
     operation_rate = ours.rate.median * limit.operations_per_period
     map_runs = maps.run_maps(side, PERIODS, operation_rate, progress)
+    served_runs = served.run_served(side, PERIODS, extent.served_rounds, progress)
     pixel_cost = maps.pixel_cost(extent.pixels, PERIODS, progress)
     masses = size_law.against_masses(extent.core_lanes // 4, PERIODS, extent.rounds, progress)
     sides = size_law.against_sides(ours.rate.median, extent.side_budget, progress)
@@ -135,6 +137,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
         stages=profile,
         grazing=grazing,
         maps=map_runs,
+        served=served_runs,
         pixel_cost=pixel_cost,
         masses=masses,
         cell_law=fit([p.masses for p in masses], [p.cell_seconds.median for p in masses]),
