@@ -129,8 +129,9 @@ def test_motions_are_those_that_are_proven() -> None:
     assert both.sum() > 0.97 * np.count_nonzero(proven[lane_notes.REASON] == NAMED)
     for column in NAME:
         np.testing.assert_array_equal(leapt[column][both], proven[column][both])
-    # they close to 1e-9 in little more time than it takes to come as near as proofs begin at
-    assert leapt[lane_notes.RUN][both].mean() < 1.5 * proven[lane_notes.RUN][both].mean()
+    # they close to 1e-9 in little more time than it takes to come as near as proofs begin at: 1.21 of it, and 1.25 if
+    # those that have landed were looked at for a return longer
+    assert leapt[lane_notes.RUN][both].mean() < 1.23 * proven[lane_notes.RUN][both].mean()
 
 
 def test_motions_of_an_undamped_chain_are_those_that_it_comes_to_by_itself() -> None:
