@@ -228,9 +228,9 @@ def _served(bench: Bench) -> str:
         _table(head, [_served_row(asked) for asked in bench.served])
         + "\n\n"
         + _wrapped(
-            f"Asked over HTTP of a stack with {bench.served[0].workers} workers, {len(bench.served[0].wall_seconds)}"
-            " times in turn. Core seconds are the job's `cpu_seconds`. A preview stops where the map above that is run"
-            " until settled does."
+            f"Asked over HTTP of a stack with {bench.served[0].workers} workers, in turn; rounds:"
+            f" {len(bench.served[0].wall_seconds)}. Core seconds are the job's `cpu_seconds`. A preview is the map"
+            f' above named "{bench.maps[1].mode}".'
         )
     )
 

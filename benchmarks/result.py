@@ -192,7 +192,7 @@ class Bench(Part):
     stages: list[Stage]
     grazing: list[GrazingRow]
     maps: list[MapRun]
-    served: list[ServedMap]
+    served: Annotated[list[ServedMap], Field(min_length=1)]
     pixel_cost: PixelCost
     masses: list[MassPoint]
     cell_law: Annotated[Law, Field(description="CPU seconds of a cell against the number of masses.")]

@@ -1,7 +1,8 @@
 """Maps asked for as clients ask: through the service, Redis and workers of a stack on this machine.
 
-The seconds are those that the workers count for a job, in their own processes; what forks, packs and carries the tiles
-is in the wall time only. Every round asks another question, since one that was asked before is answered at once.
+The seconds are those that the workers count for a job, of computing in their own processes; what forks, packs and
+carries the tiles is in the wall time only. Every round asks another question, since one that was asked before is
+answered at once.
 """
 
 from __future__ import annotations
@@ -29,15 +30,20 @@ def run_served(side: int, periods: int, rounds: int, progress: Callable[[str], N
     wall: dict[str, list[float]] = {mode: [] for mode in _MODES}
     tiles: dict[str, int] = {}
     with grazemap.local(workers=workers) as client:
-        for extra in _MODES.values():  # kernels are loaded by every worker
-            for columns in range(8, 8 + 2 * workers):
-                client.submit("unfolding-maps", _question(columns, side, 2, 0) | extra).wait()
+        first = [
+            client.submit("unfolding-maps", _question(columns, side, 2, 0) | extra)
+            for extra in _MODES.values()
+            for columns in range(8, 8 + 4 * workers)
+        ]
+        for job in first:  # enough of them for every worker to load the kernels
+            job.wait()
         for number in range(rounds):
             for mode, extra in _MODES.items():
                 began = time.perf_counter()
                 job = client.submit("unfolding-maps", _question(side, side, periods, number) | extra).wait()
                 wall[mode].append(time.perf_counter() - began)
                 finished = job.refresh().job
+                assert finished.cpu_seconds is not None
                 cpu[mode].append(finished.cpu_seconds)
                 tiles[mode] = finished.estimate.tiles
                 progress(f"map {side} x {side} through the service, {mode}: {wall[mode][-1]:.1f} s")

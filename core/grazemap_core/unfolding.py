@@ -58,8 +58,8 @@ def unfolding_map_tile(
         Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
         displacements evenly from (-b, b), velocities from (-omega b, omega b).
     preview : bool
-        Whether motions are told by their returns alone, in two thirds of the time: none is proven, and what has not
-        settled is unresolved, chaotic or not.
+        Whether motions are told by their returns alone, sooner: none with impacts is proven, and what has not settled
+        is unresolved, chaotic or not.
 
     Returns
     -------

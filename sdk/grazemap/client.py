@@ -389,8 +389,8 @@ class Client:
             Whether points are computed only where neighbours differ, and inferred between those that agree: for large
             maps. The result's `computed` says which were. Not of a sweep.
         preview : bool
-            Whether motions are told by their returns alone, in two thirds of the time: none is proven, chaos is not
-            told from what has not settled, and multipliers and exponents are left out (None).
+            Whether motions are told by their returns alone, sooner: none with impacts is proven, chaos is not told from
+            what has not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
 
         Raises

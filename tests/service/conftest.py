@@ -121,7 +121,7 @@ class PlayedWorker:
     def finish(self, job_id: str, document: dict[str, Any] | None = None) -> bytes:
         data = encode_npz(document or example_document(), {"process": "grazing-curves"})
         self.begin(job_id)
-        assert self.store.commit_result(job_id, data, FINGERPRINT)
+        assert self.store.commit_result(job_id, data, FINGERPRINT, 0.0)
         return data
 
 

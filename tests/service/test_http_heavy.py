@@ -99,7 +99,7 @@ def test_looking_at_a_result_keeps_it(client: TestClient, worker: Any) -> None:
 
     def finish(place: int) -> None:
         worker.begin(ids[place])
-        assert small.commit_result(ids[place], data[place], "f00d")
+        assert small.commit_result(ids[place], data[place], "f00d", 0.0)
 
     finish(0)
     finish(1)

@@ -1,7 +1,7 @@
 """A supervisor whose maps are products of their axes: real workers, queues and store, no core.
 
 Run as `python planted.py REDIS_URL WORKERS MODE`. What a tile does besides depends on MODE: "fast"; "slow" (sleeps
-0.6 s); "endless" (sleeps a minute); "raises"; "dies" (kills its own process).
+0.6 s); "busy" (computes for BUSY_SECONDS); "endless" (sleeps a minute); "raises"; "dies" (kills its own process).
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Plan, Tile
 from grazemap_worker.supervisor import Supervisor
 
+BUSY_SECONDS = 0.1
+
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
 
 
@@ -34,12 +36,21 @@ def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     return {"omega": omega, "clearance": clearance, "product": clearance[:, None] * omega, **names}
 
 
+def compute_for(seconds: float) -> None:
+    """Keep the processor busy."""
+    began = time.thread_time()
+    while time.thread_time() < began + seconds:
+        pass
+
+
 def planted(mode: str) -> Process:
     """The process that `mode` asks for."""
 
     def tile(request: UnfoldingMapsRequest, rectangle: Tile) -> Document:
         if mode == "slow":
             time.sleep(0.6)
+        elif mode == "busy":
+            compute_for(BUSY_SECONDS)
         elif mode == "endless":
             time.sleep(60)
         elif mode == "raises":
@@ -49,6 +60,8 @@ def planted(mode: str) -> Process:
         return product_tile(request, rectangle)
 
     def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
+        if mode == "busy":
+            compute_for(BUSY_SECONDS)
         return assemble(request, plan, tiles)
 
     return Process(tile=tile, assembled=assembled)

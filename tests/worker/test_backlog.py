@@ -48,7 +48,7 @@ def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Stor
     assert commands(store, lambda: store.claims_of("w")) < 20
     assert commands(store, store.lost_claims) < 20
     store.release(backlog[0].id, 0, "w")
-    store.commit_result(backlog[1].id, b"", "f")
+    store.commit_result(backlog[1].id, b"", "f", 0.0)
     assert store.claims_of("w") == [(backlog[2].id, 0, "w")]
     store.remove_worker("w")
     assert store.lost_claims() == [(backlog[2].id, 0, "w")]
@@ -75,8 +75,8 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
     submit_map(store, 1)
     submit(store, 0)
     store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_tile(job.id, 0, b"", "f")
-    store.commit_tile(job.id, 0, b"", "f")
+    store.commit_tile(job.id, 0, b"", "f", 0.0)
+    store.commit_tile(job.id, 0, b"", "f", 0.0)
     assert store.counts().pending_tiles == 3 + 4 + 1
     for _ in range(3):
         store.claim(job.id, 3, "w", "f", LEASE)

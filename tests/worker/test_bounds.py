@@ -28,7 +28,7 @@ def submit(store: Store, request: GrazingCurvesRequest | None = None) -> Job:
 
 def finish(store: Store, job: Job, data: bytes = b"12") -> None:
     assert store.claim(job.id, 0, "w", "f", LEASE)
-    assert store.commit_result(job.id, data, "f")
+    assert store.commit_result(job.id, data, "f", 0.0)
 
 
 @pytest.fixture
@@ -51,10 +51,10 @@ def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.M
     job = submit(store)
     assert store.claim(job.id, 0, "w", "f", LEASE)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
-        store.commit_result(job.id, bytes(11), "f")
+        store.commit_result(job.id, bytes(11), "f", 0.0)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
-        store.commit_tile(job.id, 0, bytes(11), "f")
-    assert store.commit_result(job.id, bytes(10), "f")
+        store.commit_tile(job.id, 0, bytes(11), "f", 0.0)
+    assert store.commit_result(job.id, bytes(10), "f", 0.0)
 
 
 def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:

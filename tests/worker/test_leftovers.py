@@ -26,7 +26,7 @@ def test_the_events_of_a_finished_job_go_after_a_while(store: Store, end: str) -
     events = f"grazemap:job:{job.id}:events"
     assert store.redis.ttl(events) == -1
     if end == "successful":
-        store.commit_result(job.id, b"", "f")
+        store.commit_result(job.id, b"", "f", 0.0)
     else:
         store.dismiss(job.id)
     assert 3500 < store.redis.ttl(events) <= 3600
@@ -80,7 +80,7 @@ def test_room_is_made_before_a_result_is_stored(own_redis_server: RedisServer) -
         job = submit(store, number)
         store.claim(job.id, 0, "w", "f", LEASE)
         client.config_resetstat()
-        assert store.commit_result(job.id, bytes(size), "f")
+        assert store.commit_result(job.id, bytes(size), "f", 0.0)
         return int(client.info("memory")["used_memory_peak"])
 
     alone = peak(0)
@@ -95,7 +95,7 @@ def test_the_tiles_of_a_map_are_read_in_a_few_steps(store: Store) -> None:
     job, _ = store.submit("unfolding-maps", request, "1", cut, 1000)
     for tile in (*range(15), 19):
         store.claim(job.id, tile, "w", "f", LEASE)
-        store.commit_tile(job.id, tile, b"%d" % tile, "f")
+        store.commit_tile(job.id, tile, b"%d" % tile, "f", 0.0)
     store.redis.config_resetstat()
     assert list(store.tiles(job.id, range(15))) == [b"%d" % tile for tile in range(15)]
     assert list(store.tiles(job.id, [19, 15, 3])) == [b"19", None, b"3"]

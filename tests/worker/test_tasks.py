@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from planted import NUMERICS, planted
+from planted import BUSY_SECONDS, NUMERICS, planted
 
 from grazemap.codec import Document, decode_npz
 from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
@@ -51,6 +51,20 @@ def test_the_last_tile_puts_the_map_together(worker: object, store: Store) -> No
     assert "tile" not in meta
 
 
+@pytest.mark.parametrize("mode", ["busy", "slow"])
+def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPatch, store: Store, mode: str) -> None:
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted(mode)})
+    job = submit(store)
+    for tile in (0, 1):
+        tasks.run_tile(job.id, tile)
+    done = store.job(job.id)
+    assert done is not None
+    assert done.status == "successful"
+    assert done.cpu_seconds is not None
+    busy = 3 * BUSY_SECONDS if mode == "busy" else 0.0  # one that sleeps computes nothing
+    assert busy <= done.cpu_seconds < busy + 0.5 * BUSY_SECONDS
+
+
 def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> None:
     job = submit(store)
     for tile in (0, 1):
@@ -66,7 +80,7 @@ def test_when_the_assembler_dies_another_assembles(worker: object, store: Store)
     job = submit(store)
     tasks.run_tile(job.id, 0)
     assert store.claim(job.id, 1, "dead", "planted", 5)
-    assert store.commit_tile(job.id, 1, store.tile(job.id, 0) or b"", "planted") == 0
+    assert store.commit_tile(job.id, 1, store.tile(job.id, 0) or b"", "planted", 0.0) == 0
     assert store.claim(job.id, ASSEMBLY, "dead", "planted", 5)
     tasks.run_tile(job.id, ASSEMBLY)
     assert store.result(job.id) is None  # it is held

@@ -111,8 +111,9 @@ def _compute(claim: Claim, context: Context) -> int:
     if process.tile is None or process.assembled is None:
         raise TypeError(f"the process {claim.process} computes nothing")
     if claim.assembly:
-        report = _counted_after_tiles(claim, store)
-        document = process.assembled(claim.request, claim.plan, _finished_tiles(claim, store), report)
+        tiles, report = _finished_tiles(claim, store), _counted_after_tiles(claim, store)
+        began = time.thread_time()
+        document = process.assembled(claim.request, claim.plan, tiles, report)
         took = time.thread_time() - began
         store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
         return -1

@@ -56,7 +56,8 @@ class Link(Response):
 class Job(Response):
     """A question that was asked, and how far its answer is. Lists of jobs leave out long requests (None).
 
-    `cpu_seconds` is the processor time that computing it has taken so far, in all workers together.
+    `cpu_seconds` is the processor time of computing what is done of it, in all workers together: packing, waiting and
+    tries that failed are not in it. None: from a service that does not count it.
     """
 
     id: str
@@ -65,7 +66,7 @@ class Job(Response):
     status: Status
     progress: Progress = Progress()
     estimate: Estimate = Estimate()
-    cpu_seconds: float = 0.0
+    cpu_seconds: float | None = None
     core_version: str = ""
     created: str | None = None
     started: str | None = None

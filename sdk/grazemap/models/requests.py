@@ -144,7 +144,7 @@ class UnfoldingMapsRequest(ProcessRequest):
     long as it lasts); or, of an ensemble, at random states, and the motion that most of them lead to counts.
 
     An adaptive map is computed where neighbours differ and inferred between those that agree. A preview has the names
-    of periodic motions alone, in two thirds of the time.
+    of periodic motions alone, sooner.
     """
 
     omega: Grid

@@ -48,7 +48,8 @@ class UnfoldingMap(Result):
         Index into `reasons`: why a motion is unresolved, or is periodic and not certified.
     reasons : tuple of str
     multiplier : ndarray of shape (clearance, omega), or None
-        Largest modulus of the multipliers over one motion period; NaN where the motion is not periodic.
+        Largest modulus of the multipliers over one motion period; NaN where the motion is not periodic. Of a preview it
+        is None, and so are the next two.
     lyapunov : ndarray of shape (clearance, omega), or None
         Largest Lyapunov exponent per forcing period; NaN where it is not known.
     lyapunov_error : ndarray of shape (clearance, omega), or None
@@ -179,7 +180,8 @@ class UnfoldingMap(Result):
         periodic = self.kind == self._code("periodic")
         share = self.certified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
-        return f"{points}, {len(self.motions())} motions, {share:.1%} of the periodic points certified"
+        certified = f"{share:.1%} of the periodic points certified"
+        return f"{points}, {len(self.motions())} motions, {'a preview' if self.multiplier is None else certified}"
 
 
 def _small_integers(value: Any) -> NDArray[Any]:

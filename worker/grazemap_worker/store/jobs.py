@@ -172,15 +172,13 @@ class JobStore(WorkerStore):
         pipeline.get(f"{PREFIX}unfinished:tiles")
         pipeline.zcard(f"{PREFIX}results")
         pipeline.get(f"{PREFIX}results:bytes")
-        pipeline.hget(f"{PREFIX}totals", "cpu_seconds")
-        *by_status, remaining, results, result_bytes, cpu_seconds = pipeline.execute()
+        *by_status, remaining, results, result_bytes = pipeline.execute()
         return Counts(
             jobs=dict(zip(names, by_status, strict=True)),
             pending_tiles=int(remaining or 0),
             workers=len(self.workers()),
             results=results,
             result_bytes=int(result_bytes or 0),
-            cpu_seconds=float(cpu_seconds or 0.0),
         )
 
 

@@ -70,8 +70,8 @@ class LedgerStore(JobStore):
         """Give a tile back undone, without counting a failure. Returns whether it was held by `holder`."""
         return bool(self._scripts.run("release", identity, tile, holder))
 
-    def commit_tile(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float = 0.0) -> int:
-        """Store a finished tile, and what it took; the first writer wins.
+    def commit_tile(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float) -> int:
+        """Store a finished tile, and the processor time of computing it; the first writer wins.
 
         Returns
         -------

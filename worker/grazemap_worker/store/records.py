@@ -87,17 +87,13 @@ class WorkerInfo:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the store holds: jobs by status, tiles not yet done, live workers, results and their bytes.
-
-    `cpu_seconds` is the processor time that all jobs so far have taken.
-    """
+    """What the store holds: jobs by status, tiles not yet done, live workers, results and their bytes."""
 
     jobs: dict[str, int]
     pending_tiles: int
     workers: int
     results: int
     result_bytes: int
-    cpu_seconds: float
 
 
 def timestamp(seconds: str | None) -> str | None:
@@ -115,7 +111,7 @@ def text_fields(record: Mapping[bytes, bytes]) -> dict[str, str]:
 def read_job(job_id: str, fields: Mapping[str, str]) -> Job:
     """Return the job that a record describes; links are the service's affair."""
     steps = fields["unit"] == "steps"
-    eta = fields.get("eta")
+    eta, spent = fields.get("eta"), fields.get("cpu_seconds")
     problem = fields.get("problem")
     return Job.model_validate(
         {
@@ -130,7 +126,7 @@ def read_job(job_id: str, fields: Mapping[str, str]) -> Job:
                 eta_seconds=float(eta) if eta is not None else None,
             ),
             "estimate": Estimate.model_validate_json(fields["estimate"]),
-            "cpu_seconds": float(fields.get("cpu_seconds", 0.0)),
+            "cpu_seconds": float(spent) if spent is not None else None,
             "core_version": fields["core_version"],
             "created": timestamp(fields["created"]),
             "started": timestamp(fields.get("started")),

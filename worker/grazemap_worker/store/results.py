@@ -21,8 +21,8 @@ class ResultStore(LedgerStore):
         super().__init__(scripts)
         self._result_bytes = result_bytes
 
-    def commit_result(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float = 0.0) -> bool:
-        """Store the whole result, what it took beside the tiles, and end the job; the first writer wins.
+    def commit_result(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
+        """Store the whole result and end the job; the first writer wins. `cpu_seconds` come on top of the tiles'.
 
         Results that were used longest ago are dropped until all fit the byte budget, this one excepted.
 

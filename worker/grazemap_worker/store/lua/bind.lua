@@ -23,7 +23,7 @@ local function bind(id)
   end
   if bound ~= '' then
     redis.call('DEL', key('job', id, 'tiles'), key('job', id, 'claims'))
-    redis.call('HSET', key('job', id), 'done', 0)
+    redis.call('HSET', key('job', id), 'done', 0, 'cpu_seconds', 0)
     set_remaining(id, number(id, 'total'))
     progress_event(id)
   end

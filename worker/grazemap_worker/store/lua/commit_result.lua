@@ -27,7 +27,7 @@ if get(id, 'unit') == 'steps' then
   redis.call('HSET', key('job', id), 'steps_done', number(id, 'steps_total'))
 end
 redis.call('HDEL', key('job', id), 'eta')
-add_cpu_seconds(id, ARGV[8])
+redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', ARGV[8])
 progress_event(id)
 finish(id, 'successful', tonumber(ARGV[7]))
 return 1

@@ -13,7 +13,7 @@ local claims = key('job', id, 'claims')
 if redis.call('HSETNX', key('job', id, 'tiles'), tile, ARGV[4]) == 1 then
   local done = redis.call('HINCRBY', key('job', id), 'done', 1)
   set_remaining(id, total - done)
-  add_cpu_seconds(id, ARGV[7])
+  redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', ARGV[7])
   local _, since = claimed_by(id, tile)
   if since then
     -- Time to go: mean time of the tiles so far, shared among those that now work on this job.

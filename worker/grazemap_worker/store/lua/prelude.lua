@@ -96,13 +96,6 @@ local function claims_of(holder)
   return found
 end
 
--- Processor time that something of a job has taken. (Of INCRBYFLOAT, called by a script, a Redis 6.2 loses its memory
--- in disorder: that command makes more arguments than it was given.)
-local function add_cpu_seconds(id, seconds)
-  redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', seconds)
-  redis.call('HINCRBYFLOAT', key('totals'), 'cpu_seconds', seconds)
-end
-
 local function result_key(id)
   return key('result', id, get(id, 'fingerprint') or '')
 end
