@@ -159,7 +159,7 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
         raise ParameterError("trajectory", "must be recorded for a period of its motion")
     chosen = run.impacts.period >= periods - period
     if not np.any(chosen):
-        raise ParameterError("trajectory", "has no impacts")
+        raise ParameterError("trajectory", "has come to a motion without impacts")
     # whole forcing periods leave the phase as it was
     phases = run.final.phase + (run.impacts.period[chosen] - (periods - period)) * (2.0 * math.pi)
     phases = phases + record.problem.omega * run.impacts.phase_time[chosen]

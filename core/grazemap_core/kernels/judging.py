@@ -291,11 +291,12 @@ def _judge_settling(
             known_rate,
         )
     if reason != NAMED and not last:
-        if sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
+        wanted = chain.provable or counts[AT] == SETTLES
+        if wanted and sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
             distance = orbit_nearby(problem, ring, lane, k, returned, job.max_period, clearance)
             if not chain.provable:
                 counts[LOOK] = k + 2 * returned
-                if np.isfinite(distance) and counts[AT] == SETTLES:
+                if np.isfinite(distance):
                     leap(problem, room, ahead, job, group, ring, notes, lane, k, returned, distance)
             elif np.isfinite(distance):
                 distance = max(distance, LIMIT_DISTANCE)
