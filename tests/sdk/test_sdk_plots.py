@@ -380,7 +380,7 @@ def test_a_diagram_draws_what_its_borders_are():
     entries = legend(ax)
     for text in (
         r"grazing curve $b = A(\omega)$",
-        "saddle-node (SN), 1 curves",
+        "saddle-node (SN), 1 curve",
         "border of basins: both motions attract (1 steps)",
         "border that is not explained (1 steps)",
     ):

@@ -15,7 +15,7 @@ import grazemap
 from grazemap import questions
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
-from grazemap.results import Family, decode_result, load
+from grazemap.results import Family, UnfoldingMap, decode_result, load
 
 EVERY_PROCESS = pytest.mark.parametrize("process", list(REQUESTS))
 
@@ -404,6 +404,16 @@ def test_a_map_counts_its_motions_and_never_gives_the_unresolved_a_label():
     assert sum(motion.share for motion in motions) == pytest.approx(1)
     assert motions[1].period is None
     assert umap.labels().tolist() == [["1-2r-2l", "unresolved", "3-4r-4l"], ["1-2r-2l", "unresolved", "1-(-1)r-(-1)l"]]
+
+
+@pytest.mark.parametrize("preview", [False, True])
+def test_a_preview_says_that_it_is_one(preview):
+    whole, meta = decode_npz(npz("unfolding-maps"))
+    umap = UnfoldingMap.from_document(whole, {**meta, "request": {**meta["request"], "preview": preview}})
+    assert umap.preview is preview
+    assert ("a preview" in repr(umap)) is preview
+    assert ("certified" in repr(umap)) is not preview
+    assert umap.plot().get_title().startswith("Preview" if preview else "Unfolding map")
 
 
 @pytest.mark.parametrize("ending", [".npz", ".json"])

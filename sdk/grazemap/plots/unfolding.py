@@ -72,9 +72,8 @@ def plot_unfolding_map(
     ax.set_xlim(edges[0][0], edges[0][-1])
     ax.set_ylim(edges[1][0], edges[1][-1])
     label_plane(ax, umap.units)
-    ax.set_title(
-        f"Unfolding map: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10
-    )
+    what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
+    ax.set_title(f"{what}: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10)
     legend_outside(ax, handlelength=1.4, labelspacing=0.35)
     return ax
 

@@ -63,7 +63,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
         style = curve_style(kind, 1.0, halo=True)
         for place, curve in enumerate(chosen):
             clearance = np.where(curve.admissible, curve.clearance, np.nan)
-            label = f"{curve_name(kind)}, {len(chosen)} curves" if place == 0 else None
+            label = f"{curve_name(kind)}, {len(chosen)} curve{'s' * (len(chosen) > 1)}" if place == 0 else None
             ax.plot(curve.omega, clearance, label=label, zorder=3, **style)
 
 

@@ -112,6 +112,11 @@ class UnfoldingMap(Result):
             **{name: np.asarray(document[name], dtype=np.bool_) for name in ("symmetric", "sticking", "certified")},
         }
 
+    @property
+    def preview(self) -> bool:
+        """Whether motions were told by their returns alone."""
+        return bool(self.meta["request"].get("preview"))
+
     def motions(self) -> list[MotionShare]:
         """Return the motions of the map, those that cover most of it first."""
         labels = [self.kind, self.period, self.impacts_right, self.impacts_left]
@@ -181,7 +186,7 @@ class UnfoldingMap(Result):
         share = self.certified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         certified = f"{share:.1%} of the periodic points certified"
-        return f"{points}, {len(self.motions())} motions, {'a preview' if self.multiplier is None else certified}"
+        return f"{points}, {len(self.motions())} motions, {'a preview' if self.preview else certified}"
 
 
 def _small_integers(value: Any) -> NDArray[Any]:
