@@ -124,6 +124,7 @@ def test_an_adaptive_map_is_cut_into_tall_strips_and_costs_less_the_larger_it_is
         cut = plan("unfolding-maps", adaptive(side, side, max_periods=200))
         assert (cut.tile_rows, cut.tile_columns) == (side, 64)
         assert cut.estimate.tiles == cut.count == side // 64
+        assert (cut.after > 0) == (cut.count >= 16)
         shares.append(cut.estimate.seconds / full.estimate.seconds)
     assert 1.6 >= shares[0] > shares[1] > shares[2] > 0.05
     assert shares[2] < 0.3

@@ -62,7 +62,7 @@ def assemble(
     names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
     whole: Document = {name: _joined(plan, [tile[name] for tile in tiles]) for name in names}
     if request.adaptive:
-        whole[_AT_COMPUTED] = _closed(request, plan, tiles, whole)
+        whole[_AT_COMPUTED] = _closed(request, plan, tiles, whole, report)
     return {
         "omega": grid_values(request.omega),
         "clearance": grid_values(request.clearance),
@@ -99,7 +99,9 @@ def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
     return {name: arrays[name] for name in dense} | {_AT_COMPUTED: figures}
 
 
-def _closed(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document) -> Document:
+def _closed(
+    request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document, report: Report | None
+) -> Document:
     """Close the seams of an adaptive map, in place, and return the figures of what was computed in all of it."""
     from grazemap_core.adaptive_map import close_seams
 
@@ -112,6 +114,8 @@ def _closed(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], wh
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
         **_settings(request),
     )
+    if report is not None:
+        report(1, 2)
     figures: Document = {}
     for name, first in tiles[0][_AT_COMPUTED].items():  # one at a time: an array of the grid for each is much
         array = np.zeros((plan.rows, plan.columns), dtype=first.dtype)
