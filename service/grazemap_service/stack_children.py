@@ -90,7 +90,7 @@ class PythonChild:
         return self._process is not None and self._process.poll() is None
 
     def end_if_hung(self) -> None:
-        """Do nothing: what hangs in the service or the workers is ended by their own time limits."""
+        """Do nothing: workers have time limits of their own, and whether the service answers is not watched."""
 
     @property
     def status(self) -> int | None:
