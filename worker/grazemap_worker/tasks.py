@@ -7,8 +7,9 @@ Nothing travels through RQ itself; an entry only says that the tile may be worth
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ParamSpec
 
 import structlog
 from redis.exceptions import RedisError
@@ -35,6 +36,8 @@ class Context:
 class NotWanted(Exception):
     """Nobody waits for what is being computed any more."""
 
+
+P = ParamSpec("P")
 
 _context: Context | None = None
 
@@ -102,27 +105,29 @@ def _compute(claim: Claim, context: Context) -> int:
     """Compute and commit; return how many tiles remain (-1: nothing more is wanted)."""
     process, store = PROCESSES[claim.process], context.store
     meta = _meta(claim, context)
-    began = time.thread_time()
     if process.whole is not None:
-        document = process.whole(claim.request, _counted(claim, store))
-        took = time.thread_time() - began
+        document, took = _clocked(process.whole, claim.request, _counted(claim, store))
         store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
         return -1
     if process.tile is None or process.assembled is None:
         raise TypeError(f"the process {claim.process} computes nothing")
     if claim.assembly:
         tiles, report = _finished_tiles(claim, store), _counted_after_tiles(claim, store)
-        began = time.thread_time()
-        document = process.assembled(claim.request, claim.plan, tiles, report)
-        took = time.thread_time() - began
+        document, took = _clocked(process.assembled, claim.request, claim.plan, tiles, report)
         store.commit_result(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
         return -1
     row_start, row_stop, column_start, column_stop = claim.rectangle
     tile_meta = {"index": claim.tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
-    document = process.tile(claim.request, claim.rectangle)
-    took = time.thread_time() - began
+    document, took = _clocked(process.tile, claim.request, claim.rectangle)
     data = encode_npz(document, {**meta, "tile": tile_meta})
     return store.commit_tile(claim.job_id, claim.tile, data, claim.fingerprint, took)
+
+
+def _clocked(compute: Callable[P, Document], *args: P.args, **kwargs: P.kwargs) -> tuple[Document, float]:
+    """Return what is computed, and the processor seconds that it took."""
+    began = time.thread_time()
+    document = compute(*args, **kwargs)
+    return document, time.thread_time() - began
 
 
 def _counted(claim: Claim, store: Store) -> Report:

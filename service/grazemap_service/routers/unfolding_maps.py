@@ -10,6 +10,11 @@ from grazemap.models import UnfoldingMapsRequest
 from grazemap_service.routers._process import process_router, submission
 from grazemap_service.submission import NewSubmission
 
+_WINDOW = {
+    "omega": {"start": 0.26, "stop": 0.30, "points": 32},
+    "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
+    "max_periods": 200,
+}
 EXAMPLES = {
     "coarse map of the default oscillator": {
         "value": {
@@ -18,22 +23,8 @@ EXAMPLES = {
             "max_periods": 200,
         }
     },
-    "map computed where neighbours differ": {
-        "value": {
-            "omega": {"start": 0.26, "stop": 0.30, "points": 32},
-            "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
-            "max_periods": 200,
-            "adaptive": True,
-        }
-    },
-    "names of motions, soon": {
-        "value": {
-            "omega": {"start": 0.26, "stop": 0.30, "points": 32},
-            "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
-            "max_periods": 200,
-            "preview": True,
-        }
-    },
+    "map computed where neighbours differ": {"value": {**_WINDOW, "adaptive": True}},
+    "names of motions, soon": {"value": {**_WINDOW, "preview": True}},
 }
 
 router = process_router()
