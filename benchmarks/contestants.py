@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from benchmarks.work import Floats, Integers, Start, Work
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 
 class Contestant(Protocol):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from benchmarks import this_core
 from benchmarks.work import Floats, Integers, Start, Work
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 
 class Core:

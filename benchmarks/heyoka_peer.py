@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.work import Floats, Integers, Start, Work, reference_work
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 
 class Heyoka:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.work import Floats, Integers, Start, Work
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 
 class Scipy:

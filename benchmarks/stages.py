@@ -16,10 +16,9 @@ from benchmarks.contestants import time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.result import Spread, Stage
 from benchmarks.work import reference_work
-from grazemap_core.cell_problem import cell_problem, trajectory_models
-from grazemap_core.kernels.compiled import kernel
-from grazemap_core.kernels.lane_tables import LaneTables, lane_tables
-from grazemap_core.kernels.lanes import (
+from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.maps.kernels.lane_tables import LaneTables, lane_tables
+from grazemap_core.maps.kernels.lanes import (
     COLUMN_ROWS,
     GAP,
     LANES,
@@ -32,9 +31,10 @@ from grazemap_core.kernels.lanes import (
     columns,
     solve_impacts,
 )
-from grazemap_core.kernels.lockstep import Lanes, lanes
-from grazemap_core.kernels.references import reference
-from grazemap_core.steady import forced_response
+from grazemap_core.maps.kernels.lockstep import Lanes, lanes
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import kernel
 
 _WHOLE, _CELLS, _IMPACTS = "whole", "cells", "impacts"
 
@@ -65,7 +65,7 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
     masses = (0,) * work.oscillator.size
     steady = forced_response(work.oscillator, np.array([work.omega]))[0]
     problem, held = cell_problem(trajectory_models(work.oscillator), steady, work.omega)
-    tables = lane_tables(problem, held.drag)
+    tables = lane_tables(problem, held.viscous_term)
     group, side_by_side = lanes(work.oscillator.size), columns(work.oscillator.size)
     rng = np.random.default_rng(0)
     side_by_side.start[:] = 0.1 * rng.normal(size=side_by_side.start.shape)

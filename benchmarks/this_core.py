@@ -10,16 +10,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.ensemble import first_impacts
 from benchmarks.work import Floats, Integers, Start
-from grazemap_core.cell_problem import cell_problem, trajectory_models
-from grazemap_core.ensemble import first_impacts
-from grazemap_core.kernels import lane_notes
-from grazemap_core.kernels.closing import NAMED
-from grazemap_core.kernels.lanes import LANES
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.settling import Settling, settle_grid
-from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import LANE_DEGREE
+from grazemap_core.codes import NAMED
+from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.tolerances import LANE_DEGREE
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
 
 Booleans = NDArray[np.bool_]
 
@@ -115,7 +115,7 @@ def _map(
     task = Settling(periods, LONGEST_PERIOD, early, linearised, proven)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
     codes = codes[..., 0]
-    name = codes[[lane_notes.PERIOD, lane_notes.IMPACTS_RIGHT, lane_notes.IMPACTS_LEFT, lane_notes.SYMMETRIC]]
+    name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]
     number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))
-    motion = np.where(codes[lane_notes.REASON] == NAMED, number, UNNAMED)
-    return Classified(motion, codes[lane_notes.RUN], codes[lane_notes.STRUCK])
+    motion = np.where(codes[lane_state.REASON] == NAMED, number, UNNAMED)
+    return Classified(motion, codes[lane_state.RUN], codes[lane_state.STRUCK])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

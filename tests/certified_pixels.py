@@ -16,9 +16,9 @@ import numpy as np
 from random_chains import random_oscillator
 from swift_oracle import SwiftOracle
 
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.unfolding import unfolding_map_tile
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DIGITS = 50

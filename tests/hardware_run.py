@@ -14,7 +14,7 @@ import sys
 import numpy as np
 
 import grazemap_core
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = ([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCES = 0.29, np.array([1.0, 1.5, 1.55, 1.65, 1.75, 2.05])
@@ -41,10 +41,10 @@ def interpret_all_but(modules: tuple[str, ...]) -> None:
 
 def compute(size: str) -> dict[str, np.ndarray]:
     """Return every array by name."""
-    from grazemap_core.ensemble import first_impacts
-    from grazemap_core.monodromy import monodromy
-    from grazemap_core.trajectory import trajectory
-    from grazemap_core.unfolding import unfolding_map_tile
+    from benchmarks.ensemble import first_impacts
+    from grazemap_core.maps.unfolding import unfolding_map_tile
+    from grazemap_core.simulation.monodromy import monodromy
+    from grazemap_core.simulation.trajectories import trajectory
 
     default, slow = Oscillator.create(*DEFAULT), Oscillator.create(*SLOW)
     columns, map_periods, periods = SIZES[size]

@@ -16,11 +16,11 @@ from flint import arb
 from oracles import digits
 from swift_oracle import SwiftOracle
 
-from grazemap_core.ensemble import Ensemble, first_impacts
-from grazemap_core.kernels.workspace import IMPACT
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response
-from grazemap_core.trajectory import trajectory
+from benchmarks.ensemble import Ensemble, first_impacts
+from grazemap_core.contact.kernels.workspace import IMPACT
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.trajectories import trajectory
 
 CHANGE = 1e-25
 IMPACTS = 20

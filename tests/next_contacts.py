@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import steady_response
-from grazemap_core.trajectory import trajectory
+from grazemap_core.model.harmonic_response import steady_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.trajectories import trajectory
 
 
 def simulated_contact(oscillator: Oscillator, omega: float, distance: float, max_order: int) -> tuple[int, int]:

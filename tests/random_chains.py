@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from oracles import Chain
 
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 
 def chain_of(oscillator: Oscillator) -> Chain:

@@ -1,1 +1,13 @@
-"""The impact core: numerics only (numpy, scipy, numba); no I/O, no HTTP, no Redis."""
+"""The impact core: numerics only (numpy, scipy, numba); no I/O, no HTTP, no Redis.
+
+Packages, each of which imports only those to its left:
+
+    numerics < model < contact < simulation < grazing < orbits < continuation < maps
+
+`errors`, `codes`, `checks`, `arrays` and `tolerances` are shared by all of them. The compiled functions of a package
+stand in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
+"""
+
+from grazemap_core.kernel_folder import choose_folder
+
+choose_folder()

@@ -14,15 +14,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from grazemap_core.codim2 import codimension_two_points
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.orbit_branches import orbit_branch
-from grazemap_core.orbit_search import sequence_of_stops
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.periodic_orbits import periodic_orbit
-from grazemap_core.trajectory import trajectory
-from grazemap_core.unfolding import unfolding_map_tile
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.search import sequence_of_stops
+from grazemap_core.simulation.trajectories import trajectory
 
 OMEGA = np.array([0.28, 0.29])
 

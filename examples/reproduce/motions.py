@@ -11,7 +11,7 @@ import numpy as np
 from examples.reproduce.asking import answers
 from examples.reproduce.paper import READINGS, Region
 from grazemap import Client, Trajectory
-from grazemap.models import motion_label
+from grazemap.wire import motion_label
 
 TRANSIENT = 1500
 SAMPLES = 2000

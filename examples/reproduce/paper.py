@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grazemap import Oscillator
-from grazemap.models import motion_label
+from grazemap.wire import motion_label
 
 TITLE = "Codimension-Two Grazing Bifurcations in Three-Degree-of-Freedom Impact Oscillator with Symmetrical Constraints"
 

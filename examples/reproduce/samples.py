@@ -12,7 +12,7 @@ from examples.reproduce.asking import answers
 from examples.reproduce.motions import SAMPLES, TRANSIENT, Motion, turns_at_a
 from examples.reproduce.paper import GAMMA, READINGS, Region
 from grazemap import Client, OrbitBranch, PeriodicOrbit, Trajectory, UnfoldingMap
-from grazemap.models import motion_label
+from grazemap.wire import motion_label
 
 CHAIN = READINGS[GAMMA]
 # Motions that do not close are waited for longer here than along a line, and this much of them is drawn.

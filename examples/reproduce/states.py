@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap import Client, Oscillator
-from grazemap.models import InitialState
 from grazemap.results import DiscontinuityMapping, Trajectory
+from grazemap.wire import InitialState
 
 Floats = NDArray[np.float64]
 # Further than any motion of the page goes: there mass 1 moves as if there were no stops.

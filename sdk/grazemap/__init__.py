@@ -15,13 +15,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from grazemap import errors, models
-    from grazemap.async_client import AsyncClient
+    from grazemap import errors, wire
     from grazemap.client import Client
-    from grazemap.effects import Event
-    from grazemap.embedded import local
-    from grazemap.jobs import AsyncJobHandle, JobHandle
-    from grazemap.models import InitialState, Oscillator
+    from grazemap.client.async_client import AsyncClient
+    from grazemap.client.io_effects import Event
+    from grazemap.client.jobs import AsyncJobHandle, JobHandle
+    from grazemap.local_stack import local
     from grazemap.results import (
         Basins,
         BifurcationCurves,
@@ -38,22 +37,23 @@ if TYPE_CHECKING:
         load,
     )
     from grazemap.version import __version__
+    from grazemap.wire import InitialState, Oscillator
 
 _HOME = {
-    "AsyncClient": "grazemap.async_client",
-    "AsyncJobHandle": "grazemap.jobs",
+    "AsyncClient": "grazemap.client.async_client",
+    "AsyncJobHandle": "grazemap.client.jobs",
     "Basins": "grazemap.results",
     "BifurcationCurves": "grazemap.results",
     "BifurcationDiagram": "grazemap.results",
     "Client": "grazemap.client",
     "CodimensionTwoPoints": "grazemap.results",
     "DiscontinuityMapping": "grazemap.results",
-    "Event": "grazemap.effects",
+    "Event": "grazemap.client.io_effects",
     "GrazingCurve": "grazemap.results",
-    "InitialState": "grazemap.models",
-    "JobHandle": "grazemap.jobs",
+    "InitialState": "grazemap.wire",
+    "JobHandle": "grazemap.client.jobs",
     "OrbitBranch": "grazemap.results",
-    "Oscillator": "grazemap.models",
+    "Oscillator": "grazemap.wire",
     "PeriodicOrbit": "grazemap.results",
     "Trajectories": "grazemap.results",
     "Trajectory": "grazemap.results",
@@ -61,7 +61,7 @@ _HOME = {
     "UnfoldingMap": "grazemap.results",
     "__version__": "grazemap.version",
     "load": "grazemap.results",
-    "local": "grazemap.embedded",
+    "local": "grazemap.local_stack",
 }
 
 __all__ = [
@@ -88,12 +88,12 @@ __all__ = [
     "errors",
     "load",
     "local",
-    "models",
+    "wire",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("errors", "models"):
+    if name in ("errors", "wire"):
         return import_module(f"grazemap.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'grazemap' has no attribute {name!r}")

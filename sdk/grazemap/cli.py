@@ -18,11 +18,11 @@ from typing import Any
 
 from grazemap import constants
 from grazemap.client import Client
-from grazemap.embedded import local, stack_command
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, ProtocolError
-from grazemap.models import PROCESSES
+from grazemap.local_stack import local, stack_command
 from grazemap.results import OrbitBranch, PeriodicOrbit, load
 from grazemap.version import __version__
+from grazemap.wire import PROCESSES
 
 DONE, FAILED, INVALID, NOT_FOUND, INTERRUPTED = 0, 1, 2, 3, 130
 _PICTURES = (".png", ".svg", ".pdf")

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from grazemap.models import Job, Problem
+from grazemap.wire import Job, Problem
 
 __all__ = [
     "AuthenticationError",

@@ -8,8 +8,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from grazemap.errors import ParameterError
-from grazemap.invalid import errors_of
-from grazemap.models import PROCESSES, Problem, ProblemError, ProcessRequest, parse_request
+from grazemap.wire import PROCESSES, Problem, ProblemError, ProcessRequest, parse_request
+from grazemap.wire.error_details import errors_of
 
 # The service's own words for the same problem.
 INVALID_REQUEST = Problem(

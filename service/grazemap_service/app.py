@@ -10,8 +10,8 @@ from fastapi import FastAPI
 from grazemap_service import middleware, openapi, problems
 from grazemap_service.dependencies import Context
 from grazemap_service.metrics import Metrics
-from grazemap_service.observe import Observe
 from grazemap_service.representations import HotResults, Renderings
+from grazemap_service.request_log import Observe
 from grazemap_service.routers import (
     basins,
     bifurcation_curves,

@@ -12,7 +12,7 @@ import anyio
 import anyio.to_thread
 from fastapi import Depends, Path, Request
 
-from grazemap.models import Job
+from grazemap.wire import Job
 from grazemap_service.logs import bind_job
 from grazemap_service.metrics import Metrics
 from grazemap_service.problems import ProblemException

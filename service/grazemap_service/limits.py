@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grazemap.models import (
+from grazemap.wire import (
     BasinsRequest,
     BifurcationCurvesRequest,
     BifurcationDiagramsRequest,
@@ -52,7 +52,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     Parameters
     ----------
     process : str
-        Name in `grazemap.models.PROCESSES`.
+        Name in `grazemap.wire.PROCESSES`.
     request : ProcessRequest
         Validated.
     settings : Settings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grazemap.models import FINISHED, Job, Link
+from grazemap.wire import FINISHED, Job, Link
 
 PREFIX = "/v1"
 NPZ_TYPE = "application/x-npz"

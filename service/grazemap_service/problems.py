@@ -20,8 +20,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match
 
-from grazemap.invalid import errors_of
-from grazemap.models import PROCESSES, Problem, ProblemError
+from grazemap.wire import PROCESSES, Problem, ProblemError
+from grazemap.wire.error_details import errors_of
 from grazemap_service.logs import get_logger
 from grazemap_worker.store import QueueFull, is_away, trouble
 

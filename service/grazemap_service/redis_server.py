@@ -21,7 +21,7 @@ from types import TracebackType
 import redis
 
 from grazemap_service.temporary import TemporaryFolder
-from grazemap_worker.lifeline import tied
+from grazemap_worker.parent_death import tied
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)

@@ -13,7 +13,7 @@ from typing import Protocol
 import structlog
 
 from grazemap_service.redis_server import RedisServer
-from grazemap_worker.lifeline import tied
+from grazemap_worker.parent_death import tied
 
 # A child that lived this long is not part of a crash loop; others wait 0.2, 0.4, ... s before the next start.
 HEALTHY_SECONDS = 10.0

@@ -15,7 +15,7 @@ import redis.exceptions
 from fastapi import Depends, Header, Request
 from starlette.responses import Response
 
-from grazemap.models import FINISHED, Job, ProcessRequest, Status, parse_request
+from grazemap.wire import FINISHED, Job, ProcessRequest, Status, parse_request
 from grazemap_service.dependencies import Context, CurrentContext
 from grazemap_service.limits import checked_plan
 from grazemap_service.links import job_path, with_links

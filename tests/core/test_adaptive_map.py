@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grazemap_core.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, close_seams
 from grazemap_core.errors import ParameterError
-from grazemap_core.motion import KINDS
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.unfolding import unfolding_map_tile
+from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, close_seams
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PERIODIC, UNRESOLVED = KINDS.index("periodic"), KINDS.index("unresolved")

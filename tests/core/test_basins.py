@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grazemap_core.basins import Coordinate, attractors, basin_tile
 from grazemap_core.errors import ParameterError
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.trajectory import trajectory
+from grazemap_core.maps.basins import Coordinate, attractors, basin_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCE = 0.29, 1.9927

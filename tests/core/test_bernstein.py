@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import comb
 
-from grazemap_core.kernels.bernstein import (
+from grazemap_core.numerics.kernels.bernstein import (
     CLEAR,
     CONTACT,
     GRAZE_UNDECIDED,

@@ -11,16 +11,16 @@ from test_one_impact_orbits import random_chain
 from test_orbit_branches import sixteen_impacts, start
 from test_periodic_orbits import DEFAULT, default_orbit
 
-from grazemap_core.bifurcation_curves import SpecialPath, bifurcation_curve
+from grazemap_core.continuation.bifurcation_curves import SpecialPath, bifurcation_curve
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.motion_curves import orbit_in_window
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.impact_sequences import ImpactSequence
-from grazemap_core.monodromy import monodromy
-from grazemap_core.motion_curves import orbit_in_window
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.orbit_branches import orbit_branch
-from grazemap_core.orbit_family import OrbitFamily
-from grazemap_core.periodic_orbits import periodic_orbit
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.simulation.monodromy import monodromy
 
 
 def two_impacts():

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grazemap_core.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.block_flow import block_flow
 
 RATIOS = [0.0, 1e-9, 1e-3, 0.5, 1 - 1e-3, 1 - 1e-9, 1 - 1e-15, 1.0, 1 + 1e-15, 1 + 1e-9, 1 + 1e-3, 2.0, 30.0, 1e4]
 

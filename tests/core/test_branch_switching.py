@@ -14,13 +14,13 @@ from test_one_impact_orbits import mismatch
 from test_orbit_branches import start
 from test_periodic_orbits import DEFAULT, default_orbit
 
-from grazemap_core.branch_switching import merged, starts_beyond, switched_branches
-from grazemap_core.monodromy import monodromy
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.orbit_branches import orbit_branch
-from grazemap_core.periodic_orbits import periodic_orbit
-from grazemap_core.tolerances import SWITCH_STEPS
-from grazemap_core.trajectory import trajectory
+from grazemap_core.continuation.branch_switching import merged, starts_beyond, switched_branches
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.tolerances import SWITCH_STEPS
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
 
 FAMILIES = {"PD": (0.285, False), "SB": (0.27, True), "one-sided": (0.27, False)}
 

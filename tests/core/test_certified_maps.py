@@ -8,14 +8,14 @@ from certified_pixels import DEFAULT, EQUAL, NO_VERDICT, OTHER, Pixel, certified
 from impact_orbit_oracle import solved
 from oracles import digits
 
-from grazemap_core.impact_sequences import impacts_of
-from grazemap_core.kernels import closing
-from grazemap_core.motion import KINDS, REASONS
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.settling import Settling, settle_grid
-from grazemap_core.trajectory import trajectory
-from grazemap_core.unfolding import arrays_of, unfolding_map_tile
+from grazemap_core import codes
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.impact_sequences import impacts_of
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.simulation.motion import KINDS, REASONS
+from grazemap_core.simulation.trajectories import trajectory
 
 PERIODIC = KINDS.index("periodic")
 ORBITS = 200
@@ -108,13 +108,13 @@ def test_what_is_not_proven_says_why() -> None:
     rests = (found["kind"] == PERIODIC) & found["sticking"]
     assert rests.any()
     assert not found["certified"][rests].any()
-    assert set(found["reason"][rests].tolist()) == {closing.RESTS}
+    assert set(found["reason"][rests].tolist()) == {codes.RESTS}
     assert found["certified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
     undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
     found = unfolding_map_tile(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12))
     named = found["kind"] == PERIODIC
     assert not found["certified"].any()
-    assert set(found["reason"][named].tolist()) <= {closing.NOT_SOUGHT, closing.RESTS}
+    assert set(found["reason"][named].tolist()) <= {codes.NOT_SOUGHT, codes.RESTS}
     assert all(REASONS[code] for code in found["reason"][~found["certified"] & (found["kind"] != 3)].tolist())
 
 

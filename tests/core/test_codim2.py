@@ -12,14 +12,14 @@ import pytest
 from oracles import steady_amplitude, zeros_of
 from random_chains import chain_of
 
-from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.impulse_response import impulse_response
-from grazemap_core.kernels.response_sums import IMPULSE
-from grazemap_core.kernels.root_isolation import COMPLETE, NEAR_DOUBLE, isolate
-from grazemap_core.modal import modal_model
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.kernels.root_isolation import COMPLETE, NEAR_DOUBLE, isolate
+from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.kernels.response_sums import IMPULSE
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
 
 MASSES, STIFFNESSES, FORCING = [1.0, 10.0, 10.0], [1.0, 5.0, 5.0], [1.0, 0.0, 0.0]
 DEFAULT = Oscillator.create(MASSES, STIFFNESSES, 0.05, FORCING, 0.8)
@@ -91,7 +91,7 @@ def test_a_dropped_or_shifted_point_would_be_noticed(default_points, default_exp
 def test_frequencies_skewed_by_1e_12_would_be_noticed(default_expected, monkeypatch):
     true_model = modal_model(DEFAULT)
     skewed = replace(true_model, discriminant=true_model.discriminant * (1 + 2e-12))
-    monkeypatch.setattr("grazemap_core.codim2.modal_model", lambda oscillator: skewed)
+    monkeypatch.setattr("grazemap_core.grazing.codimension_two.modal_model", lambda oscillator: skewed)
     with pytest.raises(AssertionError):
         check_complete(codimension_two_points(DEFAULT, 0.05, 2.5, max_order=8), default_expected)
 

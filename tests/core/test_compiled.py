@@ -1,5 +1,7 @@
 """How kernels are compiled: without numba's runtime, as parts of one another, with their tuples by reference."""
 
+import pkgutil
+from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
@@ -9,47 +11,16 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
-from grazemap_core.kernels import (
-    bernstein,
-    block_flow,
-    bounces,
-    cells,
-    closing,
-    column,
-    compiled,
-    contact,
-    dense,
-    eigenvalues,
-    events,
-    extrapolating,
-    held,
-    judging,
-    lane_notes,
-    lane_tangents,
-    lanes,
-    leaping,
-    lockstep,
-    lyapunov,
-    orbit_batches,
-    orbit_contacts,
-    orbit_equations,
-    orbit_multipliers,
-    orbit_newton,
-    orbit_shooting,
-    proving,
-    simulate,
-    sticking,
-    tangent,
-    walk,
-    workspace,
-)
-from grazemap_core.kernels.parts import Kernel
-from grazemap_core.kernels.references import reference
+import grazemap_core
+from grazemap_core.numerics.jit import compiled
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.inlining import Kernel
 
-MODULES = (bernstein, block_flow, bounces, cells, closing, column, contact, dense, eigenvalues, events, extrapolating,
-           held, judging, lane_notes, lane_tangents, lanes, leaping, lockstep, lyapunov, orbit_batches,
-           orbit_contacts, orbit_equations, orbit_multipliers, orbit_newton, orbit_shooting, proving,
-           simulate, sticking, tangent, walk, workspace)  # fmt: skip
+MODULES = [
+    import_module(info.name)
+    for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core.")
+    if ".kernels." in info.name and hasattr(import_module(info.name), "kernel")
+]
 ALLOCATES = {"run_recorded"}  # called from Python, for one trajectory
 
 

@@ -12,11 +12,11 @@ from oracles import digits
 from tangent_oracle import LandingOracle
 from test_sticking import STICKING, random_case
 
-from grazemap_core.kernels.workspace import ANCHOR
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.start import State, forced_chain, start, state_at, wrapped
+from grazemap_core.contact.kernels.workspace import ANCHOR
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.start import State, forced_chain, start, state_at, wrapped
+from grazemap_core.simulation.trajectories import Trajectory, trajectory
 from grazemap_core.tolerances import EPSILON
-from grazemap_core.trajectory import Trajectory, trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PERIODS = 4

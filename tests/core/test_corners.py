@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from grazemap_core.errors import CoreError
-from grazemap_core.motion import KINDS, REASONS
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS, REASONS
+from grazemap_core.simulation.trajectories import Trajectory, trajectory
 from grazemap_core.tolerances import EPSILON
-from grazemap_core.trajectory import Trajectory, trajectory
 
 
 def assert_defined(result: Trajectory, clearance: float, end: float, amplitude: float = 0.0) -> None:

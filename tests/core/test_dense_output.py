@@ -14,10 +14,10 @@ from tangent_oracle import LandingOracle
 from test_sticking import random_case
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.kernels.sampling import split_times
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.kernels.sampling import split_times
+from grazemap_core.simulation.trajectories import trajectory
 from grazemap_core.tolerances import EPSILON
-from grazemap_core.trajectory import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 

@@ -11,7 +11,8 @@ from graze_oracle import PRECISION, GrazeOracle
 from oracles import digits
 from random_chains import chain_of, random_oscillator
 
-from grazemap_core.discontinuity import (
+from grazemap_core.errors import ParameterError, SteadyMotionError
+from grazemap_core.grazing.discontinuity_mapping import (
     exact_mapping,
     largest_overshoot,
     leading_mapping,
@@ -19,9 +20,8 @@ from grazemap_core.discontinuity import (
     overshoot_of,
     straight_beyond,
 )
-from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing_point import grazing_point
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.grazing.point import grazing_point
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OVERSHOOTS = 10.0 ** np.arange(-10.0, -3.5)

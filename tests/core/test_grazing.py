@@ -8,11 +8,11 @@ from flint import arb
 from oracles import Chain, digits, impulse, steady_amplitude
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.kernels import tridiagonal
-from grazemap_core.modal import modal_model
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response, steady_response
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.model.harmonic_response import forced_response, steady_response
+from grazemap_core.model.kernels import tridiagonal
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SYSTEMS = 10_000
@@ -76,7 +76,7 @@ def test_plain_double_precision_fails_the_same_comparison(monkeypatch):
         matrix = system.stiffness_matrix - omega[0] ** 2 * system.mass_matrix + 1j * omega[0] * system.damping_matrix
         return np.linalg.solve(matrix, forcing)[None], np.array([tridiagonal.CONVERGED])
 
-    monkeypatch.setattr("grazemap_core.steady.steady_amplitudes", plain)
+    monkeypatch.setattr("grazemap_core.model.harmonic_response.steady_amplitudes", plain)
     assert largest_error_of_random_systems(1000) > 1e-13
 
 

@@ -31,9 +31,9 @@ from llvmlite import binding
 from sticking_oracle import StickingOracle
 from swift_oracle import SwiftOracle
 
-from grazemap_core.ensemble import Ensemble
-from grazemap_core.kernels.workspace import CHATTER, IMPACT, RELEASE
-from grazemap_core.oscillator import Oscillator
+from benchmarks.ensemble import Ensemble
+from grazemap_core.contact.kernels.workspace import CHATTER, IMPACT, RELEASE
+from grazemap_core.model.oscillator import Oscillator
 
 Arrays = dict[str, np.ndarray]
 

@@ -6,23 +6,25 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grazemap_core.cell_problem import cell_problem, trajectory_models
-from grazemap_core.kernels import extrapolating, lane_notes, leaping
-from grazemap_core.kernels.cells import CellProblem
-from grazemap_core.kernels.closing import NAMED, Orbit, orbit
-from grazemap_core.kernels.lanes import LANES
-from grazemap_core.kernels.lockstep import begin, lanes
-from grazemap_core.kernels.proving import proving
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.settling import Settling, settle_grid
-from grazemap_core.steady import forced_response
-from grazemap_core.tolerances import APPROACH_RATE
+from grazemap_core.codes import NAMED
+from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.maps.kernels import extrapolated_restart, lane_state
+from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lockstep import begin, lanes
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.kernels.verification import verification_scratch
+from grazemap_core.simulation.kernels import fixed_point_extrapolation
+from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, stroboscopic_history
+from grazemap_core.simulation.tolerances import APPROACH_RATE
 
 Floats = NDArray[np.float64]
 
 OMEGA = 0.29
 LANE = 5
-NAME = (lane_notes.PERIOD, lane_notes.IMPACTS_RIGHT, lane_notes.IMPACTS_LEFT, lane_notes.SYMMETRIC)
+NAME = (lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC)
 
 
 def default(damping: float = 0.05, restitution: float = 0.8) -> Oscillator:
@@ -34,9 +36,11 @@ def problem_of(oscillator: Oscillator) -> CellProblem:
     return cell_problem(trajectory_models(oscillator), steady, OMEGA)[0]
 
 
-def linear_returns(matrix: Floats, limit: Floats, away: Floats, m: int, returns: int) -> tuple[Orbit, int]:
+def linear_returns(
+    matrix: Floats, limit: Floats, away: Floats, m: int, returns: int
+) -> tuple[StroboscopicHistory, int]:
     """A ring whose lane has come to `limit` by a linear map every m halves, and the number of halves."""
-    ring = orbit(len(limit) // 2, 32, LANES)
+    ring = stroboscopic_history(len(limit) // 2, 32, LANES)
     k = m * returns
     for i in range(returns + 1):
         ring.states[(i * m) % len(ring.least), :, LANE] = limit + np.linalg.matrix_power(matrix, i) @ away
@@ -52,8 +56,8 @@ def test_the_limit_of_linear_returns_is_their_fixed_point(multipliers: list[floa
     basis = np.linalg.qr(rng.normal(size=(6, 6)))[0]
     limit, away = rng.normal(size=6), 1e-3 * rng.normal(size=6)
     ring, k = linear_returns(basis @ np.diag(multipliers) @ basis.T, limit, away, m, 7)
-    room = extrapolating.extrapolation(3)
-    far = extrapolating.extrapolate(problem, ring, room, LANE, k, m, k)
+    room = fixed_point_extrapolation.extrapolation(3)
+    far = fixed_point_extrapolation.extrapolate(problem, ring, room, LANE, k, m, k)
     left = ring.states[k % len(ring.least), :, LANE] - limit
     np.testing.assert_allclose(room.limit, limit, atol=1e-3 * np.max(abs(left)) / 0.02, rtol=0)
     assert far == pytest.approx(np.max(abs(left) * problem.closeness.ravel()), rel=0.1)
@@ -66,11 +70,14 @@ def test_an_orbit_that_does_not_attract_enough_is_no_limit(largest: float) -> No
     # nearly all of the distance shrinks: it comes closer from return to return
     away = np.array([1e-3, 1e-4, 0.0, 0.0, 0.0, 0.0])
     ring, k = linear_returns(np.diag([0.5, largest, 0.0, 0.0, 0.0, 0.0]), limit, away, 1, 7)
-    assert extrapolating.extrapolate(problem, ring, extrapolating.extrapolation(3), LANE, k, 1, k) == np.inf
+    assert (
+        fixed_point_extrapolation.extrapolate(problem, ring, fixed_point_extrapolation.extrapolation(3), LANE, k, 1, k)
+        == np.inf
+    )
 
 
 def test_whether_multipliers_are_small_is_what_their_moduli_say() -> None:
-    room, rng = extrapolating.extrapolation(3), np.random.default_rng(5)
+    room, rng = fixed_point_extrapolation.extrapolation(3), np.random.default_rng(5)
     seen = set()
     for _ in range(300):
         count = int(rng.integers(1, 7))
@@ -80,41 +87,49 @@ def test_whether_multipliers_are_small_is_what_their_moduli_say() -> None:
             roots[1] = roots[0].conjugate()
         room.weights[1 : count + 1] = -np.poly(roots)[1:].real
         expected = np.max(abs(roots)) <= APPROACH_RATE
-        assert extrapolating._is_stable(room, count) == expected
+        assert fixed_point_extrapolation._is_stable(room, count) == expected
         seen.add((count, bool(expected)))
     assert len(seen) >= 11
 
 
 def test_returns_that_no_linear_map_explains_have_no_limit() -> None:
     problem, rng = problem_of(default()), np.random.default_rng(6)
-    ring = orbit(3, 32, LANES)
+    ring = stroboscopic_history(3, 32, LANES)
     ring.states[:, :, LANE] = rng.normal(size=ring.states[:, :, LANE].shape)
-    assert extrapolating.extrapolate(problem, ring, extrapolating.extrapolation(3), LANE, 3, 1, 3) == np.inf
+    assert (
+        fixed_point_extrapolation.extrapolate(problem, ring, fixed_point_extrapolation.extrapolation(3), LANE, 3, 1, 3)
+        == np.inf
+    )
 
 
 @pytest.mark.parametrize("planted", ["farther away", "other impacts"])
 def test_a_lane_that_does_not_stay_goes_back(planted: str) -> None:
     problem = problem_of(default())
-    group, ring, notes, rng = lanes(3), orbit(3, 32, LANES), lane_notes.notes(3), np.random.default_rng(7)
-    job = lane_notes.Job(np.array([1.6]), np.zeros((3, 2)), np.zeros((1, 3, 2)), 100, 32, True, False, 0)
+    group, ring, notes, rng = (
+        lanes(3),
+        stroboscopic_history(3, 32, LANES),
+        lane_state.lane_records(3),
+        np.random.default_rng(7),
+    )
+    job = lane_state.ColumnTask(np.array([1.6]), np.zeros((3, 2)), np.zeros((1, 3, 2)), 100, 32, True, False, 0)
     begin(group, LANE, problem, np.zeros((3, 2)), 1.6)
     notes.left[LANE] = 1e-3 * rng.normal(size=6)
     counts = notes.counts[LANE]
-    counts[lane_notes.AT], counts[lane_notes.SINCE], counts[lane_notes.RETURNED] = lane_notes.LEAPT, 6, 1
-    notes.sizes[LANE, lane_notes.CHANGED], notes.sizes[LANE, lane_notes.GOAL] = 1e-4, 1e-3
+    counts[lane_state.AT], counts[lane_state.SINCE], counts[lane_state.RETURNED] = lane_state.LEAPT, 6, 1
+    notes.sizes[LANE, lane_state.CHANGED], notes.sizes[LANE, lane_state.GOAL] = 1e-4, 1e-3
     ring.impacts[:, 0, LANE] = 1.0
-    assert leaping.land(problem, proving(3), job, group, ring, notes, LANE, 9)
-    assert leaping.has_just_landed(notes, LANE, 9)
+    assert extrapolated_restart.land(problem, verification_scratch(3), job, group, ring, notes, LANE, 9)
+    assert extrapolated_restart.has_just_landed(notes, LANE, 9)
     if planted == "farther away":
         ring.states[9, 0, LANE] = 1.0
     else:
         ring.impacts[8, 0, LANE] = 2.0
-    assert not leaping.land(problem, proving(3), job, group, ring, notes, LANE, 9)
-    assert not leaping.has_just_landed(notes, LANE, 9)
+    assert not extrapolated_restart.land(problem, verification_scratch(3), job, group, ring, notes, LANE, 9)
+    assert not extrapolated_restart.has_just_landed(notes, LANE, 9)
     even = group.even.reshape(-1, LANES)[:6, LANE]
     np.testing.assert_array_equal(even, -notes.left[LANE])
     np.testing.assert_array_equal(ring.states[9, :, LANE], notes.left[LANE])
-    assert counts[lane_notes.SINCE] == 9
+    assert counts[lane_state.SINCE] == 9
 
 
 def settled(oscillator: Oscillator, omega: Floats, clearance: Floats, proven: bool, periods: int) -> NDArray[np.int64]:
@@ -125,13 +140,13 @@ def test_motions_are_those_that_are_proven() -> None:
     omega, clearance = np.linspace(0.26, 0.32, 24), np.linspace(1.2, 2.1, 24)
     proven = settled(default(), omega, clearance, True, 200)
     leapt = settled(default(), omega, clearance, False, 200)
-    both = (proven[lane_notes.REASON] == NAMED) & (leapt[lane_notes.REASON] == NAMED)
-    assert both.sum() > 0.97 * np.count_nonzero(proven[lane_notes.REASON] == NAMED)
+    both = (proven[lane_state.REASON] == NAMED) & (leapt[lane_state.REASON] == NAMED)
+    assert both.sum() > 0.97 * np.count_nonzero(proven[lane_state.REASON] == NAMED)
     for column in NAME:
         np.testing.assert_array_equal(leapt[column][both], proven[column][both])
     # they close to 1e-9 in little more time than it takes to come as near as proofs begin at: 1.21 of it, and 1.25 if
     # those that have landed were looked at for a return longer
-    assert leapt[lane_notes.RUN][both].mean() < 1.23 * proven[lane_notes.RUN][both].mean()
+    assert leapt[lane_state.RUN][both].mean() < 1.23 * proven[lane_state.RUN][both].mean()
 
 
 def test_motions_of_an_undamped_chain_are_those_that_it_comes_to_by_itself() -> None:
@@ -140,8 +155,8 @@ def test_motions_of_an_undamped_chain_are_those_that_it_comes_to_by_itself() -> 
     # nothing can be proven without damping; with early false nothing is looked at before the end
     leapt = settled(oscillator, omega, clearance, True, 600)
     waited = settle_grid(oscillator, omega, clearance, Settling(600, 8, early=False, linearised=False))[0][..., 0]
-    both = (waited[lane_notes.REASON] == NAMED) & (leapt[lane_notes.REASON] == NAMED)
+    both = (waited[lane_state.REASON] == NAMED) & (leapt[lane_state.REASON] == NAMED)
     assert both.sum() >= 8
     for column in NAME:
         np.testing.assert_array_equal(leapt[column][both], waited[column][both])
-    assert leapt[lane_notes.RUN][both].mean() < 0.7 * waited[lane_notes.RUN][both].mean()
+    assert leapt[lane_state.RUN][both].mean() < 0.7 * waited[lane_state.RUN][both].mean()

@@ -7,14 +7,15 @@ import pytest
 from impact_accuracy import LOCKSTEP_PERIODS, Accuracy, compare_lockstep, lockstep_amplification, plane_points
 from numpy.typing import NDArray
 
-from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
-from grazemap_core.ensemble import Ensemble, first_impacts
-from grazemap_core.kernels import lane_notes, simulate
-from grazemap_core.kernels.lanes import LANES
-from grazemap_core.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.settling import Settling, settle_grid
-from grazemap_core.steady import forced_response
+from benchmarks.ensemble import Ensemble, first_impacts
+from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.contact.kernels import half_period
+from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, KIND, OK, ROWS, workspace
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +42,7 @@ def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int
     for clearance in clearances:
         work, u = workspace(oscillator.size, 4 * FIRST), initial.copy()
         for half in range(2 * periods):
-            status = simulate.run_half(problem, held, u, clearance, half, work)
+            status = half_period.run_half(problem, held, u, clearance, half, work)
             assert status == OK
             if work.cursor[ROWS] >= 2 * FIRST:
                 break
@@ -127,9 +128,9 @@ def test_a_lane_gets_the_same_bytes_whatever_runs_beside_it(omega: float) -> Non
 def test_a_map_counts_what_it_ran() -> None:
     clearances = np.linspace(1.3, 2.1, LANES + 5)
     codes, _ = settle_grid(default(), np.array([0.28]), clearances, Settling(30, 8, early=False, linearised=False))
-    assert (codes[lane_notes.RUN] == 60).all()
+    assert (codes[lane_state.RUN] == 60).all()
     ensemble = first_impacts(default(), 0.28, clearances, 30, 0)
-    np.testing.assert_array_equal(codes[lane_notes.STRUCK, :, 0, 0], ensemble.impacts)
+    np.testing.assert_array_equal(codes[lane_state.STRUCK, :, 0, 0], ensemble.impacts)
 
 
 def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_roundings_of_the_inputs() -> None:

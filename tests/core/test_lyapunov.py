@@ -7,14 +7,14 @@ import pytest
 from chaos_oracle import ChaosOracle
 from tori import TORI
 
+from grazemap_core.contact.kernels.half_period import run_half
+from grazemap_core.contact.kernels.workspace import ANCHOR, FOLLOWED, HELD, OK, workspace
 from grazemap_core.errors import ParameterError
-from grazemap_core.kernels.lyapunov import orthonormalise, standard_error
-from grazemap_core.kernels.simulate import run_half
-from grazemap_core.kernels.workspace import ANCHOR, FOLLOWED, HELD, OK, workspace
-from grazemap_core.linearised_run import linearised_run
-from grazemap_core.lyapunov import lyapunov_exponents
-from grazemap_core.monodromy import monodromy
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.kernels.lyapunov import orthonormalise, standard_error
+from grazemap_core.simulation.linearised_run import linearised_run
+from grazemap_core.simulation.lyapunov import lyapunov_exponents
+from grazemap_core.simulation.monodromy import monodromy
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from test_sticking import random_case
 
-from grazemap_core import start
-from grazemap_core.cell_problem import cell_problem, trajectory_models
+from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.errors import ParameterError
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.start import State
-from grazemap_core.steady import forced_response
-from grazemap_core.trajectory import trajectories, trajectory
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation import start
+from grazemap_core.simulation.start import State
+from grazemap_core.simulation.trajectories import trajectories, trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from test_periodic_orbits import DEFAULT
 
-from grazemap_core.border_lines import Line, nearest, positions
+from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
-from grazemap_core.kernels.closing import INFINITE
-from grazemap_core.map_borders import EXPLANATIONS, REASONS, MapBorders, map_borders
-from grazemap_core.motion import KINDS
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.one_impact_orbits import orbits_at_clearance
-from grazemap_core.region_orbits import NO_REGION, Grid, Name, Regions
-from grazemap_core.steady import steady_response
-from grazemap_core.tolerances import BORDER_REACH
-from grazemap_core.trajectory import trajectory
-from grazemap_core.unfolding import unfolding_map_tile
+from grazemap_core.maps.borders.border_lines import Line, nearest, positions
+from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, MapBorders, map_borders
+from grazemap_core.maps.borders.region_orbits import NO_REGION, Grid, Name, Regions
+from grazemap_core.maps.tolerances import BORDER_REACH
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.harmonic_response import steady_response
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
+from grazemap_core.simulation.motion import KINDS
+from grazemap_core.simulation.trajectories import trajectory
 
 OMEGA, CLEARANCE = np.linspace(0.275, 0.29, 48), np.linspace(1.8, 2.0, 48)
 """Round the codimension-two point of order 2."""
@@ -194,7 +194,7 @@ def test_what_is_done_is_told_in_steps_that_rise_and_end_before_all():
 def test_borders_that_take_more_than_is_spent_on_them_say_so(monkeypatch, bound, words):
     free = map_borders(DEFAULT, *small())
     assert free.count("unexplained") == 0
-    monkeypatch.setattr(f"grazemap_core.map_borders.{bound}", 1)
+    monkeypatch.setattr(f"grazemap_core.maps.borders.map_borders.{bound}", 1)
     found = map_borders(DEFAULT, *small())
     assert len(found.row) == len(free.row)
     left = found.explanation == EXPLANATIONS.index("unexplained")
@@ -205,7 +205,7 @@ def test_borders_that_take_more_than_is_spent_on_them_say_so(monkeypatch, bound,
 
 
 def test_more_impacts_are_followed_over_fewer_orbits(monkeypatch):
-    monkeypatch.setattr("grazemap_core.map_borders.BORDER_WORK", 16**2 * 8)
+    monkeypatch.setattr("grazemap_core.maps.borders.map_borders.BORDER_WORK", 16**2 * 8)
     found = map_borders(DEFAULT, *small())
     points = {curve.type: len(curve.omega) for curve in found.curves if curve.orbits is not None}
     assert points["GR"] <= 2 * 8 + 1
@@ -216,7 +216,7 @@ def test_searches_among_random_states_are_bounded(monkeypatch):
     omega, clearance, arrays = calm()
     wrong = planted(arrays, (1, 2), period=2, impacts_right=1, impacts_left=1, least_impact_velocity=0.1)
     wrong["symmetric"][1, 2] = False
-    monkeypatch.setattr("grazemap_core.region_orbits.BORDER_SEARCH_PERIODS", 0)
+    monkeypatch.setattr("grazemap_core.maps.borders.region_orbits.BORDER_SEARCH_PERIODS", 0)
     monkeypatch.setattr(Regions, "_starts", property(lambda self: pytest.fail("looked for")))
     assert map_borders(DEFAULT, omega, clearance, wrong).count("unexplained") == 4
 

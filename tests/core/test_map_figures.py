@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from tori import TORI
 
+from grazemap_core.codes import NOT_CLOSED
 from grazemap_core.errors import LinearisationError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.kernels import lane_notes
-from grazemap_core.kernels.closing import NOT_CLOSED
-from grazemap_core.lyapunov import lyapunov_exponents
-from grazemap_core.monodromy import monodromy
-from grazemap_core.motion import KINDS
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.settling import Settling, settle_grid
-from grazemap_core.trajectory import trajectory
-from grazemap_core.unfolding import unfolding_map_tile
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.lyapunov import lyapunov_exponents
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.motion import KINDS
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PER_LINK = Oscillator.create([1.0, 4.0, 2.0], [1.0, 2.0, 3.0], [0.08, 0.03, 0.05], [1.0, 0.2, 0.0], 0.6)
@@ -110,8 +110,8 @@ def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
     clearances = np.linspace(1.2, 2.1, 64)
     task = Settling(80, 1, early=False, proven=False)
     codes, figures = settle_grid(DEFAULT, np.array([0.27]), clearances, task)
-    exponents = figures[lane_notes.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
-    grown = np.flatnonzero((codes[lane_notes.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
+    exponents = figures[lane_state.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
+    grown = np.flatnonzero((codes[lane_state.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
     compared = 0
     for i in grown:
         half_way = trajectory(DEFAULT, 0.27, clearances[i], periods=40, samples_per_period=1)
@@ -138,19 +138,19 @@ def test_a_proof_leads_where_waiting_does() -> None:
     omegas = rng.uniform(0.26, 0.32, 5)
     quick, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32))
     slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, proven=False))
-    named = (quick[lane_notes.REASON] == 0) & (slow[lane_notes.REASON] == 0)
+    named = (quick[lane_state.REASON] == 0) & (slow[lane_state.REASON] == 0)
     assert named.mean() > 0.8
-    assert (quick[lane_notes.REASON] == 0).sum() >= (slow[lane_notes.REASON] == 0).sum()
-    same = quick[lane_notes.PERIOD] == slow[lane_notes.PERIOD]
+    assert (quick[lane_state.REASON] == 0).sum() >= (slow[lane_state.REASON] == 0).sum()
+    same = quick[lane_state.PERIOD] == slow[lane_state.PERIOD]
     for one, other in (
-        (lane_notes.IMPACTS_RIGHT, lane_notes.IMPACTS_LEFT),
-        (lane_notes.SYMMETRIC, lane_notes.SYMMETRIC),
-        (lane_notes.STICKING, lane_notes.STICKING),
+        (lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT),
+        (lane_state.SYMMETRIC, lane_state.SYMMETRIC),
+        (lane_state.STICKING, lane_state.STICKING),
     ):
         same &= np.minimum(quick[one], quick[other]) == np.minimum(slow[one], slow[other])
         same &= np.maximum(quick[one], quick[other]) == np.maximum(slow[one], slow[other])
     assert same[named].all()
-    assert quick[lane_notes.RUN].sum() < slow[lane_notes.RUN].sum()
+    assert quick[lane_state.RUN].sum() < slow[lane_state.RUN].sum()
 
 
 def test_a_sweep_follows_its_motion() -> None:

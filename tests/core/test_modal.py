@@ -10,9 +10,9 @@ from flint import acb_mat
 from oracles import Chain, digits, first_order_matrix, flow
 
 from grazemap_core.errors import ConditioningError
-from grazemap_core.kernels.block_flow import block_flow
-from grazemap_core.modal import modal_model
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
 
 
 def oscillator_and_chain(masses, stiffnesses, damping):
@@ -53,7 +53,7 @@ def test_proportional_modes_are_m_orthonormal():
     assert np.allclose(shapes.T @ oscillator.mass_matrix @ shapes, np.eye(3), atol=1e-14)
     assert np.allclose(shapes.T @ oscillator.stiffness_matrix @ shapes, np.diag(model.frequency_squared), atol=1e-14)
     assert not np.any(model.shape[:, :, 1])
-    assert np.array_equal(model.kick[:, 1], oscillator.masses[0] * shapes[0])
+    assert np.array_equal(model.unit_impulse[:, 1], oscillator.masses[0] * shapes[0])
     assert np.all(np.diff(model.frequency_squared) > 0)
 
 
@@ -63,7 +63,7 @@ def test_to_modal_and_from_modal_are_inverse_and_describe_shape_and_kick(damping
     model = modal_model(oscillator)
     assert np.allclose(model.to_modal @ model.from_modal, np.eye(6), atol=1e-13 * model.conditioning)
     assert np.array_equal(model.shape.reshape(3, 6), model.from_modal[:3])
-    assert np.array_equal(model.kick.ravel(), model.to_modal[:, 3])
+    assert np.array_equal(model.unit_impulse.ravel(), model.to_modal[:, 3])
 
 
 CRITICAL = [0.0] + [sign * distance for distance in (1e-15, 1e-12, 1e-9, 1e-6, 1e-3) for sign in (-1, 1)]
@@ -143,9 +143,9 @@ def test_exponents_of_a_very_stiff_chain_are_right_relative_to_themselves(kind):
 
 def test_slow_modes_of_a_stiff_chain_would_lose_digits_without_the_refinement(monkeypatch):
     # the checker above is worth something only if a plain Schur form fails it
-    monkeypatch.setattr("grazemap_core.modal_refinement.MODAL_REFINEMENT_GOAL", np.inf)
+    monkeypatch.setattr("grazemap_core.model.modal_refinement.MODAL_REFINEMENT_GOAL", np.inf)
     monkeypatch.setattr(
-        "grazemap_core.modal_refinement.invariance_residual",
+        "grazemap_core.model.modal_refinement.invariance_residual",
         lambda m, k, c, columns, *rest: np.zeros_like(columns),
     )
     with pytest.raises(AssertionError):

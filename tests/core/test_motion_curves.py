@@ -11,12 +11,12 @@ from test_bifurcation_curves import orbit_on
 from test_branch_switching import parent, special
 from test_periodic_orbits import DEFAULT
 
-from grazemap_core.branch_switching import starts_beyond
+from grazemap_core.continuation.branch_switching import starts_beyond
+from grazemap_core.continuation.motion_curves import lies_on, motion_curves, orbit_in_window
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.monodromy import monodromy
-from grazemap_core.motion_curves import lies_on, motion_curves, orbit_in_window
-from grazemap_core.one_impact_branches import one_impact_branch
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.simulation.monodromy import monodromy
 
 WINDOW = ((0.265, 0.295), (1.5, 2.0))
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from oracles import Chain, digits, steady_amplitude
 
-from grazemap_core.cell_problem import cell_problem, free_state, trajectory_models
-from grazemap_core.kernels.closing import GRAZES
-from grazemap_core.kernels.simulate import run_half
-from grazemap_core.kernels.workspace import HALF, OK, ROWS, TIME, UNDECIDED, clear_tally, workspace
-from grazemap_core.motion import REASONS
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import steady_response
-from grazemap_core.trajectory import trajectory
+from grazemap_core.codes import GRAZES
+from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.contact.kernels.half_period import run_half
+from grazemap_core.contact.kernels.workspace import HALF, OK, ROWS, TIME, UNDECIDED, clear_tally, workspace
+from grazemap_core.model.harmonic_response import steady_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import REASONS
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 

@@ -14,12 +14,12 @@ from orbit_oracle import Family
 from scipy.linalg import expm
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.monodromy import monodromy
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.one_impact_curves import one_impact_curves
-from grazemap_core.one_impact_orbits import orbit_at, orbits_at_clearance
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.trajectory import trajectory
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_curves import one_impact_curves
+from grazemap_core.orbits.one_impact_orbits import orbit_at, orbits_at_clearance
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 

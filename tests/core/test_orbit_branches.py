@@ -14,20 +14,20 @@ from oracles import digits
 from test_one_impact_orbits import mismatch, random_families
 from test_periodic_orbits import DEFAULT, default_orbit, guess_of
 
-from grazemap_core.codim2 import codimension_two_points
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.continuation_problem import OrbitPath
+from grazemap_core.continuation.special_points import Segment
 from grazemap_core.errors import ParameterError
-from grazemap_core.impact_sequences import ImpactSequence
-from grazemap_core.kernels.orbit_equations import assemble, double_up
-from grazemap_core.monodromy import monodromy
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.one_impact_orbits import orbit_at
-from grazemap_core.orbit_branches import orbit_branch
-from grazemap_core.orbit_family import OrbitFamily
-from grazemap_core.orbit_paths import OrbitPath
-from grazemap_core.orbit_special_points import Segment
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.periodic_orbits import periodic_orbit
-from grazemap_core.trajectory import trajectory
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.kernels.equations import assemble, double_up
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_orbits import orbit_at
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
 
 
 def start(branch, angle):

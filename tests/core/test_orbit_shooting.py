@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from random_chains import random_oscillator
 
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.kernels.orbit_equations import OrbitProblem, assemble
-from grazemap_core.kernels.orbit_shooting import Shooting, norm_of_inverse, shooting, solve_step, walk_orbit
-from grazemap_core.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
-from grazemap_core.orbit_family import OrbitFamily
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.periodic_orbits import PeriodicOrbit, periodic_orbit
-from grazemap_core.trajectory import trajectory
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble
+from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shooting, solve_step, walk_orbit
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PLACES = 7

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = {
     "masses": [1.0, 10.0, 10.0],

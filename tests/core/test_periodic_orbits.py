@@ -15,19 +15,19 @@ from random_chains import random_oscillator
 from scipy.linalg import expm
 from test_one_impact_orbits import mismatch, random_families
 
+from grazemap_core.continuation.continuation_problem import OrbitPath
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.kernels.orbit_equations import assemble, double_up
-from grazemap_core.monodromy import monodromy
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.one_impact_orbits import orbit_at
-from grazemap_core.orbit_batches import periodic_orbits
-from grazemap_core.orbit_family import OrbitFamily
-from grazemap_core.orbit_paths import OrbitPath
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.periodic_orbits import periodic_orbit
-from grazemap_core.trajectory import trajectory
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.batches import periodic_orbits
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.kernels.equations import assemble, double_up
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_orbits import orbit_at
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SETTLED = {"5-8r-8l": 1.626, "3-4r-4l": 1.642, "1-2r-2l": 1.55, "1-3r-3l": 1.4}

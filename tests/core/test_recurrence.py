@@ -9,13 +9,13 @@ import pytest
 from next_contacts import simulated_contact
 from random_chains import random_oscillator
 
-from grazemap_core.codim2 import codimension_two_points
 from grazemap_core.errors import ParameterError, SteadyMotionError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.impulse_response import evaluate, impulse_response
-from grazemap_core.modal import modal_model
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.recurrence import next_contact, recurrence_sequence, xi_along
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence, xi_along
+from grazemap_core.model.impulse_response import evaluate, impulse_response
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 DISTANCE = 1e-11

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from grazemap_core.refinement import UNKNOWN, UNRESOLVED, Floats, Labels, Places, Refinement
-from grazemap_core.tolerances import SAME_APPROACH
+from grazemap_core.arrays import Floats
+from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Labels, Places, Refinement
+from grazemap_core.maps.tolerances import SAME_APPROACH
 
 IRREGULAR, MOTION = 1, 2  # the labels from MOTION on are motions
 

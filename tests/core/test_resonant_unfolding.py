@@ -11,11 +11,11 @@ from flint import arb
 from oracles import digits
 from orbit_oracle import Family, polynomial
 
-from grazemap_core import codim2
-from grazemap_core.codim2 import codimension_two_points
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.one_impact_curves import one_impact_curves
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.grazing import codimension_two
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_curves import one_impact_curves
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PER_LINK = Oscillator.create([1.0, 3.0], [1.0, 2.0], [0.05, 0.2], [1.0, 0.5], 0.6)
@@ -177,13 +177,13 @@ def test_points_of_no_known_direction_have_no_unfolding():
 
 
 def test_a_near_double_point_has_no_unfolding(monkeypatch):
-    isolate = codim2.isolate
+    isolate = codimension_two.isolate
 
     def doubled(*args):
         zeros, kinds, status = isolate(*args)
         return zeros, np.ones_like(kinds), status
 
-    monkeypatch.setattr(codim2, "isolate", doubled)
+    monkeypatch.setattr(codimension_two, "isolate", doubled)
     points = codimension_two_points(DEFAULT, 0.28, 0.29, max_order=1, max_multiple=1)
     assert points
     assert all(p.status == "near-double" and p.unfolding is None for p in points)

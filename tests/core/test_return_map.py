@@ -9,13 +9,16 @@ from graze_oracle import PRECISION, GrazeOracle
 from oracles import digits
 from random_chains import chain_of, random_oscillator
 
-from grazemap_core.discontinuity import exact_mapping, leading_mapping, straight_beyond
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.grazing_point import grazing_point
-from grazemap_core.half_period_map import flow_jacobian, half_period_jacobian, half_period_map, surface_projection
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.return_map import (
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.discontinuity_mapping import exact_mapping, leading_mapping, straight_beyond
+from grazemap_core.grazing.half_period_maps import (
+    flow_jacobian,
+    half_period_jacobian,
+    half_period_map,
+    surface_projection,
+)
+from grazemap_core.grazing.poincare_map import (
     compare_returns,
     half_return,
     mapped_returns,
@@ -24,6 +27,8 @@ from grazemap_core.return_map import (
     simulated_returns,
     symmetric_root,
 )
+from grazemap_core.grazing.point import grazing_point
+from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
@@ -153,7 +158,7 @@ def test_a_map_without_its_leading_x_would_be_noticed(monkeypatch):
     start += straight_beyond(point, 1e-7) - straight_beyond(point, point.stop * start[0])
     good = compare_returns(point, start, 1).error[1]
     monkeypatch.setattr(
-        "grazemap_core.return_map.leading_mapping",
+        "grazemap_core.grazing.poincare_map.leading_mapping",
         lambda point, values, depth: leading_mapping(point, values, depth) - values,
     )
     assert compare_returns(point, start, 1).error[1] > 20.0 * good

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
-from grazemap_core.kernels.closing import INFINITE
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.simulated_orbits import simulated_orbit
-from grazemap_core.trajectory import trajectory
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.simulated_orbits import simulated_orbit
+from grazemap_core.simulation.trajectories import trajectory
 
 CASES = {
     # restitution, omega, clearance, phase, impacts on either stop, rests at phase 0

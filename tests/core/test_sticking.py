@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from sticking_oracle import StickingOracle
 
-from grazemap_core.held_problem import held_model
-from grazemap_core.kernels.closing import INFINITE
-from grazemap_core.modal import modal_model
-from grazemap_core.motion import REASONS
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response
-from grazemap_core.trajectory import trajectory
-from grazemap_core.unfolding import unfolding_map_tile
+from grazemap_core.codes import INFINITE
+from grazemap_core.contact.held_problem import held_model
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import REASONS
+from grazemap_core.simulation.trajectories import trajectory
 
 oracle = StickingOracle.of
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)

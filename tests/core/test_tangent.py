@@ -7,12 +7,7 @@ import pytest
 from scipy.linalg import expm
 from tangent_oracle import difference
 
-from grazemap_core.errors import LinearisationError, ParameterError
-from grazemap_core.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
-from grazemap_core.kernels.lyapunov import begin_matrix, leading_multiplier, run_columns, tangents
-from grazemap_core.kernels.simulate import RECORD_FULL
-from grazemap_core.kernels.tangent import GRAZED, carry_tangent, half_period, run_half_linearised
-from grazemap_core.kernels.workspace import (
+from grazemap_core.contact.kernels.workspace import (
     CHATTER,
     EVENT_COLUMNS,
     HELD,
@@ -20,17 +15,22 @@ from grazemap_core.kernels.workspace import (
     IMPACT_AND_REST,
     KIND,
     OK,
+    RECORD_FULL,
     RELEASE,
     ROWS,
     STOP,
     TIME,
     workspace,
 )
-from grazemap_core.linearised_run import linearised_run
-from grazemap_core.monodromy import monodromy
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.steady import forced_response
-from grazemap_core.trajectory import trajectory
+from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
+from grazemap_core.simulation.kernels.lyapunov import begin_matrix, leading_multiplier, run_columns, tangents
+from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, half_period, run_half_linearised
+from grazemap_core.simulation.linearised_run import linearised_run
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 PHASE = 0.7

@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 from next_contacts import simulated_contact
 
-from grazemap_core.codim2 import codimension_two_points
-from grazemap_core.discontinuity import largest_overshoot, mapping_error, straight_beyond
-from grazemap_core.grazing import grazing_curve
-from grazemap_core.grazing_point import grazing_point
-from grazemap_core.impulse_response import evaluate, impulse_response
-from grazemap_core.modal import modal_model
-from grazemap_core.monodromy import monodromy
-from grazemap_core.oscillator import Oscillator
-from grazemap_core.recurrence import next_contact
-from grazemap_core.return_map import compare_returns
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.grazing.discontinuity_mapping import largest_overshoot, mapping_error, straight_beyond
+from grazemap_core.grazing.poincare_map import compare_returns
+from grazemap_core.grazing.point import grazing_point
+from grazemap_core.grazing.recurrence import next_contact
+from grazemap_core.model.impulse_response import evaluate, impulse_response
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.monodromy import monodromy
 
 PAGE = Path(__file__).parents[2] / "docs" / "theory.md"
 PAPER_OMEGA = 0.28109

@@ -8,7 +8,7 @@ import pytest
 from test_periodic_orbits import DEFAULT, default_orbit
 from test_theory_page import cells
 
-from grazemap_core.orbit_branches import orbit_branch
+from grazemap_core.continuation.branches import orbit_branch
 
 
 @functools.cache

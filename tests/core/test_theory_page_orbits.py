@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from test_theory_page import PROPORTIONAL, cells
 
-from grazemap_core.codim2 import codimension_two_points
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
 
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
 

@@ -13,9 +13,9 @@ from oracles import digits
 from swift_oracle import SwiftOracle
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.trajectories import Trajectory, trajectory
 from grazemap_core.tolerances import EPSILON
-from grazemap_core.trajectory import Trajectory, trajectory
 
 oracle = SwiftOracle.of
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)

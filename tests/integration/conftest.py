@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 import grazemap
-from grazemap.embedded import LocalClient
+from grazemap.local_stack import LocalClient
 
 
 @pytest.fixture(scope="session")

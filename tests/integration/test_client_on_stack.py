@@ -16,9 +16,9 @@ import psutil
 import pytest
 
 import grazemap
-from grazemap.embedded import LocalClient
 from grazemap.errors import JobDismissed, JobFailed, ParameterError
-from grazemap.models import PROCESSES
+from grazemap.local_stack import LocalClient
+from grazemap.wire import PROCESSES
 from grazemap_worker.numerics import numerics
 
 MAP = {

@@ -10,7 +10,7 @@ import numpy as np
 from watching import until
 
 from grazemap.codec import decode_npz
-from grazemap.models import UnfoldingMapsRequest
+from grazemap.wire import UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.numerics import numerics
 from grazemap_worker.store import Plan, Store, core_version

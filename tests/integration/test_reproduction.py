@@ -30,7 +30,7 @@ from examples.reproduce.page import PICTURES, Section
 from examples.reproduce.paper import GAMMA, REGIONS, Region
 from examples.reproduce.samples import samples_of
 from examples.reproduce.touching import speeds
-from grazemap.embedded import LocalClient
+from grazemap.local_stack import LocalClient
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reproduction.md").read_text(encoding="utf-8")

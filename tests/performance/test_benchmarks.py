@@ -19,7 +19,7 @@ from benchmarks.report import draw, page, tables
 from benchmarks.result import Bench, Spread
 from benchmarks.stages import stages
 from benchmarks.work import CLEARANCE, Start, Work, reference_work, start_on_steady_motion
-from grazemap_core.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator
 
 DOCUMENT = (Path(__file__).parent / "bench.json").read_text("utf-8")
 """Written by a quick run."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from grazemap.codec import encode_npz
-from grazemap.models import canonical, parse_request
+from grazemap.wire import canonical, parse_request
 
 REQUESTS: dict[str, dict[str, Any]] = {
     "grazing-curves": {"omega": {"start": 0.2, "stop": 0.3, "points": 3}},

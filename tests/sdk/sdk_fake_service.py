@@ -12,7 +12,7 @@ from typing import Any
 import httpx2
 from sdk_documents import ADAPTIVE, MANY, npz
 
-from grazemap.models import job_id, parse_request
+from grazemap.wire import job_id, parse_request
 
 
 def problem(status: int, kind: str = "some-problem", **headers: str) -> httpx2.Response:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from grazemap.effects import CloseStream, Effect, Event, Flow, LinkBroken, Now, Sleep
+from grazemap.client.io_effects import CloseStream, Effect, Event, Flow, LinkBroken, Now, Sleep
 
 
 @dataclass

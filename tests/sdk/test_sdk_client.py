@@ -9,8 +9,8 @@ from sdk_documents import REQUESTS, npz
 from sdk_fake_service import problem
 
 from grazemap import Client, Oscillator, errors
-from grazemap.models import PROCESSES, InitialState
 from grazemap.results import State
+from grazemap.wire import PROCESSES, InitialState
 
 CURVE = REQUESTS["grazing-curves"]
 

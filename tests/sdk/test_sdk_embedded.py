@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import grazemap
-from grazemap import embedded
+from grazemap import local_stack
 from grazemap.errors import MissingExtra, StackError
 
 READY = 'import sys; print(\'{"url": "http://127.0.0.1:9", "pid": 1}\', flush=True); sys.stdin.read(); import time; '
@@ -23,7 +23,7 @@ def stack(monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
     def planted(code: str) -> None:
-        monkeypatch.setattr(embedded, "stack_command", lambda *options: [sys.executable, "-c", code, *options])
+        monkeypatch.setattr(local_stack, "stack_command", lambda *options: [sys.executable, "-c", code, *options])
 
     return planted
 
@@ -76,7 +76,7 @@ def test_a_stack_that_is_never_ready_is_stopped(stack, tmp_path):
     stack("import time; time.sleep(60)")
     started = time.monotonic()
     with pytest.raises(StackError, match="not ready after"):
-        embedded.Stack(timeout=0.3)
+        local_stack.Stack(timeout=0.3)
     assert time.monotonic() - started < 5
     assert list(tmp_path.iterdir()) == []
 

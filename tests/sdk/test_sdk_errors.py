@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 from grazemap import errors
-from grazemap.models import Job, Problem, ProblemError
+from grazemap.wire import Job, Problem, ProblemError
 
 PROBLEM = Problem(
     type="urn:x",

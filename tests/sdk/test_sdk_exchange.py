@@ -8,8 +8,8 @@ import pytest
 from sdk_script import Script
 
 from grazemap import constants, errors
-from grazemap.effects import LinkBroken, Reply, Send
-from grazemap.exchange import exchange
+from grazemap.client.io_effects import LinkBroken, Reply, Send
+from grazemap.client.retry import exchange
 
 GET = Send("GET", "/v1")
 

@@ -6,9 +6,9 @@ import pytest
 from sdk_script import Script
 
 from grazemap import constants, errors
-from grazemap.effects import LinkBroken, NextLine, OpenStream, Reply, Send
-from grazemap.event_stream import EventDecoder
-from grazemap.following import follow
+from grazemap.client.event_stream import EventDecoder
+from grazemap.client.io_effects import LinkBroken, NextLine, OpenStream, Reply, Send
+from grazemap.client.watch import follow
 
 STREAM = {"content-type": "text/event-stream"}
 

@@ -62,7 +62,7 @@ def test_importing_loads_nothing_heavy(statement: str):
 
 
 def test_the_models_alone_load_no_http_client():
-    code = "import sys, grazemap.models, grazemap.codec; print('httpx2' in sys.modules)"
+    code = "import sys, grazemap.wire, grazemap.codec; print('httpx2' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
-from grazemap.models import motion_label
-from grazemap.models.job import INFINITE
 from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
 from grazemap.results import MotionShare, decode_result
+from grazemap.wire import motion_label
+from grazemap.wire.job import INFINITE
 
 
 def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:

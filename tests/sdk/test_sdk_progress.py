@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from grazemap.effects import Event
-from grazemap.progress import Listener, PlainLine
+from grazemap.client.io_effects import Event
+from grazemap.client.progress import Listener, PlainLine
 
 
 def progress(done: int, total: int = 4, eta: float | None = None) -> Event:

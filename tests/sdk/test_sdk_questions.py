@@ -11,11 +11,12 @@ import xarray
 from pydantic import ValidationError
 from sdk_documents import npz
 
-from grazemap import Oscillator, questions
+from grazemap import Oscillator
+from grazemap.client import arguments
 from grazemap.errors import ParameterError
-from grazemap.models import InitialState, Interval, Range, UnfoldingMapsRequest, canonical, job_id
 from grazemap.results import decode_result
 from grazemap.validation import validated
+from grazemap.wire import InitialState, Interval, Range, UnfoldingMapsRequest, canonical, job_id
 
 
 def refused(call, *arguments) -> dict[str, tuple[str, str]]:
@@ -28,33 +29,33 @@ def refused(call, *arguments) -> dict[str, tuple[str, str]]:
 
 
 def umap(omega, clearance, shape) -> UnfoldingMapsRequest:
-    return questions.unfolding_map(None, omega, clearance, shape, "rest", 1000, 32)
+    return arguments.unfolding_map(None, omega, clearance, shape, "rest", 1000, 32)
 
 
 def test_a_pair_with_a_number_of_points_is_a_range():
-    request = questions.grazing_curve(None, (0.05, 1.2), 2000, 8)
+    request = arguments.grazing_curve(None, (0.05, 1.2), 2000, 8)
     assert request.omega == Range(start=0.05, stop=1.2, points=2000)
     assert request.oscillator == Oscillator()
 
 
 @pytest.mark.parametrize("values", [[0.1, 0.2], (0.1, 0.2, 0.4), np.array([0.1, 0.2])])
 def test_lists_and_arrays_are_the_values_themselves(values):
-    assert questions.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
+    assert arguments.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
 
 
 @pytest.mark.parametrize(
     "values", [range(1, 4), range(1, 3), array("d", [1.0, 2.0, 3.0]), xarray.DataArray([1.0, 2.0])]
 )
 def test_any_sequence_and_anything_numpy_reads_is_the_values(values):
-    assert questions.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
-    assert list(refused(questions.grazing_curve, None, values, 9, 8)) == ["/omega"]
+    assert arguments.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
+    assert list(refused(arguments.grazing_curve, None, values, 9, 8)) == ["/omega"]
 
 
 @pytest.mark.parametrize("values", [Range(start=0.1, stop=0.2, points=5), {"start": 0.1, "stop": 0.2, "points": 5}])
 def test_points_must_agree_with_those_of_a_range(values):
     for points in (None, 5):
-        assert questions.grazing_curve(None, values, points, 8).omega.points == 5
-    assert "another number" in refused(questions.grazing_curve, None, values, 9, 8)["/omega"][0]
+        assert arguments.grazing_curve(None, values, points, 8).omega.points == 5
+    assert "another number" in refused(arguments.grazing_curve, None, values, 9, 8)["/omega"][0]
 
 
 def test_a_damping_may_be_any_kind_of_number_or_list():
@@ -65,7 +66,7 @@ def test_a_damping_may_be_any_kind_of_number_or_list():
 
 
 def test_numpy_scalars_are_numbers():
-    request = questions.trajectory({"restitution": np.float64(0.5)}, np.float64(0.3), 1.5, None, np.int64(4), 0, 200)
+    request = arguments.trajectory({"restitution": np.float64(0.5)}, np.float64(0.3), 1.5, None, np.int64(4), 0, 200)
     assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
 
 
@@ -128,7 +129,7 @@ def test_shape_must_agree_with_explicit_values():
 
 
 def test_a_pair_without_points_says_what_is_missing():
-    detail, allowed = refused(questions.grazing_curve, None, (0.1, 0.2), None, 8)["/omega"]
+    detail, allowed = refused(arguments.grazing_curve, None, (0.1, 0.2), None, 8)["/omega"]
     assert "points is missing" in detail
     assert "(start, stop)" in allowed
     assert "shape is missing" in refused(umap, (0.1, 0.2), (1, 2), None)["/omega"][0]
@@ -187,20 +188,20 @@ def test_stops_that_are_allowed_are_numbers():
 
 
 def test_the_parts_of_a_diagram_are_asked_as_by_themselves():
-    whole = questions.unfolding_diagram(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), 500, 16, 4, 2, True)
-    alone = questions.unfolding_map(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), "rest", 500, 16)
+    whole = arguments.unfolding_diagram(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), 500, 16, 4, 2, True)
+    alone = arguments.unfolding_map(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), "rest", 500, 16)
     assert whole.unfolding_map == alone
-    assert whole.grazing_curve == questions.grazing_curve(None, (0.26, 0.3), 1800, 4)
-    assert whole.codimension_two_points == questions.codimension_two_points(None, (0.26, 0.3), 4, 2)
-    assert whole.bifurcation_curves == questions.bifurcation_curves(None, (0.26, 0.3), (1.3, 2.0), 2, 1800)
+    assert whole.grazing_curve == arguments.grazing_curve(None, (0.26, 0.3), 1800, 4)
+    assert whole.codimension_two_points == arguments.codimension_two_points(None, (0.26, 0.3), 4, 2)
+    assert whole.bifurcation_curves == arguments.bifurcation_curves(None, (0.26, 0.3), (1.3, 2.0), 2, 1800)
 
 
 def orbit(motion=None, initial=None):
-    return questions.periodic_orbit(None, 0.3, 1.5, motion, initial, 100, 8)
+    return arguments.periodic_orbit(None, 0.3, 1.5, motion, initial, 100, 8)
 
 
 def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None):
-    return questions.basins(None, 0.3, 1.6, horizontal, ("velocity", 2, [0.0, 0.5]), shape, initial, 100, 8)
+    return arguments.basins(None, 0.3, 1.6, horizontal, ("velocity", 2, [0.0, 0.5]), shape, initial, 100, 8)
 
 
 def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
@@ -211,7 +212,7 @@ def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
 
 
 def curves(motions):
-    return questions.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 2, 400, motions)
+    return arguments.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 2, 400, motions)
 
 
 def test_motions_of_a_window_are_given_in_several_ways():
@@ -228,7 +229,7 @@ def test_motions_of_a_window_are_given_in_several_ways():
         ["max_multiple", "points"],
         ["motions"],
     ]
-    wider = questions.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 9, 50, [(1, [1, -1]), (1, [1, -1]), found])
+    wider = arguments.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 9, 50, [(1, [1, -1]), (1, [1, -1]), found])
     assert canonical(wider) == canonical(asked)
 
 
@@ -268,29 +269,29 @@ def test_a_model_made_with_wrong_fields_raises_what_a_question_would(model, fiel
 
 
 def test_an_interval_of_a_model_is_one_of_a_branch():
-    given = questions.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "clearance", Interval(start=1.0, stop=2.0), 9)
+    given = arguments.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "clearance", Interval(start=1.0, stop=2.0), 9)
     assert (given.range.start, given.range.stop) == (1.0, 2.0)
-    zero = questions.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "restitution", (0, 1), 9)
+    zero = arguments.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "restitution", (0, 1), 9)
     assert zero.range.start == 0.0
 
 
 @pytest.mark.parametrize(
     ("call", "pointer"),
     [
-        (lambda: questions.grazing_curve("x", (0.1, 0.2), 5, 8), "/oscillator"),
-        (lambda: questions.grazing_curve(5, (0.1, 0.2), 5, 8), "/oscillator"),
-        (lambda: questions.grazing_curve({1: 2}, (0.1, 0.2), 5, 8), "/oscillator/1"),
-        (lambda: questions.trajectory(None, 0.3, 1.5, "rest", 4, 0, 200), "/initial"),
-        (lambda: questions.grazing_curve(None, 0.3, None, 8), "/omega"),
-        (lambda: questions.grazing_curve(None, "0.3", 3, 8), "/omega"),
-        (lambda: questions.grazing_curve(None, np.array(0.3), 5, 8), "/omega"),
-        (lambda: questions.grazing_curve(None, np.array([[0.3, 0.4]]), None, 8), "/omega/0"),
-        (lambda: questions.codimension_two_points(None, np.array(0.3), 8, 4), "/omega"),
-        (lambda: questions.codimension_two_points(None, 0.3, 8, 4), "/omega"),
-        (lambda: questions.discontinuity_mapping(None, 0.3, "1e-3", "A", "exact", 8), "/overshoot"),
-        (lambda: questions.discontinuity_mapping(None, 0.3, None, "A", "exact", 8), "/overshoot"),
-        (lambda: questions.discontinuity_mapping(None, 0.3, 0.0, "A", "exact", 8), "/overshoot/0"),
-        (lambda: questions.discontinuity_mapping(None, 0.3, 1e-3, "B", "exact", 8), "/stop"),
+        (lambda: arguments.grazing_curve("x", (0.1, 0.2), 5, 8), "/oscillator"),
+        (lambda: arguments.grazing_curve(5, (0.1, 0.2), 5, 8), "/oscillator"),
+        (lambda: arguments.grazing_curve({1: 2}, (0.1, 0.2), 5, 8), "/oscillator/1"),
+        (lambda: arguments.trajectory(None, 0.3, 1.5, "rest", 4, 0, 200), "/initial"),
+        (lambda: arguments.grazing_curve(None, 0.3, None, 8), "/omega"),
+        (lambda: arguments.grazing_curve(None, "0.3", 3, 8), "/omega"),
+        (lambda: arguments.grazing_curve(None, np.array(0.3), 5, 8), "/omega"),
+        (lambda: arguments.grazing_curve(None, np.array([[0.3, 0.4]]), None, 8), "/omega/0"),
+        (lambda: arguments.codimension_two_points(None, np.array(0.3), 8, 4), "/omega"),
+        (lambda: arguments.codimension_two_points(None, 0.3, 8, 4), "/omega"),
+        (lambda: arguments.discontinuity_mapping(None, 0.3, "1e-3", "A", "exact", 8), "/overshoot"),
+        (lambda: arguments.discontinuity_mapping(None, 0.3, None, "A", "exact", 8), "/overshoot"),
+        (lambda: arguments.discontinuity_mapping(None, 0.3, 0.0, "A", "exact", 8), "/overshoot/0"),
+        (lambda: arguments.discontinuity_mapping(None, 0.3, 1e-3, "B", "exact", 8), "/stop"),
         (lambda: orbit(motion=(0, [1])), "/motion/period"),
         (lambda: orbit(motion=(1, [])), "/motion/stops"),
         (lambda: orbit(motion=(1, [2])), "/motion/stops/0"),
@@ -302,10 +303,10 @@ def test_an_interval_of_a_model_is_one_of_a_branch():
         ),
         (lambda: orbit(motion=(1, [1]), initial={"phase": 1}), "/initial"),
         (lambda: orbit(initial={"velocity": [1]}), "/initial/velocity"),
-        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (1.6, 1.9), 9), "/range"),
-        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (0, 1.9), 9), "/range/start"),
-        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 1.1), 9), "/range/stop"),
-        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 0.7), 9), "/range"),
+        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (1.6, 1.9), 9), "/range"),
+        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (0, 1.9), 9), "/range/start"),
+        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 1.1), 9), "/range/stop"),
+        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 0.7), 9), "/range"),
         (lambda: orbit(motion={"period": 1, "stops": [1, -1], "label": "1-2r-1l"}), "/motion/label"),
         (lambda: curves([(1, [1, 2])]), "/motions/0/stops/1"),
         (lambda: curves([]), "/motions"),
@@ -315,14 +316,14 @@ def test_an_interval_of_a_model_is_one_of_a_branch():
             lambda: curves([{"period": 1, "stops": [1], "phases": [1], "velocities": [1], "omega": 0.25}]),
             "/motions/0/clearance",
         ),
-        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "phase", (1.4, 1.9), 9), "/vary"),
-        (lambda: questions.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", 1.4, 9), "/range"),
-        (lambda: questions.bifurcation_diagram(None, 0.3, 1.5, None, "rest", 1, 0, 8), "/range"),
-        (lambda: questions.bifurcation_diagram(None, (0.2, 0.3), (1, 2), 5, "rest", 1, 0, 8), "/range"),
-        (lambda: questions.bifurcation_diagram(None, 0.3, (1, 2), None, "rest", 1, 0, 8), "/clearance"),
-        (lambda: questions.bifurcation_diagram(None, 0.3, (2, 1), 5, "rest", 1, 0, 8), "/range"),
-        (lambda: questions.bifurcation_diagram(None, 0.3, (1, 2), 5, "up", 1, 0, 8), "/policy"),
-        (lambda: questions.bifurcation_diagram(None, 0.0, (1, 2), 5, "rest", 1, 0, 8), "/omega"),
+        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "phase", (1.4, 1.9), 9), "/vary"),
+        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", 1.4, 9), "/range"),
+        (lambda: arguments.bifurcation_diagram(None, 0.3, 1.5, None, "rest", 1, 0, 8), "/range"),
+        (lambda: arguments.bifurcation_diagram(None, (0.2, 0.3), (1, 2), 5, "rest", 1, 0, 8), "/range"),
+        (lambda: arguments.bifurcation_diagram(None, 0.3, (1, 2), None, "rest", 1, 0, 8), "/clearance"),
+        (lambda: arguments.bifurcation_diagram(None, 0.3, (2, 1), 5, "rest", 1, 0, 8), "/range"),
+        (lambda: arguments.bifurcation_diagram(None, 0.3, (1, 2), 5, "up", 1, 0, 8), "/policy"),
+        (lambda: arguments.bifurcation_diagram(None, 0.0, (1, 2), 5, "rest", 1, 0, 8), "/omega"),
         (lambda: basins(horizontal=("displacement", 1, (-1.0, 1.0))), "/horizontal/values"),
         (lambda: basins(horizontal=("displacement", 1, 0.5)), "/horizontal/values"),
         (lambda: basins(horizontal="x1"), "/horizontal"),

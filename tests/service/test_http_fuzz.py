@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from starlette.testclient import TestClient
 
-from grazemap.models import PROCESSES, parse_request
+from grazemap.wire import PROCESSES, parse_request
 from grazemap_worker.store import Store
 
 NUMBERS = st.one_of(

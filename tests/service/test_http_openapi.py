@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.models import PROCESSES, Oscillator, parse_request
+from grazemap.wire import PROCESSES, Oscillator, parse_request
 from grazemap_service.problems import KINDS
 
 GUIDE = Path(__file__).parents[2] / "docs" / "api.md"

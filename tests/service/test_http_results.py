@@ -11,7 +11,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
-from grazemap.models import Problem
+from grazemap.wire import Problem
 from grazemap_worker.store import Store
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}

@@ -12,15 +12,15 @@ import sys
 import time
 
 from grazemap.codec import Document
-from grazemap.models import UnfoldingMapsRequest, grid_values
+from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker import leased_worker, logs, tasks  # noqa: F401
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import Process
-from grazemap_worker.processes.core_objects import Report
+from grazemap_worker.processes.conversion import Report
 from grazemap_worker.processes.unfolding_maps import assemble
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Plan, Tile
-from grazemap_worker.supervisor import Supervisor
+from grazemap_worker.supervision.supervisor import Supervisor
 
 BUSY_SECONDS = 0.1
 

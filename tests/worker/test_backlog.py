@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
-from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import queueing
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.reconciler import Reconciler
 from grazemap_worker.store import Plan, QueueFull, Store
+from grazemap_worker.supervision.reconciler import Reconciler
 
 LEASE = 5.0
 FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
@@ -109,12 +109,12 @@ def test_forgetting_old_records_does_not_look_through_those_that_wait(
 def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("grazemap_worker.reconciler.JOBS_A_ROUND", 300)
-    monkeypatch.setattr("grazemap_worker.reconciler.ROUND_SECONDS", 60.0)  # on a busy machine too
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.JOBS_A_ROUND", 300)
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.ROUND_SECONDS", 60.0)  # on a busy machine too
     for number in range(1500):
         submit(store, number)
     numerics = Numerics("0", "0", "0", "0", "planted", "none", "f")
-    monkeypatch.setattr("grazemap_worker.reconciler.core_version", lambda: "1")
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
     reconciler = Reconciler(store, numerics, "me")
     assert 0 < reconciler.reconcile() < 1500
     for _ in range(8):
@@ -123,7 +123,7 @@ def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
 
 
 def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.reconciler.core_version", lambda: "1")
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
     monkeypatch.setattr(store, "some_unfinished", lambda cursor, about: (cursor, []))  # before its turn comes
     job = submit(store, 0)
     store.claim(job.id, 0, "dead", "f", LEASE)
@@ -133,8 +133,8 @@ def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pyte
 
 
 def test_a_round_ends_when_its_time_is_over(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.reconciler.core_version", lambda: "1")
-    monkeypatch.setattr("grazemap_worker.reconciler.ROUND_SECONDS", 0.0)
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.ROUND_SECONDS", 0.0)
     for number in range(3):
         submit(store, number)
     reconciler = Reconciler(store, Numerics("0", "0", "0", "0", "planted", "none", "f"), "me")

@@ -10,7 +10,7 @@ import pytest
 from planted import NUMERICS
 from rq.timeouts import JobTimeoutException
 
-from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import leased_worker, queueing, tasks
 from grazemap_worker.processes import Process
 from grazemap_worker.store import Plan, QueueFull, ResultTooLarge, Store, core_version, plan

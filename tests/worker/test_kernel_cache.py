@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grazemap_core import warmup  # here, not in the test: kernels keep to the cache that is set when they are imported
-from grazemap_worker import kernel_cache
+from grazemap_worker.supervision import kernel_cache
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 import pytest
 
-from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker import queueing
 from grazemap_worker.store import Plan, Store, WorkerInfo, connect

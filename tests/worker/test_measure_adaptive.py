@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grazemap_core.adaptive_map import NOT_COMPUTED
+from benchmarks.adaptive_maps import WINDOWS, _compared
+from grazemap_core.maps.adaptive_map import NOT_COMPUTED
 from grazemap_worker import measure_adaptive
-from grazemap_worker.measure_adaptive import WINDOWS, _compared
 
 
 def compared() -> np.ndarray:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from test_processes import ORBIT, whole
 
-from grazemap.models import Oscillator
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap.wire import Oscillator
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_worker.processes.conversion import core_oscillator
 
 ONE = {"motion": {"period": 1, "stops": [1]}}
 SYMMETRIC = {"omega": 0.27, "clearance": 1.75, "motion": {"period": 1, "stops": [1, -1]}}

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grazemap.models import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
-from grazemap_worker.measure import QUESTIONS
+from benchmarks.estimates import QUESTIONS
+from grazemap.wire import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
 from grazemap_worker.store import plan
 from grazemap_worker.store.plan import (
     MAP_PERIODS_PER_SECOND,

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.models import Oscillator, ProcessRequest, canonical, job_id, parse_request
+from grazemap.wire import Oscillator, ProcessRequest, canonical, job_id, parse_request
 from grazemap_core.errors import CoreError
-from grazemap_core.one_impact_branches import one_impact_branch
-from grazemap_core.one_impact_orbits import orbits_at_clearance
+from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
 from grazemap_worker.processes import PROCESSES
-from grazemap_worker.processes.core_objects import core_oscillator, request_pointer
+from grazemap_worker.processes.conversion import core_oscillator, request_pointer
 from grazemap_worker.store import Plan, plan
 
 MAP = {

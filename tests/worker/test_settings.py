@@ -40,7 +40,7 @@ def run(module: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("module", ["grazemap_worker", "grazemap_service", "grazemap_worker.alive"])
+@pytest.mark.parametrize("module", ["grazemap_worker", "grazemap_service", "grazemap_worker.supervision.healthcheck"])
 @pytest.mark.parametrize(
     ("name", "value"),
     [("REDIS_URL", "redis://:se/cret@redis:6379/0"), ("REDIS_URL", "http://redis"), ("LOG_LEVEL", "LOUD")],
@@ -81,6 +81,8 @@ def test_a_wrong_password_is_said_so(locked: RedisServer) -> None:
         assert trouble(caught.value) == "Redis refuses the password"
         client.close()
     assert trouble(AwayError()) == "Redis is away"
-    answer = run("grazemap_worker.alive", GRAZEMAP_REDIS_URL=locked.url, GRAZEMAP_REDIS_PASSWORD="wrong")
+    answer = run(
+        "grazemap_worker.supervision.healthcheck", GRAZEMAP_REDIS_URL=locked.url, GRAZEMAP_REDIS_PASSWORD="wrong"
+    )
     assert answer.returncode == 1
     assert "refuses the password" in answer.stderr

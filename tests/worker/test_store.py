@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from grazemap.models import (
+from grazemap.wire import (
     GrazingCurvesRequest,
     Job,
     Problem,

@@ -22,7 +22,7 @@ from rq.webhook import Webhook
 from watching import living, until
 
 from grazemap.codec import decode_npz
-from grazemap.models import Job, UnfoldingMapsRequest, grid_values
+from grazemap.wire import Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker import queueing
 from grazemap_worker.leased_worker import refusal

@@ -7,11 +7,11 @@ import pytest
 from planted import BUSY_SECONDS, NUMERICS, planted
 
 from grazemap.codec import Document, decode_npz
-from grazemap.models import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
 from grazemap_worker.processes import Process
-from grazemap_worker.processes.core_objects import Report
+from grazemap_worker.processes.conversion import Report
 from grazemap_worker.store import ASSEMBLY, Plan, Store, core_version
 
 REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grazemap.models import GrazingCurvesRequest, Job
+from grazemap.wire import GrazingCurvesRequest, Job
 from grazemap_worker import numerics as numerics_module
 from grazemap_worker.store import Plan, Store
 

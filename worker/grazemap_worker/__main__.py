@@ -21,9 +21,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     one_thread()
     from pydantic import ValidationError
 
-    from grazemap_worker import kernel_cache, logs
+    from grazemap_worker import logs
     from grazemap_worker.redis_settings import refusal_text
     from grazemap_worker.settings import WorkerSettings
+    from grazemap_worker.supervision import kernel_cache
 
     try:
         settings = WorkerSettings(**given)
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     from grazemap_worker import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
     from grazemap_worker.numerics import numerics
-    from grazemap_worker.supervisor import Supervisor
+    from grazemap_worker.supervision.supervisor import Supervisor
 
     # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))

@@ -19,8 +19,8 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from grazemap_worker import queueing, tasks
-from grazemap_worker.lifeline import die_with_parent
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, core_version
 from grazemap_worker.store.records import FailureKind

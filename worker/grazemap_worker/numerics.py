@@ -49,7 +49,7 @@ def numerics() -> Numerics:
     from numba.core import config
     from numba.core.registry import cpu_target
 
-    from grazemap_core.kernels import source_fingerprint
+    from grazemap_core.kernel_folder import source_fingerprint
 
     versions = {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy")}
     core = {"core_version": core_version(), "core_sources": source_fingerprint()}

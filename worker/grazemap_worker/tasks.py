@@ -16,10 +16,10 @@ from redis.exceptions import RedisError
 from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
-from grazemap.models import canonical
+from grazemap.wire import canonical
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
-from grazemap_worker.processes.core_objects import Report, request_pointer
+from grazemap_worker.processes.conversion import Report, request_pointer
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import ASSEMBLY, Claim, ResultTooLarge, Store, core_version, is_away, refused_problem
 

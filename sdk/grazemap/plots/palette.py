@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 import re
 
-from grazemap.models.job import INFINITE
 from grazemap.results import MotionShare
+from grazemap.wire.job import INFINITE
 
 UNRESOLVED = "#909090"
 OTHER = "#DCDCDC"

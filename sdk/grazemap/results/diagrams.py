@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.models import Motion
 from grazemap.results.base import Result, floats, integers
 from grazemap.results.records import FloatArray, IntArray
+from grazemap.wire import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

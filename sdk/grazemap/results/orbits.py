@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import Motion
 from grazemap.results.base import Result, floats, integers
 from grazemap.results.records import FloatArray, IntArray, State, Sticking, known_fields
+from grazemap.wire import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

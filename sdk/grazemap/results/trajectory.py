@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.models import Motion
 from grazemap.results.base import Result, floats, integers
 from grazemap.results.records import FloatArray, Impacts, State, Sticking
+from grazemap.wire import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

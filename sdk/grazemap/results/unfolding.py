@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import motion_label
 from grazemap.results.base import Result, floats, integers
 from grazemap.results.records import FloatArray, IntArray, MotionShare
+from grazemap.wire import motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

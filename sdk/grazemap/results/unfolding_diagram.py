@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import ProcessRequest, UnfoldingDiagramsRequest, canonical, motion_label
 from grazemap.results.base import Result, floats, integers
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.records import FloatArray, IntArray, known_fields
 from grazemap.results.unfolding import UnfoldingMap
+from grazemap.wire import ProcessRequest, UnfoldingDiagramsRequest, canonical, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from grazemap.models import Job
-from grazemap_service.body import JsonRoute
+from grazemap.wire import Job
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
+from grazemap_service.strict_json import JsonRoute
 
 
 def process_router() -> APIRouter:

@@ -11,7 +11,7 @@ import redis.exceptions
 from fastapi import APIRouter, Depends, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from grazemap.models import FINISHED, ProblemError
+from grazemap.wire import FINISHED, ProblemError
 from grazemap_service.dependencies import CurrentContext, KnownJob
 from grazemap_service.logs import get_logger
 from grazemap_service.openapi import problem_responses

@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Response
 
-from grazemap.models import PROCESSES, Job, JobList, Link, ProblemError, Status
+from grazemap.wire import PROCESSES, Job, JobList, Link, ProblemError, Status
 from grazemap_service.dependencies import CurrentContext, KnownJob
 from grazemap_service.links import PREFIX, with_links
 from grazemap_service.openapi import problem_responses

@@ -13,7 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
-from grazemap.models import FINISHED, Job, Link
+from grazemap.wire import FINISHED, Job, Link
 from grazemap_service.dependencies import Context, CurrentContext, KnownJob
 from grazemap_service.links import NPZ_TYPE, job_path
 from grazemap_service.openapi import problem_responses

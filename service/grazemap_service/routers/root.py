@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 from pydantic import BaseModel
 
-from grazemap.models import PROCESSES, Link
+from grazemap.wire import PROCESSES, Link
 from grazemap_service.dependencies import CurrentContext
 from grazemap_service.limits import MOST_TILE_SECONDS
 from grazemap_service.links import PREFIX

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import Body, Response
 
-from grazemap.models import TrajectoriesRequest
+from grazemap.wire import TrajectoriesRequest
 from grazemap_service.routers._process import process_router, submission
 from grazemap_service.submission import NewSubmission
 

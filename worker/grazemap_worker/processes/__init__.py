@@ -23,7 +23,7 @@ from grazemap_worker.processes import (
     unfolding_diagrams,
     unfolding_maps,
 )
-from grazemap_worker.processes.core_objects import Report
+from grazemap_worker.processes.conversion import Report
 from grazemap_worker.store import Plan, Tile
 
 

@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import BasinCoordinate, BasinsRequest, grid_values, motion_label
-from grazemap_worker.processes.core_objects import Report, core_oscillator, record
+from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values, motion_label
+from grazemap_worker.processes.conversion import Report, core_oscillator, record
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
-    from grazemap_core.basins import Coordinate
+    from grazemap_core.maps.basins import Coordinate
 
 
 def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     """Return the arrays [vertical, horizontal] of the core for a part of the rectangle. Raises CoreError."""
-    from grazemap_core.basins import basin_tile
+    from grazemap_core.maps.basins import basin_tile
 
     row_start, row_stop, column_start, column_stop = tile
     initial = request.initial
@@ -40,8 +40,8 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
 
 def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> Document:
     """Return the attractors, and the label of every state, from the documents of the tiles in the plan's order."""
-    from grazemap_core.basins import attractors
-    from grazemap_core.motion import REASONS
+    from grazemap_core.maps.basins import attractors
+    from grazemap_core.simulation.motion import REASONS
 
     whole: dict[str, NDArray[Any]] = {}
     for (row_start, row_stop, column_start, column_stop), document in zip(plan.tiles, tiles, strict=True):
@@ -63,7 +63,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
 
 
 def _coordinate(coordinate: BasinCoordinate, start: int, stop: int) -> Coordinate:
-    from grazemap_core.basins import Coordinate
+    from grazemap_core.maps.basins import Coordinate
 
     return Coordinate(coordinate.quantity, coordinate.mass, grid_values(coordinate.values)[start:stop])
 

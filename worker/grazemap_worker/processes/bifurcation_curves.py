@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import BifurcationCurvesRequest, motion_label
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap.wire import BifurcationCurvesRequest, motion_label
+from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.processes.orbits import whole_period
 
 if TYPE_CHECKING:
-    from grazemap.models import CurveMotion
-    from grazemap_core.bifurcation_curves import BifurcationCurve
-    from grazemap_core.oscillator import Oscillator
-    from grazemap_core.periodic_orbits import PeriodicOrbit
+    from grazemap.wire import CurveMotion
+    from grazemap_core.continuation.bifurcation_curves import BifurcationCurve
+    from grazemap_core.model.oscillator import Oscillator
+    from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
 
 NOTHING_FOUND = "no motion with these stops was met at several places of the window, from rest and from random states"
 
@@ -43,7 +43,7 @@ def compute(request: BifurcationCurvesRequest, report: Callable[[int, int], obje
 
 
 def _closed_form(request: BifurcationCurvesRequest) -> list[dict[str, Any]]:
-    from grazemap_core.window_curves import window_curves
+    from grazemap_core.orbits.window_curves import window_curves
 
     pieces = window_curves(core_oscillator(request.oscillator), *_window(request), request.max_multiple, request.points)
     return [
@@ -71,9 +71,9 @@ def _window(request: BifurcationCurvesRequest) -> tuple[tuple[float, float], tup
 
 def _orbit(oscillator: Oscillator, request: BifurcationCurvesRequest, motion: CurveMotion) -> PeriodicOrbit | str:
     """Return an orbit of a motion in the window, or why there is none."""
-    from grazemap_core.impact_sequences import ImpactSequence
-    from grazemap_core.motion_curves import orbit_in_window
-    from grazemap_core.periodic_orbits import periodic_orbit
+    from grazemap_core.continuation.motion_curves import orbit_in_window
+    from grazemap_core.orbits.impact_sequences import ImpactSequence
+    from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
     if motion.phases is not None:
         assert motion.velocities is not None  # both or neither
@@ -111,7 +111,7 @@ def _continued(
     oscillator: Oscillator, request: BifurcationCurvesRequest, number: int, orbit: PeriodicOrbit
 ) -> Iterator[dict[str, Any]]:
     """Yield the pieces of a motion's curves; `number` is that of the motion in the request."""
-    from grazemap_core.motion_curves import motion_curves
+    from grazemap_core.continuation.motion_curves import motion_curves
 
     solved_for = len(orbit.impacts.half().stops if orbit.symmetric else orbit.impacts.stops)
     for curve in motion_curves(oscillator, orbit, *_window(request)).curves:

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
-from grazemap.models import BifurcationDiagramsRequest, grid_values
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap.wire import BifurcationDiagramsRequest, grid_values
+from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.processes.trajectories import motion_document
 
 if TYPE_CHECKING:
-    from grazemap_core.bifurcation_diagram import Section
+    from grazemap_core.maps.bifurcation_diagrams import Section
 
 # Times that progress is reported.
 REPORTS = 100
@@ -19,7 +19,7 @@ REPORTS = 100
 
 def compute(request: BifurcationDiagramsRequest, report: Callable[[int, int], object]) -> Document:
     """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
-    from grazemap_core.bifurcation_diagram import sections
+    from grazemap_core.maps.bifurcation_diagrams import sections
 
     values = grid_values(request.range)
     found = sections(

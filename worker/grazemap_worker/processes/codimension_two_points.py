@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from grazemap.codec import Document
-from grazemap.models import CodimensionTwoPointsRequest
-from grazemap_worker.processes.core_objects import core_oscillator, record
+from grazemap.wire import CodimensionTwoPointsRequest
+from grazemap_worker.processes.conversion import core_oscillator, record
 
 
 def compute(request: CodimensionTwoPointsRequest, report: Callable[[int, int], object]) -> Document:
     """Return points, a list of records in the order of omega. Raises CoreError."""
-    from grazemap_core.codim2 import codimension_two_points
+    from grazemap_core.grazing.codimension_two import codimension_two_points
 
     points = codimension_two_points(
         core_oscillator(request.oscillator),

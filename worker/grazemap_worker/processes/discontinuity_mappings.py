@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.models import DiscontinuityMappingsRequest
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap.wire import DiscontinuityMappingsRequest
+from grazemap_worker.processes.conversion import core_oscillator
 
 STOPS = {"A": 1, "C": -1}
 
@@ -18,13 +18,18 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
 
     Raises CoreError.
     """
-    from grazemap_core.discontinuity import exact_mapping, largest_overshoot, leading_mapping, mapping_error
-    from grazemap_core.discontinuity import straight_beyond as beyond
     from grazemap_core.errors import ParameterError
-    from grazemap_core.grazing_point import grazing_point
-    from grazemap_core.half_period_map import half_period_jacobian
-    from grazemap_core.recurrence import next_contact, recurrence_sequence
-    from grazemap_core.return_map import compare_returns
+    from grazemap_core.grazing.discontinuity_mapping import (
+        exact_mapping,
+        largest_overshoot,
+        leading_mapping,
+        mapping_error,
+    )
+    from grazemap_core.grazing.discontinuity_mapping import straight_beyond as beyond
+    from grazemap_core.grazing.half_period_maps import half_period_jacobian
+    from grazemap_core.grazing.poincare_map import compare_returns
+    from grazemap_core.grazing.point import grazing_point
+    from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence
 
     oscillator = core_oscillator(request.oscillator)
     point = grazing_point(oscillator, request.omega, STOPS[request.stop])

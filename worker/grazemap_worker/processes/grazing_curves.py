@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from grazemap.codec import Document
-from grazemap.models import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
-from grazemap_worker.processes.core_objects import core_oscillator, record
+from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
+from grazemap_worker.processes.conversion import core_oscillator, record
 
 _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
 
@@ -17,9 +17,9 @@ def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object])
     The points are the codimension-two points between the first and the last omega, both kinds, with the default
     largest multiple. Where the request asks for the sequence: xi, shape (n, max_order). Raises CoreError.
     """
-    from grazemap_core.codim2 import codimension_two_points
-    from grazemap_core.grazing import grazing_curve
-    from grazemap_core.recurrence import xi_along
+    from grazemap_core.grazing.codimension_two import codimension_two_points
+    from grazemap_core.grazing.curve import grazing_curve
+    from grazemap_core.grazing.recurrence import xi_along
 
     oscillator = core_oscillator(request.oscillator)
     omega = grid_values(request.omega)

@@ -9,21 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grazemap.codec import Document
-from grazemap.models import OrbitBranchesRequest, PeriodicOrbitsRequest
-from grazemap.models.orbits import MOST_IMPACTS
-from grazemap.models.process import LONGEST_PERIOD
-from grazemap_worker.processes.core_objects import core_oscillator
+from grazemap.wire import OrbitBranchesRequest, PeriodicOrbitsRequest
+from grazemap.wire.orbits import MOST_IMPACTS
+from grazemap.wire.process import LONGEST_PERIOD
+from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.processes.trajectories import motion_document
 
 if TYPE_CHECKING:
-    from grazemap_core.branch_switching import OrbitStart
-    from grazemap_core.impact_sequences import ImpactSequence
-    from grazemap_core.orbit_special_points import SpecialPoint
-    from grazemap_core.oscillator import Oscillator
-    from grazemap_core.periodic_orbits import PeriodicOrbit
-    from grazemap_core.simulated_orbits import SimulatedOrbit
-    from grazemap_core.start import State
-    from grazemap_core.trajectory import Trajectory
+    from grazemap_core.continuation.branch_switching import OrbitStart
+    from grazemap_core.continuation.special_points import SpecialPoint
+    from grazemap_core.model.oscillator import Oscillator
+    from grazemap_core.orbits.impact_sequences import ImpactSequence
+    from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
+    from grazemap_core.orbits.simulated_orbits import SimulatedOrbit
+    from grazemap_core.simulation.start import State
+    from grazemap_core.simulation.trajectories import Trajectory
 
 NOTHING_FOUND = "no motion with these stops was met by trajectories from rest and from random states"
 
@@ -31,7 +31,7 @@ NOTHING_FOUND = "no motion with these stops was met by trajectories from rest an
 def compute_orbit(request: PeriodicOrbitsRequest, report: Callable[[int, int], object]) -> Document:
     """Return the orbit, or why there is none; one that rests on a stop as the simulation has it. Raises CoreError."""
     from grazemap_core.errors import LinearisationError
-    from grazemap_core.simulated_orbits import simulated_orbit
+    from grazemap_core.orbits.simulated_orbits import simulated_orbit
 
     oscillator = core_oscillator(request.oscillator)
     run = _settled(oscillator, request) if request.motion is None else None
@@ -47,9 +47,9 @@ def compute_orbit(request: PeriodicOrbitsRequest, report: Callable[[int, int], o
 
 def compute_branch(request: OrbitBranchesRequest, report: Callable[[int, int], object]) -> Document:
     """Return the branch of the orbit; one without points, and the reason, where there is no orbit. Raises CoreError."""
-    from grazemap_core.branch_switching import starts_beyond
-    from grazemap_core.orbit_branches import orbit_branch
-    from grazemap_core.orbit_walks import ENDS
+    from grazemap_core.continuation.branch_switching import starts_beyond
+    from grazemap_core.continuation.branches import orbit_branch
+    from grazemap_core.continuation.pseudo_arclength import ENDS
 
     oscillator = core_oscillator(request.oscillator)
     report(0, 3)
@@ -114,7 +114,7 @@ def _orbit(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
     """Return the orbit that is asked for, or why there is nothing to begin with; `run` if it has settled already."""
-    from grazemap_core.periodic_orbits import periodic_orbit
+    from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
     guess = _guess(oscillator, request, run)
     return guess if isinstance(guess, str) else periodic_orbit(oscillator, request.omega, request.clearance, guess)
@@ -122,8 +122,8 @@ def _orbit(
 
 def _guess(oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None) -> ImpactSequence | str:
     from grazemap_core.errors import ParameterError
-    from grazemap_core.impact_sequences import ImpactSequence, impacts_of
-    from grazemap_core.orbit_search import sequence_of_stops
+    from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+    from grazemap_core.orbits.search import sequence_of_stops
 
     motion = request.motion
     if motion is not None:
@@ -140,7 +140,7 @@ def _guess(oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajecto
 
 def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:
     """Follow the trajectory that the orbit is looked for with."""
-    from grazemap_core.trajectory import trajectory
+    from grazemap_core.simulation.trajectories import trajectory
 
     initial = request.initial
     assert initial is not None  # filled in where both were left out
@@ -231,7 +231,7 @@ def _state(state: State) -> Document:
 
 def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     """Return the document of an orbit that was not found: no impacts, numbers that are not."""
-    from grazemap_core.motion import Motion
+    from grazemap_core.simulation.motion import Motion
 
     count = request.oscillator.size
     nothing, nowhere = np.zeros(0), np.full(count, np.nan)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.models import InitialState, TrajectoriesRequest, motion_label
-from grazemap_worker.processes.core_objects import core_oscillator, record
+from grazemap.wire import InitialState, TrajectoriesRequest, motion_label
+from grazemap_worker.processes.conversion import core_oscillator, record
 
 if TYPE_CHECKING:
-    from grazemap_core.motion import Motion
-    from grazemap_core.start import State
-    from grazemap_core.trajectory import Trajectory
+    from grazemap_core.simulation.motion import Motion
+    from grazemap_core.simulation.start import State
+    from grazemap_core.simulation.trajectories import Trajectory
 
 # The unfolding map's default, so that the two agree on what a motion is called.
 MAX_PERIOD = 32
@@ -24,7 +24,7 @@ REPORTS = 20
 
 def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) -> Document:
     """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
-    from grazemap_core.trajectory import trajectories
+    from grazemap_core.simulation.trajectories import trajectories
 
     found = trajectories(
         core_oscillator(request.oscillator),
@@ -49,7 +49,7 @@ def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) 
 
 
 def _state(state: InitialState) -> State:
-    from grazemap_core.start import State
+    from grazemap_core.simulation.start import State
 
     # the model has written out what was left out
     return State(np.array(state.displacement), np.array(state.velocity), state.phase)

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.models import UnfoldingDiagramsRequest, motion_label
+from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
-from grazemap_worker.processes.core_objects import Report, core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
-    from grazemap_core.map_borders import BorderCurve, MapBorders
+    from grazemap_core.maps.borders.map_borders import BorderCurve, MapBorders
 
 
 def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
@@ -42,7 +42,7 @@ def _silent(done: int, total: int) -> None:
 
 def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report) -> Document:
     """Return arrays (p,) of the pairs of neighbouring points, and the curves that explain them, a list of records."""
-    from grazemap_core.map_borders import EXPLANATIONS, REASONS, map_borders
+    from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, map_borders
 
     found = map_borders(core_oscillator(request.oscillator), whole["omega"], whole["clearance"], whole, report)
     names = ("row", "column", "along", "regular", "explanation", "reason", "curve", "distance")

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.models import UnfoldingMapsRequest, grid_values
-from grazemap_worker.processes.core_objects import Report, core_oscillator
+from grazemap.wire import UnfoldingMapsRequest, grid_values
+from grazemap_worker.processes.conversion import Report, core_oscillator
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
-    from grazemap_core.adaptive_map import Settings
+    from grazemap_core.maps.adaptive_map import Settings
 
 _AXES = ("omega", "clearance")
 _NAMES = ("kinds", "reasons")
@@ -30,9 +30,9 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     The values of the grid are those of the whole one, so any cut of a map that is not adaptive gives the same bytes (a
     sweep's tiles are as tall as the map). Raises CoreError.
     """
-    from grazemap_core.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
-    from grazemap_core.motion import KINDS, REASONS
-    from grazemap_core.unfolding import unfolding_map_tile
+    from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
+    from grazemap_core.maps.unfolding import unfolding_map_tile
+    from grazemap_core.simulation.motion import KINDS, REASONS
 
     row_start, row_stop, column_start, column_stop = tile
     omega = grid_values(request.omega)[column_start:column_stop]
@@ -92,7 +92,7 @@ def _joined(plan: Plan, parts: list[NDArray[Any]]) -> NDArray[Any]:
 
 def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
     """Return an adaptive map's document."""
-    from grazemap_core.adaptive_map import LABEL
+    from grazemap_core.maps.adaptive_map import LABEL
 
     dense = (*LABEL, "computed")
     figures = {name: array[arrays["computed"]] for name, array in arrays.items() if name not in dense}
@@ -103,7 +103,7 @@ def _closed(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document, report: Report | None
 ) -> Document:
     """Close the seams of an adaptive map, in place, and return the figures of what was computed in all of it."""
-    from grazemap_core.adaptive_map import close_seams
+    from grazemap_core.maps.adaptive_map import close_seams
 
     rows, columns, fresh = close_seams(
         core_oscillator(request.oscillator),

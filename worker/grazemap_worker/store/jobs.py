@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from grazemap.models import Job, Problem, ProcessRequest, Status, canonical, job_id
+from grazemap.wire import Job, Problem, ProcessRequest, Status, canonical, job_id
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
     ASSEMBLY,

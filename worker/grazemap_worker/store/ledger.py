@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 
-from grazemap.models import Estimate, parse_request
+from grazemap.wire import Estimate, parse_request
 from grazemap_worker.store.jobs import JobStore
 from grazemap_worker.store.keys import (
     ASSEMBLY,

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from grazemap.models import (
+from grazemap.wire import (
     BasinsRequest,
     BifurcationCurvesRequest,
     BifurcationDiagramsRequest,
@@ -33,7 +33,7 @@ from grazemap.models import (
     grid_values,
 )
 
-# `python -m grazemap_worker.measure` prints, for each process in a few sizes, the seconds of one core that it takes on
+# `python -m benchmarks.estimates` prints, for each process in a few sizes, the seconds of one core that it takes on
 # the machine it runs on, and those that come from the figures below: within a factor of three, that of borders within
 # ten, because what a motion takes depends on which one it is.
 #

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grazemap.models import Problem, ProblemError
+from grazemap.wire import Problem, ProblemError
 from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST
 from grazemap_worker.store.plan import Plan
 from grazemap_worker.store.records import FailureKind

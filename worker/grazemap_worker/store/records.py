@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from grazemap.models import Estimate, Job, Problem, ProcessRequest, Progress
+from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Progress
 from grazemap_worker.store.keys import ASSEMBLY
 from grazemap_worker.store.plan import Plan, Tile
 

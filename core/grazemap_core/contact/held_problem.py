@@ -1,0 +1,146 @@
+"""From an oscillator to the arrays that describe it while mass 1 rests on a stop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.phase_table import half_circle
+from grazemap_core.errors import ConditioningError
+from grazemap_core.model.harmonic_response import held_response
+from grazemap_core.model.modal import ModalModel, modal_model
+from grazemap_core.model.oscillator import Oscillator
+
+
+@dataclass(frozen=True, eq=False)
+class HeldModel:
+    """The chain behind a resting mass 1, for every forcing frequency.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    free : ModalModel
+        Of the whole chain.
+    held : ModalModel or None
+        Of masses 2 .. N behind the wall; None for one mass, and where it would lose digits.
+    """
+
+    oscillator: Oscillator
+    free: ModalModel
+    held: ModalModel | None
+
+    @property
+    def exists(self) -> bool:
+        """Whether the motion behind a resting mass 1 is known in closed form."""
+        return self.held is not None or self.oscillator.size == 1
+
+
+def held_model(oscillator: Oscillator, free: ModalModel) -> HeldModel:
+    """Return the model of an oscillator whose mass 1 rests; `free` is the modal model of the whole chain."""
+    chain = oscillator.held_chain
+    if chain is None:
+        return HeldModel(oscillator, free, None)
+    try:
+        return HeldModel(oscillator, free, modal_model(chain))
+    except ConditioningError:  # most trajectories never come to rest: only one that does is ended by this
+        return HeldModel(oscillator, free, None)
+
+
+def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: int, phase: float) -> HeldProblem:
+    """Return the kernels' view of a resting mass 1 at one forcing frequency.
+
+    Parameters
+    ----------
+    model : HeldModel
+    free_steady : complex, shape (N,)
+        Steady response of every mass of the whole chain.
+    omega, phase : float
+        Forcing frequency, and forcing phase at t = 0.
+    cells : int
+        Per forcing period.
+    """
+    oscillator = model.oscillator
+    count = oscillator.size - 1
+    m1, k1, c1 = oscillator.masses[0], oscillator.stiffnesses[0], oscillator.link_damping[0]
+    compliance = 1.0 / oscillator.stiffnesses
+    # springs in series: one force in all links
+    profile = np.cumsum(compliance[::-1])[::-1][1:] / np.sum(compliance)
+    steady = np.zeros(count, dtype=np.complex128)
+    exists = model.exists
+    if model.held is not None:
+        chain = oscillator.held_chain
+        assert chain is not None
+        response, found = held_response(chain, oscillator.forcing[1:].copy(), np.array([omega]))
+        steady, exists = response[0], bool(found[0])
+    turn = _turn(cells, phase)
+    blocks = model.held
+    output_row = np.zeros((count, 4))
+    if blocks is not None:
+        a, b = blocks.shape[0, :, 0], blocks.shape[0, :, 1]
+        # x_2, v_2 and the acceleration of mass 2 in (u, u')
+        position, velocity = np.stack([a, b]), np.stack([-b * blocks.frequency_squared, a - 2.0 * blocks.decay * b])
+        square, twice = blocks.frequency_squared, 2.0 * blocks.decay
+        first = (k1 * position + c1 * velocity) / m1
+        output_row = np.stack([first[0], first[1], -first[1] * square, first[0] - twice * first[1]], axis=1)
+    empty = np.zeros(count)
+    square_empty = np.zeros((2 * count, 2 * count))
+    return HeldProblem(
+        decay=empty if blocks is None else np.ascontiguousarray(blocks.decay),
+        discriminant=empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
+        frequency_squared=empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
+        output_row=np.ascontiguousarray(output_row),
+        steady_table=_pairs(_pull(oscillator, steady, omega, exists) * turn),
+        inward=float(1.0 / np.sum(compliance) / m1),
+        viscous_term=float(c1 / m1),
+        profile=np.ascontiguousarray(profile),
+        turn=_pairs(turn),
+        steady=_pairs(steady),
+        free_steady=_pairs(free_steady),
+        to_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.to_modal),
+        from_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.from_modal),
+        to_free=np.ascontiguousarray(model.free.to_modal),
+        from_free=np.ascontiguousarray(model.free.from_modal),
+        exists=exists,
+        state=np.zeros((count, 2)),
+        since=np.zeros(2),
+        physical=np.zeros(2 * count + 2),
+    )
+
+
+def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int, phase: float) -> HeldProblem:
+    """Return the same view with another forcing phase at t = 0; mass 1 does not rest in it."""
+    turn = _turn(cells, phase)
+    steady = held.steady[:, 0] + 1j * held.steady[:, 1]
+    return held._replace(
+        turn=_pairs(turn),
+        steady_table=_pairs(_pull(model.oscillator, steady, omega, held.exists) * turn),
+        state=np.zeros_like(held.state),
+        since=np.zeros_like(held.since),
+        physical=np.zeros_like(held.physical),
+    )
+
+
+def _pull(oscillator: Oscillator, steady: Complexes, omega: float, exists: bool) -> complex:
+    """Return the harmonic part of the acceleration that a resting mass 1 would have, let go, at phase 0.
+
+    `steady` is the steady motion of the masses behind it, shape (N - 1,).
+    """
+    m1, k1, c1 = oscillator.masses[0], oscillator.stiffnesses[0], oscillator.link_damping[0]
+    if exists and len(steady) > 0:
+        return complex((oscillator.forcing[0] + (k1 + 1j * omega * c1) * steady[0]) / m1)
+    return complex(oscillator.forcing[0] / m1)
+
+
+def _turn(cells: int, phase: float) -> Complexes:
+    """Return exp(i phase) at the boundaries of the cells, shape (cells + 1,)."""
+    # mirrored exactly, as the table of the free motion
+    half = np.exp(1j * phase) * half_circle(cells)
+    return np.concatenate([half, -half, half[:1]])
+
+
+def _pairs(values: Complexes) -> Floats:
+    """Return complex numbers as an array of (real, imaginary), shape (n, 2)."""
+    return np.ascontiguousarray(np.stack([values.real, values.imag], axis=1))

@@ -1,0 +1,253 @@
+"""The oscillator as the trajectory kernels read it, and the elementary operations on its state.
+
+Time is cut into cells, an even number per forcing period. The state is the pair (u_j, u_j') of every block of the
+modal model *less the steady motion*, which is a table over the cells of one period; so a state decays, and no phase
+is ever accumulated. Functions take a `CellProblem` (built by `grazemap_core.contact.cell_problem`) and a state of shape
+(N, 2); functions that change an argument in place say so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.sticking_flow import turned
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.kernels.double_double import two_sum
+from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+
+_ORDERS = np.arange(TAYLOR_DEGREE + 1)
+STEP_OF_SERIES = 1.0 / ((_ORDERS + 1.0) * (_ORDERS + 2.0))
+"""1 / ((m + 1) (m + 2)), by which term m + 2 of the series of a second-order equation follows from m + 1 and m."""
+
+
+class CellProblem(NamedTuple):
+    """One oscillator at one forcing frequency.
+
+    Attributes
+    ----------
+    decay, discriminant, frequency_squared, frequency : (N,)
+        The blocks, as in the modal model; frequency is the root of frequency_squared.
+    output_row : (N, 4)
+        x1 = sum r0 u + r1 u', v1 = sum r2 u + r3 u' (less the steady motion).
+    unit_impulse, unit_impulse_low : (N, 2)
+        What a unit velocity given to mass 1 adds to (u, u'), and what that leaves out: with it mass 1 gets this
+        velocity and no other displacement, to much better than a rounding.
+    reach, fourth : (N,)
+        Bounds for all later times: |contribution to x1| <= reach * e and |its 4th derivative| <= fourth * e,
+        where e = frequency |u| + |u'|.
+    closeness : (N, 2)
+        Largest displacement, over the masses, that a unit of (u, u') amounts to.
+    cell_flow : (N, 4)
+        Flow over one cell, row by row.
+    flow_table : (n, N, 8)
+        The same over 0, 1, .. n - 1 cells, followed by what the rounded entries leave out.
+    steady_table : (cells + 1, 2)
+        G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part.
+    steady_bound : float
+        |G|, the amplitude of the steady motion of mass 1.
+    omega, step, restitution : float
+        Forcing frequency, length of a cell, R.
+    cells : int
+        Per forcing period, even.
+    chatter_impacts : float
+        Impacts in half a period that complete chatter may take.
+    damped : bool
+        Whether every block is: then a motion without contacts settles to the steady one.
+    """
+
+    decay: Floats
+    discriminant: Floats
+    frequency_squared: Floats
+    frequency: Floats
+    output_row: Floats
+    unit_impulse: Floats
+    unit_impulse_low: Floats
+    reach: Floats
+    fourth: Floats
+    closeness: Floats
+    cell_flow: Floats
+    flow_table: Floats
+    steady_table: Floats
+    steady_bound: float
+    omega: float
+    step: float
+    restitution: float
+    cells: int
+    chatter_impacts: float
+    damped: bool
+
+
+@kernel
+def flow_state(problem: CellProblem, u: Floats, time: float) -> None:
+    """Carry a state over any time; u (N, 2) is changed in place."""
+    for j in range(u.shape[0]):
+        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
+        first, second = u[j, 0], u[j, 1]
+        u[j, 0] = e11 * first + e12 * second
+        u[j, 1] = e21 * first + e22 * second
+
+
+@kernel
+def advance_cell(problem: CellProblem, u: Floats, end: int) -> tuple[float, float]:
+    """Carry a state over one whole cell, in place, and return x1, v1 at cell boundary `end`."""
+    x = problem.steady_table[end, 1]
+    v = problem.omega * problem.steady_table[end, 0]
+    for j in range(u.shape[0]):
+        first, second = u[j, 0], u[j, 1]
+        a = problem.cell_flow[j, 0] * first + problem.cell_flow[j, 1] * second
+        b = problem.cell_flow[j, 2] * first + problem.cell_flow[j, 3] * second
+        u[j, 0] = a
+        u[j, 1] = b
+        x += problem.output_row[j, 0] * a + problem.output_row[j, 1] * b
+        v += problem.output_row[j, 2] * a + problem.output_row[j, 3] * b
+    return x, v
+
+
+@kernel
+def carry(problem: CellProblem, start: Floats, cells: int, u: Floats) -> None:
+    """Write the state `cells` cells after `start` into u (N, 2); both may be the same array.
+
+    In one step, so that the roundings of cell after cell do not add up.
+
+    Parameters
+    ----------
+    cells : int
+        Less than the length of the flow table.
+    """
+    for j in range(u.shape[0]):
+        first, second = start[j, 0], start[j, 1]
+        for i in range(2):
+            a = problem.flow_table[cells, j, 2 * i] * first
+            b = problem.flow_table[cells, j, 2 * i + 1] * second
+            low = problem.flow_table[cells, j, 2 * i + 4] * first + problem.flow_table[cells, j, 2 * i + 5] * second
+            total, lost = two_sum(a, b)
+            u[j, i] = total + (lost + low)  # rounded once: added to a rounded sum, most of `low` would vanish
+
+
+@kernel
+def first_mass(problem: CellProblem, u: Floats, gain_real: float, gain_imag: float) -> tuple[float, float]:
+    """Return x1, v1 of a state where the steady motion has the given gain."""
+    x = gain_imag
+    v = problem.omega * gain_real
+    for j in range(u.shape[0]):
+        x += problem.output_row[j, 0] * u[j, 0] + problem.output_row[j, 1] * u[j, 1]
+        v += problem.output_row[j, 2] * u[j, 0] + problem.output_row[j, 3] * u[j, 1]
+    return x, v
+
+
+@kernel
+def turned_gain(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
+    """Return the gain of the steady motion a time `offset` after the start of a cell."""
+    return turned(problem.steady_table, cell, problem.omega * offset)
+
+
+@kernel
+def first_acceleration(problem: CellProblem, u: Floats, gain_imag: float) -> float:
+    """Return the acceleration of mass 1 of a state where the steady motion has the given gain."""
+    a = -problem.omega * problem.omega * gain_imag
+    for j in range(u.shape[0]):
+        second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
+        a += problem.output_row[j, 2] * u[j, 1] + problem.output_row[j, 3] * second
+    return a
+
+
+@kernel
+def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
+    """Return bounds of |x1| and |x1''''| for all later times until the next impact."""
+    reach = problem.steady_bound
+    omega_squared = problem.omega * problem.omega
+    fourth = problem.steady_bound * omega_squared * omega_squared
+    for j in range(u.shape[0]):
+        envelope = problem.frequency[j] * abs(u[j, 0]) + abs(u[j, 1])
+        reach += problem.reach[j] * envelope
+        fourth += problem.fourth[j] * envelope
+    return reach, fourth
+
+
+@kernel
+def expand(
+    problem: CellProblem,
+    u: Floats,
+    gain_real: float,
+    gain_imag: float,
+    length: float,
+    taylor: Floats,
+    terms: Floats,
+) -> tuple[float, float, float]:
+    """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
+
+    Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two before; the
+    steady motion is one block more, without decay. The blocks run side by side, as their recurrences are independent.
+
+    Parameters
+    ----------
+    terms : (N + 1, 4)
+        Scratch: per block the last two terms and the two coefficients of its recurrence; overwritten.
+
+    Returns
+    -------
+    size, tail, rest : as `sum_series`.
+    """
+    blocks = u.shape[0]
+    for j in range(blocks):
+        terms[j, 0] = problem.output_row[j, 0] * u[j, 0] + problem.output_row[j, 1] * u[j, 1]
+        terms[j, 1] = (problem.output_row[j, 2] * u[j, 0] + problem.output_row[j, 3] * u[j, 1]) * length
+        terms[j, 2] = 2.0 * problem.decay[j] * length
+        terms[j, 3] = problem.frequency_squared[j] * length * length
+    terms[blocks, 0] = gain_imag
+    terms[blocks, 1] = problem.omega * gain_real * length
+    terms[blocks, 2] = 0.0
+    terms[blocks, 3] = (problem.omega * length) ** 2
+    return sum_series(terms, blocks, taylor)
+
+
+@kernel
+def sum_series(terms: Floats, blocks: int, taylor: Floats) -> tuple[float, float, float]:
+    """Write the sum of the series of `blocks` blocks and the forcing into taylor, from the first two terms of each.
+
+    Parameters
+    ----------
+    terms : (blocks + 1, 4)
+        Per block the first two terms and the two coefficients of its recurrence; overwritten.
+
+    Returns
+    -------
+    size : float
+        Sum of the moduli of all terms that were added up: what round-off is relative to.
+    tail : float
+        The same of the terms of degree two and more.
+    rest : float
+        Bound of what the series leaves out, anywhere in [0, 1].
+    """
+    size = 0.0
+    tail = 0.0
+    taylor[0] = 0.0
+    taylor[1] = 0.0
+    for j in range(blocks + 1):
+        taylor[0] += terms[j, 0]
+        taylor[1] += terms[j, 1]
+        size += abs(terms[j, 0]) + abs(terms[j, 1])
+    for m in range(TAYLOR_DEGREE - 1):
+        total = 0.0
+        for j in range(blocks + 1):
+            c = -(terms[j, 2] * (m + 1) * terms[j, 1] + terms[j, 3] * terms[j, 0]) * STEP_OF_SERIES[m]
+            terms[j, 0] = terms[j, 1]
+            terms[j, 1] = c
+            total += c
+            tail += abs(c)
+        taylor[m + 2] = total
+    # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
+    rest = 0.0
+    for j in range(blocks + 1):
+        a, b, p, q = terms[j, 0], terms[j, 1], terms[j, 2], terms[j, 3]
+        c = -(p * TAYLOR_DEGREE * b + q * a) * STEP_OF_SERIES[TAYLOR_DEGREE - 1]
+        d = -(p * (TAYLOR_DEGREE + 1) * c + q * b) * STEP_OF_SERIES[TAYLOR_DEGREE]
+        rest += abs(c)
+        if q > 0.0:
+            rest += abs(d) * (TAYLOR_DEGREE + 2) / math.sqrt(q)
+    return size + tail, tail, rest

@@ -1,0 +1,177 @@
+"""The careful walk through one cell, impact by impact, while mass 1 is on its way between the stops.
+
+What flows in is a state at the start of a cell, what flows out the state at its end and, in the workspace, the regime
+there and what was seen. Cells that the cheap certificate clears never come here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.cells import (
+    CellProblem,
+    advance_cell,
+    expand,
+    first_acceleration,
+    first_mass,
+    flow_state,
+    turned_gain,
+)
+from grazemap_core.contact.kernels.events import enter_event
+from grazemap_core.contact.kernels.first_contact import first_contact, gap_and_rate
+from grazemap_core.contact.kernels.workspace import (
+    ANCHOR,
+    AT_STOP,
+    FOLLOWED,
+    GRAZE,
+    HELD,
+    IMPACT,
+    IMPACT_BUDGET_SPENT,
+    LEAST_SPEED,
+    LEAST_UNPRESSED,
+    LEFT,
+    NOT_FINITE,
+    OK,
+    RIGHT,
+    ROOTS,
+    Workspace,
+)
+from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
+from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.kernels.double_double import two_sum
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def strike(
+    problem: CellProblem,
+    u: Floats,
+    stop: int,
+    velocity: float,
+    half: int,
+    time: float,
+    work: Workspace,
+) -> None:
+    """Apply the impact law to a state at a stop, in place, and enter the impact into tally and events."""
+    jump = -(1.0 + problem.restitution) * velocity
+    for j in range(u.shape[0]):
+        for k in range(2):
+            total, lost = two_sum(u[j, k], problem.unit_impulse[j, k] * jump)
+            u[j, k] = total + (lost + problem.unit_impulse_low[j, k] * jump)
+    work.tally[RIGHT if stop > 0 else LEFT] += 1.0
+    work.tally[FOLLOWED] += 1.0
+    work.tally[LEAST_SPEED] = min(work.tally[LEAST_SPEED], abs(velocity))
+    enter_event(work, half, time, stop, velocity, IMPACT if velocity != 0.0 else GRAZE, u)
+    work.cursor[ANCHOR] = stop
+    work.near[0] = 0.0
+    work.near[1] = problem.restitution * abs(velocity)
+    work.cursor[ROOTS] = 1 if work.near[1] > 0.0 else 2
+
+
+@kernel
+def may_rest(restitution: float, step: float, contact_acceleration: float, leaving: float) -> bool:
+    """Say whether mass 1, just behind an impact, is slow and pressed enough for `sticking` to look closer.
+
+    `contact_acceleration` is the acceleration of mass 1 toward the stop behind the impact, `leaving` its speed there.
+    """
+    if leaving == 0.0:
+        return True
+    share = 2.0 * leaving / ((1.0 - restitution) * contact_acceleration * step)
+    slow: bool = share > 0.0 and share * share * share <= CHATTER_ACCURACY
+    return restitution < 1.0 and slow
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def land(
+    problem: CellProblem,
+    u: Floats,
+    stop: int,
+    velocity: float,
+    gain_imag: float,
+    half: int,
+    time: float,
+    work: Workspace,
+) -> bool:
+    """Let mass 1, on a stop, strike it. Returns whether it may come to rest there.
+
+    `gain_imag` is the steady motion of mass 1 at this moment.
+    """
+    strike(problem, u, stop, velocity, half, time, work)
+    contact_acceleration = stop * first_acceleration(problem, u, gain_imag)
+    if contact_acceleration <= 0.0:
+        work.tally[LEAST_UNPRESSED] = min(work.tally[LEAST_UNPRESSED], abs(velocity))
+    return may_rest(problem.restitution, problem.step, contact_acceleration, work.near[1])
+
+
+@kernel
+def walk_cell(
+    problem: CellProblem, u: Floats, clearance: float, cell: int, offset: float, half: int, work: Workspace
+) -> int:
+    """Carry a state on to the end of a cell through all impacts in it.
+
+    Parameters
+    ----------
+    u : (N, 2)
+        Free state where the walk begins; on return where it stands. Changed in place.
+    cell : int
+        Index of the cell in the forcing period.
+    offset : float
+        Time since the start of the cell at which the walk begins.
+    half : int
+        Index of the half period, for the record.
+    work : Workspace
+        Changed in place.
+
+    Returns
+    -------
+    status : OK at the end of the cell, IMPACT_BUDGET_SPENT, NOT_FINITE, or AT_STOP with the offset in work.near.
+    """
+    if work.cursor[HELD] != 0:
+        work.near[2] = offset
+        return AT_STOP
+    before = problem.step * (cell % (problem.cells // 2))
+    gain_real, gain_imag = problem.steady_table[cell, 0], problem.steady_table[cell, 1]
+    if offset > 0.0:
+        gain_real, gain_imag = turned_gain(problem, cell, offset)
+    while True:
+        length = problem.step - offset
+        if length <= 0.0:
+            return OK
+        size, tail, rest = expand(problem, u, gain_real, gain_imag, length, work.taylor, work.terms)
+        if not np.isfinite(size):
+            return NOT_FINITE
+        if work.tally[FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
+            return IMPACT_BUDGET_SPENT
+        anchor = work.cursor[ANCHOR]
+        stop, t = first_contact(work, clearance, length, size, tail, rest)
+        if stop == 0:
+            if offset == 0.0:
+                advance_cell(problem, u, cell + 1)
+            else:
+                flow_state(problem, u, length)
+            if anchor != 0:
+                gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], anchor, length, 1.0)
+                # the parabola through both rates: does it come back within the next cell?
+                second_derivative = 0.5 * (rate - work.near[1]) / length
+                ahead = gap + problem.step * (rate + problem.step * second_derivative)
+                near = gap < ANCHORED_GAP * clearance or ahead < 0.0
+                work.cursor[ANCHOR] = anchor if near else 0
+                work.cursor[ROOTS] = 0
+                work.near[0] = gap
+                work.near[1] = rate
+            return OK
+        passed = t * length
+        flow_state(problem, u, passed)
+        offset += passed
+        gain_real, gain_imag = turned_gain(problem, cell, offset)
+        if stop == anchor:
+            _, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], stop, length, t)
+            velocity = -stop * rate
+        else:
+            _, velocity = first_mass(problem, u, gain_real, gain_imag)
+        if velocity * stop < 0.0:
+            velocity = 0.0  # a graze to within round-off
+        if land(problem, u, stop, velocity, gain_imag, half, before + offset, work):
+            work.near[2] = offset
+            return AT_STOP

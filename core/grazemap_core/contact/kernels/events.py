@@ -1,0 +1,36 @@
+"""The record of a trajectory's events: one row each, with the state behind it."""
+
+from __future__ import annotations
+
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.workspace import (
+    DELAY,
+    EVENT_COLUMNS,
+    HALF,
+    KIND,
+    ROWS,
+    STOP,
+    TIME,
+    VELOCITY,
+    Workspace,
+)
+from grazemap_core.numerics.jit.compiled import inlined
+
+
+@inlined
+def enter_event(
+    work: Workspace, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats
+) -> None:
+    """Enter an event without a delay and the state (n, 2) behind it; where there is no room it is only counted."""
+    row = work.cursor[ROWS]
+    if row < work.events.shape[0]:
+        work.events[row, HALF] = half
+        work.events[row, TIME] = time
+        work.events[row, STOP] = stop
+        work.events[row, VELOCITY] = velocity
+        work.events[row, KIND] = kind
+        work.events[row, DELAY] = 0.0
+        for j in range(state.shape[0]):
+            work.events[row, EVENT_COLUMNS + 2 * j] = state[j, 0]
+            work.events[row, EVENT_COLUMNS + 2 * j + 1] = state[j, 1]
+    work.cursor[ROWS] = row + 1

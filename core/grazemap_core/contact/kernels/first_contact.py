@@ -1,0 +1,140 @@
+"""Contacts within one cell: the cheap certificate, and the careful search where it does not hold.
+
+The certificate: on a cell of length h the cubic Hermite interpolant of x1 errs by at most h^4/384 max|x1''''| and lies
+in the convex hull of its Bernstein coefficients, so a cell whose four coefficients stay inside the stops by that much
+has no contact. Otherwise x1 is expanded in a Taylor series and the first contact with either stop is found by
+certified root isolation (`bernstein`). Near the stop that mass 1 has just left, the anchor, the series of the gap
+starts from what is known exactly: on the stop its zeros there (one behind an impact, two from rest, three behind a
+release) are divided out. So a bounce of any smallness is resolved to full relative precision.
+"""
+
+from __future__ import annotations
+
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.workspace import (
+    ANCHOR,
+    GRAZE_BACK,
+    GRAZE_STOP,
+    LEAST_UNPRESSED,
+    ROOTS,
+    UNDECIDED,
+    Workspace,
+)
+from grazemap_core.contact.tolerances import CONTACT_ROUNDING, SHORT_DEGREE
+from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
+from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+
+
+@kernel
+def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, limit: float) -> bool:
+    """Certify that a cell has no contact, from position and velocity at its ends and a bound of |x1''''|.
+
+    `limit` is the clearance less the round-off of the positions.
+    """
+    third = step / 3.0
+    square = step * step
+    highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x1 - third * v1), abs(x1)))
+    return highest + square * square / 384.0 * fourth < limit  # a NaN is never clear
+
+
+@kernel
+def _other_start(work: Workspace, stop: int, length: float) -> int:
+    """Write the gap to the anchor, less its zeros at the start, into work.distance where these are not one: rare."""
+    roots = work.cursor[ROOTS]
+    for k in range(TAYLOR_DEGREE + 1 - roots):
+        work.distance[k] = -stop * work.taylor[k + roots]
+    if roots == 0:
+        work.distance[0] = work.near[0]
+        work.distance[1] = work.near[1] * length
+    degree: int = TAYLOR_DEGREE - roots
+    return degree
+
+
+@kernel
+def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: float, t: float) -> tuple[float, float]:
+    """Return the gap to the anchor and its rate at t in [0, 1], from the series of x1 and what is known at its start.
+
+    Behind a contact the gap itself is 0 by definition; of the rate no digit is lost to the position.
+    """
+    value = -stop * taylor[TAYLOR_DEGREE]
+    slope = 0.0
+    least = 2 if roots < 2 else roots
+    for k in range(TAYLOR_DEGREE - 1, least - 1, -1):
+        slope = slope * t + value
+        value = value * t - stop * taylor[k]
+    if roots <= 1:
+        slope = slope * t + value
+        value = value * t + near[1] * length
+    if roots == 0:
+        slope = slope * t + value
+        value = value * t + near[0]
+    for _ in range(roots):  # the zeros at the start
+        slope = slope * t + value
+        value *= t
+    return value, slope / length
+
+
+@kernel
+def first_contact(
+    work: Workspace, clearance: float, length: float, size: float, tail: float, rest: float
+) -> tuple[int, float]:
+    """Return (stop, t) of the first contact of the series work.taylor on [0, 1], or (0, 1.0).
+
+    Where mass 1 comes so near a stop that round-off hides whether it touches it, that is no contact, but goes into the
+    tally. Without a contact behind it, work.near[GRAZE_STOP] is the stop of that graze, and work.near[GRAZE_BACK] how
+    long before the end of the series it was.
+
+    The anchor of work.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
+    `cells.sum_series` returned them, `length` is the time that the series spans.
+    """
+    stop_found = 0
+    t_found = 1.0
+    graze_stop = 0
+    graze_place = 2.0
+    travel = 0.0
+    for k in range(1, TAYLOR_DEGREE + 1):
+        travel += abs(work.taylor[k])
+    anchor = work.cursor[ANCHOR]
+    for stop in (1, -1):
+        if stop == anchor:
+            # what round-off there is in x1 at the start has no say
+            scale = tail + abs(work.near[0]) + abs(work.near[1]) * length
+            degree = TAYLOR_DEGREE - 1
+            if work.cursor[ROOTS] == 1:
+                for k in range(1, TAYLOR_DEGREE):
+                    work.distance[k] = -stop * work.taylor[k + 1]
+                work.distance[0] = work.near[1] * length
+            else:
+                degree = _other_start(work, stop, length)
+        else:
+            scale = size + clearance
+            if stop * work.taylor[0] + travel + CONTACT_ROUNDING * scale + rest < clearance:
+                continue  # out of reach
+            degree = TAYLOR_DEGREE
+            for k in range(TAYLOR_DEGREE + 1):
+                work.distance[k] = -stop * work.taylor[k]
+            work.distance[0] += clearance
+        error = CONTACT_ROUNDING * scale + rest
+        # a short series with what it leaves out added to the error decides nearly always, at a third of the cost
+        left_out = error
+        for k in range(SHORT_DEGREE + 1, degree + 1):
+            left_out += abs(work.distance[k])
+        status, t = first_negative(
+            work.distance, degree, plain(SHORT_DEGREE), left_out, work.stack, work.start, work.width
+        )
+        if status == GRAZE_UNDECIDED:
+            status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
+            if status == GRAZE_UNDECIDED and t < graze_place:
+                graze_stop = stop
+                graze_place = t
+        if status == CONTACT and (stop_found == 0 or t < t_found):
+            stop_found = stop
+            t_found = t
+    if graze_place <= t_found:
+        work.tally[UNDECIDED] += 1.0
+        work.tally[LEAST_UNPRESSED] = 0.0
+        if stop_found == 0:
+            work.near[GRAZE_STOP] = graze_stop
+            work.near[GRAZE_BACK] = (1.0 - graze_place) * length
+    return stop_found, t_found

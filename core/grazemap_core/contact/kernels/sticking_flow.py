@@ -1,0 +1,189 @@
+"""The chain while mass 1 rests on a stop: its state, its flow, and the pressing that keeps mass 1 there.
+
+Masses 2 .. N then move as a chain of their own behind a wall, in closed form: x_i = s b profile_i + steady motion +
+blocks. A held state is the pair (u, u') of every block of that chain. What mass 1 would be accelerated by toward the
+stop, were it let go, is a sum of the same blocks: the pressing, which has a Taylor series of its own in every cell.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from grazemap_core.arrays import Floats
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.compiled import kernel
+
+
+class HeldProblem(NamedTuple):
+    """One oscillator at one forcing frequency, mass 1 at rest; N - 1 = n masses move.
+
+    Attributes
+    ----------
+    decay, discriminant, frequency_squared : (n,)
+        The blocks of the held chain.
+    output_row : (n, 4)
+        Acceleration of mass 1 at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'.
+    steady_table : (cells + 1, 2)
+        The harmonic part of that acceleration, as (real, imaginary) at the cell boundaries; it is the imaginary part.
+    inward : float
+        Its static part per unit of clearance, toward the middle; >= 0.
+    viscous_term : float
+        C_11/m_1.
+    profile : (n,)
+        Displacement of masses 2 .. N at equilibrium, per unit displacement of mass 1.
+    turn : (cells + 1, 2)
+        exp(i phase) at the cell boundaries.
+    steady, free_steady : (n, 2), (N, 2)
+        Steady motion of the masses behind the stop, and of all masses when none is held: imaginary parts of these
+        times exp(i phase).
+    to_blocks, from_blocks : (2 n, 2 n)
+        Between displacements and velocities of masses 2 .. N, and the blocks of the held chain.
+    to_free, from_free : (2 N, 2 N)
+        The same for the whole chain.
+    exists : bool
+        False when the held chain has no closed form that keeps its digits: an undamped resonance with the forcing, or
+        two blocks nearly defective together.
+    state : (n, 2)
+        The held state, while mass 1 rests: changed in place. It is kept here and not in the workspace because every
+        array there is handed down the walk through a cell, at a cost that is felt.
+    since : (2,)
+        The half period and the time in it at which mass 1 came to rest; changed in place.
+    physical : (2 N,)
+        Scratch.
+    """
+
+    decay: Floats
+    discriminant: Floats
+    frequency_squared: Floats
+    output_row: Floats
+    steady_table: Floats
+    inward: float
+    viscous_term: float
+    profile: Floats
+    turn: Floats
+    steady: Floats
+    free_steady: Floats
+    to_blocks: Floats
+    from_blocks: Floats
+    to_free: Floats
+    from_free: Floats
+    exists: bool
+    state: Floats
+    since: Floats
+    physical: Floats
+
+
+@kernel
+def turned(table: Floats, cell: int, angle: float) -> tuple[float, float]:
+    """Return an entry of a table of complex numbers turned by an angle, as (real, imaginary)."""
+    c, s = math.cos(angle), math.sin(angle)
+    re, im = table[cell, 0], table[cell, 1]
+    return re * c - im * s, im * c + re * s
+
+
+@kernel
+def held_motion(
+    problem: HeldProblem,
+    held: Floats,
+    place: float,
+    omega: float,
+    cosine: float,
+    sine: float,
+    physical: Floats,
+) -> None:
+    """Write the displacements, then the velocities, of all masses to physical (2 N,).
+
+    Parameters
+    ----------
+    held : (n, 2)
+    place : float
+        Displacement of mass 1: stop * clearance.
+    omega, cosine, sine : float
+        Of the forcing; exp(i phase).
+    """
+    rest = held.shape[0]
+    count = rest + 1
+    physical[0] = place
+    physical[count] = 0.0
+    for i in range(rest):
+        x = place * problem.profile[i] + problem.steady[i, 1] * cosine + problem.steady[i, 0] * sine
+        v = omega * (problem.steady[i, 0] * cosine - problem.steady[i, 1] * sine)
+        for j in range(rest):
+            for k in range(2):
+                x += problem.from_blocks[i, 2 * j + k] * held[j, k]
+                v += problem.from_blocks[rest + i, 2 * j + k] * held[j, k]
+        physical[1 + i] = x
+        physical[count + 1 + i] = v
+
+
+@kernel
+def hold(
+    problem: HeldProblem,
+    u: Floats,
+    place: float,
+    omega: float,
+    cosine: float,
+    sine: float,
+    physical: Floats,
+    held: Floats,
+) -> None:
+    """Write the held state of masses 2 .. N that have the free state u (N, 2) into held (n, 2).
+
+    Other parameters as `held_motion`; physical is scratch.
+    """
+    count = u.shape[0]
+    rest = count - 1
+    for i in range(rest):
+        x = problem.free_steady[1 + i, 1] * cosine + problem.free_steady[1 + i, 0] * sine
+        x -= problem.steady[i, 1] * cosine + problem.steady[i, 0] * sine
+        x -= place * problem.profile[i]
+        v = omega * (problem.free_steady[1 + i, 0] * cosine - problem.free_steady[1 + i, 1] * sine)
+        v -= omega * (problem.steady[i, 0] * cosine - problem.steady[i, 1] * sine)
+        for j in range(count):
+            for k in range(2):
+                x += problem.from_free[1 + i, 2 * j + k] * u[j, k]
+                v += problem.from_free[count + 1 + i, 2 * j + k] * u[j, k]
+        physical[i] = x
+        physical[rest + i] = v
+    for j in range(rest):
+        for k in range(2):
+            value = 0.0
+            for i in range(2 * rest):
+                value += problem.to_blocks[2 * j + k, i] * physical[i]
+            held[j, k] = value
+
+
+@kernel
+def let_go(
+    problem: HeldProblem,
+    held: Floats,
+    place: float,
+    omega: float,
+    cosine: float,
+    sine: float,
+    physical: Floats,
+    u: Floats,
+) -> None:
+    """Write the free state of a chain that is held into u (N, 2). Other parameters as `held_motion`."""
+    count = u.shape[0]
+    held_motion(problem, held, place, omega, cosine, sine, physical)
+    for i in range(count):
+        physical[i] -= problem.free_steady[i, 1] * cosine + problem.free_steady[i, 0] * sine
+        physical[count + i] -= omega * (problem.free_steady[i, 0] * cosine - problem.free_steady[i, 1] * sine)
+    for j in range(count):
+        for k in range(2):
+            value = 0.0
+            for i in range(2 * count):
+                value += problem.to_free[2 * j + k, i] * physical[i]
+            u[j, k] = value
+
+
+@kernel
+def flow_held(problem: HeldProblem, held: Floats, time: float) -> None:
+    """Carry a held state over any time; held (n, 2) is changed in place."""
+    for j in range(held.shape[0]):
+        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
+        first, second = held[j, 0], held[j, 1]
+        held[j, 0] = e11 * first + e12 * second
+        held[j, 1] = e21 * first + e22 * second

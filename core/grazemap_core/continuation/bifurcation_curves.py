@@ -1,0 +1,275 @@
+"""Curves of special orbits in the plane of forcing frequency and clearance.
+
+A special point of a branch flows in: a saddle-node, period doubling, breaking of the symmetry, Neimark-Sacker point or
+graze of a motion with any impacts. It is followed both ways in both parameters, its condition as one equation more; out
+flow the curve's orbits, and why it ends where it does (theory, "Any impacting orbit").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
+from grazemap_core.checks import checked_order
+from grazemap_core.continuation.branch_switching import with_graze
+from grazemap_core.continuation.continuation_problem import OrbitPath, PathPoint
+from grazemap_core.continuation.pseudo_arclength import walk
+from grazemap_core.continuation.special_points import SpecialPoint, SpecialType, neimark_sacker_test, on_unit_circle
+from grazemap_core.continuation.tolerances import CURVE_DIFFERENCE
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationCurve:
+    """A curve of special orbits: m of them in the order of the curve, with k impacts each.
+
+    Attributes
+    ----------
+    type : {"SN", "PD", "SB", "NS", "GR"}
+    omega, clearance : (m,)
+    phases, velocities : (m, k)
+        As in `OrbitBranch`. Of a GR the graze is one of the impacts, its velocity 0.
+    stops : int (k,)
+    impact : int or None
+        GR only: which impact is the graze.
+    period : int
+    symmetric : bool
+    multipliers : complex (m, 2N)
+        Of half the period, mirrored, for symmetric motions. Of a GR one of them is infinite, or a large number.
+    admissible : bool (m,)
+        Mass 1 meets no stop but at the impacts; a GR's own graze does not count.
+    residual : (m,)
+        Of the orbit, in units of length.
+    ends : (str, str)
+        Keys of `orbit_walks.ENDS`: why the curve ends before its first point and behind its last.
+    """
+
+    type: SpecialType
+    omega: Floats
+    clearance: Floats
+    phases: Floats
+    velocities: Floats
+    stops: Integers
+    impact: int | None
+    period: int
+    symmetric: bool
+    multipliers: Complexes
+    admissible: Booleans
+    residual: Floats
+    ends: tuple[str, str]
+
+
+class SpecialPath(OrbitPath):
+    """Orbits that obey one condition more: a test function vanishes."""
+
+    def __init__(self, family: OrbitFamily, point: SpecialPoint, stops: Integers, impact: int | None) -> None:
+        """Take the kind of the condition, and of a GR which impact's speed is 0."""
+        fixed = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
+        super().__init__(family, stops, ("clearance", "omega"), fixed)
+        self.kind, self.impact = point.type, impact
+
+    def condition(self, unknowns: Floats) -> float:
+        """Return the test function of a graze, or of a Neimark-Sacker point."""
+        if self.impact is not None:
+            return float(unknowns[self.count + self.impact])
+        return neimark_sacker_test(self.look(unknowns), self.count)
+
+    def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
+        """Return those of the orbit, and the condition with its gradient brought to length 1."""
+        residual, derivatives, terms = self.of_orbit(unknowns)
+        if self.impact is not None:
+            value, gradient = self.condition(unknowns), np.zeros(len(unknowns))
+            gradient[self.count + self.impact] = 1.0
+        elif self.kind == "NS":
+            value, gradient = self._along_orbits(unknowns, residual, derivatives)
+        elif self.kind == "SN":
+            value, gradient = self._singular(derivatives[:, : 2 * self.count], self, unknowns, 1.0)
+        else:
+            value, gradient = self._doubled_singular(unknowns)
+        length = float(np.linalg.norm(gradient))
+        if length > 0.0:
+            gradient, value = gradient / length, value / length
+        return np.append(residual, value), np.concatenate([derivatives, gradient[None]]), terms
+
+    def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
+        """Return the condition at the orbit next to a guess, and its gradient along the orbits, by differences.
+
+        That leaves out nothing: Newton's step to that orbit is the step's part across the surface, and the condition is
+        taken behind it.
+        """
+        there = unknowns - np.linalg.lstsq(derivatives, residual, rcond=None)[0]
+        gradient = np.zeros(len(unknowns))
+        for direction in np.linalg.svd(derivatives)[2][2 * self.count :]:
+            ends = [self.condition(there + side * CURVE_DIFFERENCE * direction) for side in (1.0, -1.0)]
+            gradient += (ends[0] - ends[1]) / (2.0 * CURVE_DIFFERENCE) * direction
+        return self.condition(there), gradient
+
+    def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
+        """Return `_singular` of the matrix of changes that come back with the opposite sign.
+
+        Over two spans they are changes that come back, so the orbit is taken twice: the second derivatives are those of
+        its equations. A second span of a symmetric motion is the mirror image, and so is its change.
+        """
+        count, mirror = self.count, self._mirror
+        turn = self.family.turn
+        phases, speeds = unknowns[:count], unknowns[count : 2 * count]
+        twice = np.concatenate([phases, phases + turn, speeds, mirror * speeds, unknowns[2 * count :]])
+        value, whole = self._singular(self.doubled(unknowns), self._twice, twice, -mirror)
+        by_phase = whole[:count] + whole[count : 2 * count]
+        by_speed = whole[2 * count : 3 * count] + mirror * whole[3 * count : 4 * count]
+        return value, 0.5 * np.concatenate([by_phase, by_speed, whole[4 * count :]])
+
+    def _singular(self, matrix: Floats, path: OrbitPath, unknowns: Floats, repeat: float) -> tuple[float, Floats]:
+        """Return the smallest singular value of a matrix, with the sign of its determinant, and its gradient.
+
+        With left and right vectors u, w it is u J w, and its gradient that of u J w with both held. J w is a derivative
+        of the equations along w, so that is the difference of two Jacobians, at w to either side.
+
+        Parameters
+        ----------
+        matrix : (2 k, 2 k)
+        path : OrbitPath
+            Whose Jacobian holds the matrix: this one, or that of two spans with changes (w, -w).
+        unknowns
+            Of that path.
+        repeat : float
+            What the equations of a second span are to those of the first.
+        """
+        left, sizes, right = np.linalg.svd(matrix)
+        sign = 1.0 if np.linalg.slogdet(matrix)[0] >= 0.0 else -1.0
+        first, change = left[:, -1], right[-1]
+        if path is not self:
+            count = self.count
+            first = np.concatenate([first[:count], repeat * first[:count], first[count:], repeat * first[count:]])
+            change = np.concatenate([change[:count], -change[:count], change[count:], repeat * change[count:]])
+        aside = np.zeros(len(unknowns))
+        aside[: len(change)] = CURVE_DIFFERENCE * change
+        ahead, back = (path.of_orbit(unknowns + side * aside)[1] for side in (1.0, -1.0))
+        return sign * float(sizes[-1]), sign * np.asarray(first @ (ahead - back)) / (2.0 * CURVE_DIFFERENCE)
+
+    @property
+    def _mirror(self) -> float:
+        """What signed velocities of a second span are to those of the first."""
+        return -1.0 if self.family.pattern.symmetric else 1.0
+
+    @cached_property
+    def _twice(self) -> OrbitPath:
+        """The path of the same orbits taken twice, or of symmetric ones whole."""
+        pattern = self.family.pattern
+        family = OrbitFamily.of(
+            self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
+        )
+        stops = np.concatenate([self.stops, self._mirror * self.stops]).astype(np.int64)
+        return OrbitPath(family, stops, self.parameters, self.fixed)
+
+
+def bifurcation_curve(
+    oscillator: Oscillator,
+    point: SpecialPoint,
+    omega: tuple[float, float],
+    clearance: tuple[float, float],
+    longest_step: float = 0.05,
+    max_points: int = 500,
+) -> BifurcationCurve:
+    """Follow a special point both ways, until a parameter leaves its range.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    point : SpecialPoint
+        Of a branch of this oscillator, converged; its restitution, if it varied there, is that of the curve.
+    omega, clearance : (float, float)
+        Ranges, 0 < least < largest, with the point in them.
+    longest_step : float
+        As for `orbit_branch`.
+    max_points : int
+        In either direction.
+
+    Raises
+    ------
+    ParameterError
+        The point has not converged, or a number is out of range.
+    SteadyMotionError, ConditioningError
+        As for `periodic_orbits.periodic_orbit`, anywhere along the curve.
+    """
+    if point.status != "converged":
+        raise ParameterError("point", "has not converged")
+    for name, bounds, value in (("omega", omega, point.omega), ("clearance", clearance, point.clearance)):
+        if not (0.0 < bounds[0] < bounds[1] < math.inf and bounds[0] <= value <= bounds[1]):
+            raise ParameterError(name, "must be greater than 0, rise, and have the point between its ends")
+    if not 0.0 < longest_step <= 1.0:
+        raise ParameterError("longest_step", "must lie between 0 and 1")
+    checked_order("max_points", max_points, 1)
+    impacts, impact = point.impacts, point.impact
+    if point.type == "GR" and impact is None:
+        impacts, impact = with_graze(impacts, float(point.phase or 0.0), int(point.stop or 1))
+    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
+    path = SpecialPath(family, point, impacts.stops, impact)
+    start = path.unknowns(impacts, path.fixed)
+    tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
+    refined = path.correct(start, tangent)  # points at which a branch ends on another one are known to its root only
+    start = start if refined is None else refined[0]
+    first = path.look(start)
+    last = len(start) - 1
+    limits = [
+        (last - 1, clearance[0] / point.clearance, clearance[1] / point.clearance),
+        (last, omega[0] / point.omega, omega[1] / point.omega),
+    ]
+    sides: list[list[PathPoint]] = []
+    ends: list[str] = []
+    for side in (tangent, -tangent):
+        points: list[PathPoint] = []
+
+        def visit(_: Floats, unknowns: Floats, __: bool, points: list[PathPoint] = points) -> str | None:
+            found = path.look(unknowns)
+            if point.type == "NS" and not on_unit_circle(found.multipliers):
+                return "real"
+            points.append(found)
+            return None
+
+        ends.append(walk(path, start, side, limits, longest_step, max_points, visit))
+        sides.append(points)
+        if ends[-1] == "closed":
+            sides.append([])
+            ends.append("closed")
+            break
+    whole = [*reversed(sides[1]), first, *sides[0]]
+    return _curve(path, point.type, impact, whole, (ends[1], ends[0]))
+
+
+def _curve(
+    path: SpecialPath, kind: SpecialType, impact: int | None, points: list[PathPoint], ends: tuple[str, str]
+) -> BifurcationCurve:
+    count = path.count
+    unknowns = np.array([found.unknowns for found in points])
+    omega = np.array([found.omega for found in points])
+    return BifurcationCurve(
+        type=kind,
+        omega=omega,
+        clearance=np.array([found.clearance for found in points]),
+        phases=unknowns[:, :count].copy(),
+        velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
+        stops=path.stops.astype(np.int64),
+        impact=impact,
+        period=path.family.pattern.multiple,
+        symmetric=path.family.pattern.symmetric,
+        multipliers=np.array([found.multipliers for found in points]),
+        admissible=np.array([_admissible(path, impact, found) for found in points]),
+        residual=np.array([found.residual for found in points]),
+        ends=ends,
+    )
+
+
+def _admissible(path: SpecialPath, impact: int | None, found: PathPoint) -> bool:
+    if impact is None:
+        return found.contact == CLEAR
+    towards = found.unknowns[path.count : 2 * path.count] * path.stops
+    return bool(np.all(np.delete(towards, impact) > 0.0)) and found.excess <= ORBIT_RESIDUAL

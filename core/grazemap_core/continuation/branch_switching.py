@@ -1,0 +1,265 @@
+"""What lies beyond a special point of a branch: orbits of the other branches that pass through it.
+
+A special point flows in; out flow starts of those branches, each an orbit next to the point, solved for. At a PD it is
+one of twice the period, at an SB one of the pair that is no longer symmetric; where a branch ends on another one, an
+orbit of that one; at a GR the orbit with one impact more, or less. SN and NS have none (theory, "Beyond a special
+point").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
+from grazemap_core.continuation.continuation_problem import OrbitPath, Parameter
+from grazemap_core.continuation.special_points import SpecialPoint
+from grazemap_core.continuation.tolerances import PATH_MERGED, SWITCH_STEPS
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitStart:
+    """An orbit of another branch next to a special point.
+
+    Attributes
+    ----------
+    clearance, omega, restitution : float
+        Where it is one: all but the branch's parameter as at the special point.
+    impacts : ImpactSequence
+    admissible : bool
+        It is a motion. Of a GR an orbit is chosen that is, if there is one on either side; if not it is that at the
+        graze itself.
+    """
+
+    clearance: float
+    omega: float
+    restitution: float
+    impacts: ImpactSequence
+    admissible: bool
+
+    def orbit(self, oscillator: Oscillator) -> PeriodicOrbit:
+        """Return the orbit with all that is known of it; the oscillator's restitution is replaced by this one's."""
+        return periodic_orbit(_with(oscillator, self.restitution), self.omega, self.clearance, self.impacts)
+
+
+def starts_beyond(
+    oscillator: Oscillator, point: SpecialPoint, parameter: Parameter = "clearance"
+) -> tuple[OrbitStart, ...]:
+    """Return starts of the branches that a special point leads to.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    point : SpecialPoint
+        Of a branch of this oscillator.
+    parameter : {"clearance", "omega", "restitution"}
+        What varies along the branches.
+
+    Returns
+    -------
+    tuple of OrbitStart
+        PD, SB: one. GR: one, of symmetric motions a second one that has, or loses, the contact on one stop only; the
+        mirror image goes without saying. None where nothing but the motion without impacts is left, for SN and NS, and
+        where Newton's method does not find what should be there.
+
+    Raises
+    ------
+    SteadyMotionError, ConditioningError
+        As for `periodic_orbits.periodic_orbit`.
+    """
+    if point.type == "GR":
+        found = [_from_graze(oscillator, point, parameter, *choice) for choice in _sequences_at_graze(point)]
+    elif point.type in ("PD", "SB"):
+        parent = merged(point.impacts)
+        if parent is not None:
+            found = [_on_parent(oscillator, point, parameter, parent)]
+        else:
+            found = [_born(oscillator, point, parameter)]
+    else:
+        found = []
+    return tuple(start for start in found if start is not None)
+
+
+def switched_branches(
+    oscillator: Oscillator,
+    point: SpecialPoint,
+    start: float,
+    stop: float,
+    parameter: Parameter = "clearance",
+    longest_step: float = 0.05,
+    max_points: int = 2000,
+) -> tuple[OrbitBranch, ...]:
+    """Follow the other branches that pass through a special point.
+
+    Parameters
+    ----------
+    oscillator, point, parameter
+        As for `starts_beyond`.
+    start, stop, longest_step, max_points
+        As for `orbit_branches.orbit_branch`.
+
+    Raises
+    ------
+    ParameterError
+        As `orbit_branches.orbit_branch`.
+    SteadyMotionError, ConditioningError
+        As for `periodic_orbits.periodic_orbit`.
+    """
+    branches = []
+    for beyond in starts_beyond(oscillator, point, parameter):
+        orbit = beyond.orbit(oscillator)
+        if not orbit.converged:  # its own parameter is no good unknown there: a saddle-node next to the point
+            continue
+        chain = _with(oscillator, beyond.restitution)
+        branches.append(orbit_branch(chain, orbit, start, stop, parameter, longest_step, max_points))
+    return tuple(branches)
+
+
+def merged(impacts: ImpactSequence) -> ImpactSequence | None:
+    """Return the orbit that a sequence has become, of a part of its period or symmetric, or None where it is itself.
+
+    So it is where a branch ends on another one; the two agree there to about `PATH_MERGED`.
+    """
+    least = impacts.repeats_after(PATH_MERGED)
+    if least < impacts.period:
+        whole = impacts.whole
+        count = len(whole.stops) * least // impacts.period
+        return ImpactSequence(least, whole.stops[:count], whole.phases[:count], whole.velocities[:count])
+    return impacts.half() if not impacts.symmetric and impacts.mirrors(PATH_MERGED) else None
+
+
+def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
+    """Return a sequence with a contact of velocity 0 at a phase and a stop among its impacts, and its number."""
+    turn = math.pi * impacts.period * (1 if impacts.symmetric else 2)
+    spans = math.floor((phase - impacts.phases[0]) / turn)
+    phase -= spans * turn
+    if impacts.symmetric and spans % 2:
+        stop = -stop
+    place = int(np.searchsorted(impacts.phases, phase))
+    return (
+        ImpactSequence(
+            impacts.period,
+            np.insert(impacts.stops, place, stop),
+            np.insert(impacts.phases, place, phase),
+            np.insert(impacts.velocities, place, 0.0),
+            impacts.symmetric,
+        ),
+        place,
+    )
+
+
+def _with(oscillator: Oscillator, restitution: float) -> Oscillator:
+    return oscillator if restitution == oscillator.restitution else replace(oscillator, restitution=restitution)
+
+
+def _path(
+    oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
+) -> tuple[OrbitPath, Floats]:
+    """Return a path through a sequence of impacts at a special point, and its unknowns there."""
+    values = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
+    family = OrbitFamily.of(_with(oscillator, point.restitution), impacts.period, impacts.symmetric)
+    path = OrbitPath(family, impacts.stops, (parameter,), values)
+    return path, path.unknowns(impacts, values)
+
+
+def _start(path: OrbitPath, unknowns: Floats) -> OrbitStart:
+    found = path.look(unknowns)
+    return OrbitStart(found.clearance, found.omega, found.restitution, path.impacts(unknowns), found.admissible)
+
+
+def _on_parent(
+    oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
+) -> OrbitStart | None:
+    """Return the orbit of the branch on which another one ends, for that one's special point."""
+    path, guess = _path(oscillator, point, parameter, impacts)
+    normal = np.zeros(len(guess))
+    normal[-1] = 1.0
+    found = path.correct(guess, normal)
+    return None if found is None else _start(path, found[0])
+
+
+def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> OrbitStart | None:
+    """Return an orbit that a PD or an SB gives birth to.
+
+    Its branch leaves along the change that comes back with the opposite sign after a span; the amplitude of that change
+    is prescribed, and the parameter is found. The parent has none of it, so what is found is another orbit.
+    """
+    impacts = point.impacts
+    parent, unknowns = _path(oscillator, point, parameter, impacts)
+    count, turn = parent.count, parent.family.turn
+    change = np.linalg.svd(parent.doubled(unknowns))[2][-1]
+    shift, unit_impulse = change[:count], change[count:]
+    sign = -1 if impacts.symmetric else 1
+    twice = ImpactSequence(
+        impacts.period if impacts.symmetric else 2 * impacts.period,
+        np.concatenate([impacts.stops, sign * impacts.stops]),
+        np.concatenate([impacts.phases, impacts.phases + turn]),
+        np.concatenate([impacts.velocities, sign * impacts.velocities]),
+    )
+    path, middle = _path(oscillator, point, parameter, twice)
+    along = np.concatenate([shift, -shift, unit_impulse, -sign * unit_impulse, [0.0]])
+    along /= np.linalg.norm(along)
+    for amplitude in SWITCH_STEPS:
+        found = path.correct(middle + amplitude * along, along)
+        if found is not None:
+            return _start(path, found[0])
+    return None
+
+
+def _sequences_at_graze(point: SpecialPoint) -> list[tuple[ImpactSequence, int | None]]:
+    """Return the other sequences that solve the equations at a graze, and which of their impacts is it."""
+    impacts, number = point.impacts, point.impact
+    if number is None:
+        assert point.phase is not None
+        assert point.stop is not None
+        with_it: list[tuple[ImpactSequence, int | None]] = [with_graze(impacts, point.phase, point.stop)]
+        if impacts.symmetric:
+            with_it.append(with_graze(impacts.whole, point.phase, point.stop))
+        return with_it
+    without: list[tuple[ImpactSequence, int | None]] = []
+    if len(impacts.stops) > 1:
+        without.append((_without(impacts, number), None))
+    if impacts.symmetric:  # its mirror image stays
+        without.append((_without(impacts.whole, number), number + len(impacts.stops) - 1))
+    elif len(impacts.stops) == 1 and impacts.period % 2 == 1:  # the steady motion: it touches both stops
+        without.append((replace(impacts, symmetric=True), 0))
+    return without
+
+
+def _without(impacts: ImpactSequence, number: int) -> ImpactSequence:
+    return replace(
+        impacts,
+        stops=np.delete(impacts.stops, number),
+        phases=np.delete(impacts.phases, number),
+        velocities=np.delete(impacts.velocities, number),
+    )
+
+
+def _from_graze(
+    oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence, graze: int | None
+) -> OrbitStart | None:
+    """Return an orbit with a sequence that solves the equations at a graze: on the side on which it is a motion."""
+    path, guess = _path(oscillator, point, parameter, impacts)
+    if graze is None:
+        normal = np.linalg.svd(path.equations(guess)[1])[2][-1]
+    else:
+        guess[path.count + graze] = 0.0
+        normal = np.zeros(len(guess))
+        normal[path.count + graze] = 1.0
+    at_graze = path.correct(guess, normal)
+    if at_graze is None:
+        return None
+    tangent = np.linalg.svd(path.equations(at_graze[0])[1])[2][-1]
+    for step in SWITCH_STEPS:
+        for side in (step, -step):
+            found = path.correct(at_graze[0] + side * tangent, tangent)
+            if found is not None and path.look(found[0]).admissible:
+                return _start(path, found[0])
+    return replace(_start(path, at_graze[0]), admissible=False)

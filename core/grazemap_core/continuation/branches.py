@@ -1,0 +1,214 @@
+"""Branches of periodic motions with impacts, over a parameter, through grazes and saddle-nodes.
+
+An orbit and a range of the parameter flow in. The branch is followed both ways by pseudo-arclength continuation
+(theory, "Any impacting orbit"); out flow its orbits, special points, and why it ends where it does.
+
+References
+----------
+H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in *Applications of Bifurcation
+Theory*, 1977, 359-384.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
+from grazemap_core.checks import checked_order
+from grazemap_core.continuation.continuation_problem import OrbitPath, Parameter, PathPoint
+from grazemap_core.continuation.pseudo_arclength import walk
+from grazemap_core.continuation.special_points import Segment, SpecialPoint
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitBranch:
+    """A branch of periodic orbits: m of them in the order of the branch, with k impacts each.
+
+    Attributes
+    ----------
+    parameter : {"clearance", "omega", "restitution"}
+    values : (m,)
+        Of the parameter.
+    clearance, omega, restitution : (m,)
+    phases, velocities : (m, k)
+        Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; of
+        symmetric motions those of half the period. An impact is virtual where its velocity has not its stop's sign.
+    stops : int (k,)
+    period : int
+    symmetric : bool
+    multipliers : complex (m, 2N)
+        Over the period, by falling modulus.
+    stable : bool (m,)
+    admissible : bool (m,)
+        The orbit is a motion.
+    excess : (m,)
+        As in `PeriodicOrbit`.
+    residual : (m,)
+        In units of length.
+    special_points : tuple of SpecialPoint
+        In the order of the branch.
+    ends : (str, str)
+        Keys of `orbit_walks.ENDS`: why the branch ends before its first point and behind its last.
+    """
+
+    parameter: Parameter
+    values: Floats
+    clearance: Floats
+    omega: Floats
+    restitution: Floats
+    phases: Floats
+    velocities: Floats
+    stops: Integers
+    period: int
+    symmetric: bool
+    multipliers: Complexes
+    stable: Booleans
+    admissible: Booleans
+    excess: Floats
+    residual: Floats
+    special_points: tuple[SpecialPoint, ...]
+    ends: tuple[str, str]
+
+
+def orbit_branch(
+    oscillator: Oscillator,
+    orbit: PeriodicOrbit,
+    start: float,
+    stop: float,
+    parameter: Parameter = "clearance",
+    longest_step: float = 0.05,
+    max_points: int = 2000,
+    to_special: bool = False,
+) -> OrbitBranch:
+    """Follow the branch of an orbit both ways, until its parameter leaves a range.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    orbit : PeriodicOrbit
+        Converged; a symmetric one is continued as such.
+    start, stop : float
+        Range of the parameter, 0 < start < stop, with the orbit's value in it; of restitution 0 <= start < stop <= 1.
+    parameter : {"clearance", "omega", "restitution"}
+        What varies.
+    longest_step : float
+        Of the continuation, in radians of phase, units of speed, and the parameter's value at the start, together.
+        Two special points of one type within a step would not be seen.
+    max_points : int
+        In either direction.
+    to_special : bool
+        Follow it either way no further than behind the first special points.
+
+    Raises
+    ------
+    ParameterError
+        The orbit has not converged, or a number is out of range.
+    SteadyMotionError, ConditioningError
+        As for `periodic_orbits.periodic_orbit`; along the way too, when the frequency varies.
+    """
+    if parameter not in ("clearance", "omega", "restitution"):
+        raise ParameterError("parameter", "must be clearance, omega or restitution")
+    if not orbit.converged:
+        raise ParameterError("orbit", "has not converged")
+    values = {"clearance": orbit.clearance, "omega": orbit.omega, "restitution": oscillator.restitution}
+    if parameter == "restitution":
+        if not 0.0 <= start < stop <= 1.0:
+            raise ParameterError("start", "must be below stop, both between 0 and 1")
+    elif not 0.0 < start < stop < math.inf:
+        raise ParameterError("start", "must be greater than 0 and below stop")
+    if not start <= values[parameter] <= stop:
+        raise ParameterError("start", "must not be above the orbit's value, nor stop below it")
+    if not 0.0 < longest_step <= 1.0:
+        raise ParameterError("longest_step", "must lie between 0 and 1")
+    checked_order("max_points", max_points, 1)
+
+    impacts = orbit.impacts.half() if orbit.symmetric else orbit.impacts
+    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
+    path = OrbitPath(family, impacts.stops, (parameter,), values)
+    bounds = (start / path.units[parameter], stop / path.units[parameter])
+    unknowns = path.unknowns(impacts, values)
+    first = path.look(unknowns)
+    rising = np.zeros(len(unknowns))
+    rising[-1] = 1.0
+    tangent = path.tangent(unknowns, rising)
+    if tangent is None:  # a saddle-node: any side will do
+        tangent = np.linalg.svd(path.equations(unknowns)[1])[2][-1]
+
+    ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points, to_special)
+    back: list[PathPoint] = []
+    before: list[SpecialPoint] = []
+    beginning = "closed"
+    if end != "closed":
+        back, before, beginning = _follow(path, first, -tangent, bounds, longest_step, max_points, to_special)
+    points = [*reversed(back), first, *ahead]
+    turned = [replace(point, segment=len(back) - 1 - point.segment) for point in reversed(before)]
+    special = turned + [replace(point, segment=len(back) + point.segment) for point in after]
+    return _branch(path, parameter, points, tuple(special), (beginning, end))
+
+
+def _follow(
+    path: OrbitPath,
+    first: PathPoint,
+    tangent: Floats,
+    bounds: tuple[float, float],
+    longest: float,
+    most: int,
+    to_special: bool,
+) -> tuple[list[PathPoint], list[SpecialPoint], str]:
+    """Follow a path one way; return its points behind the first, what is special between them, and why it ends."""
+    points = [first]
+    special: list[SpecialPoint] = []
+
+    def visit(along: Floats, unknowns: Floats, turned: bool) -> str | None:
+        point = path.look(unknowns)
+        within = Segment(path, points[-1], point, along).special_points(turned)
+        special.extend(replace(item, segment=len(points) - 1) for item in within)
+        points.append(point)
+        return "special" if to_special and within else None
+
+    end = walk(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit)
+    return points[1:], special, end
+
+
+def _branch(
+    path: OrbitPath,
+    parameter: Parameter,
+    points: list[PathPoint],
+    special: tuple[SpecialPoint, ...],
+    ends: tuple[str, str],
+) -> OrbitBranch:
+    count = path.count
+    unknowns = np.array([point.unknowns for point in points])
+    clearance = np.array([point.clearance for point in points])
+    omega = np.array([point.omega for point in points])
+    restitution = np.array([point.restitution for point in points])
+    multipliers = np.array([point.multipliers for point in points])
+    if path.family.pattern.symmetric:
+        with np.errstate(invalid="ignore", over="ignore"):
+            multipliers = multipliers * multipliers
+    return OrbitBranch(
+        parameter=parameter,
+        values={"clearance": clearance, "omega": omega, "restitution": restitution}[parameter],
+        clearance=clearance,
+        omega=omega,
+        restitution=restitution,
+        phases=unknowns[:, :count].copy(),
+        velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
+        stops=path.stops.astype(np.int64),
+        period=path.family.pattern.multiple,
+        symmetric=path.family.pattern.symmetric,
+        multipliers=multipliers,
+        stable=np.all(np.abs(multipliers) < 1.0, axis=1),
+        admissible=np.array([point.admissible for point in points]),
+        excess=np.array([point.excess for point in points]) * path.length,
+        residual=np.array([point.residual for point in points]),
+        special_points=special,
+        ends=ends,
+    )

@@ -1,0 +1,275 @@
+"""One-parameter families of periodic motions with impacts as curves: their points, tangents, and Newton's method.
+
+A family of orbits with a parameter, clearance, frequency or restitution, flows in. A point of the curve holds the
+phases of the impacts, their speeds and the parameter, all in units in which they are of one size. The curve is smooth
+through grazing (speeds of 0) and through saddle-nodes (where the parameter turns).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.continuation.tolerances import PATH_NEWTON_STEPS
+from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+from grazemap_core.numerics.kernels.dense import eliminate
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.kernels.admissibility import CLEAR, nearest_contact
+from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
+from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, double_up
+from grazemap_core.orbits.kernels.newton import allowed_share
+from grazemap_core.orbits.states import multipliers_of
+from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL, ORBIT_SETTLED
+
+Parameter = Literal["clearance", "omega", "restitution"]
+
+_ABOVE = {"clearance": 0.0, "omega": 0.0, "restitution": -1.0}
+"""Newton's method may try any value above these: the equations are analytic in a restitution beyond [0, 1] too."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathPoint:
+    """A point of a curve of orbits, with what is asked of every one of them.
+
+    Attributes
+    ----------
+    unknowns : (2 k + p,)
+        Phases, speeds and the p parameters, in the path's units.
+    clearance, omega, restitution : float
+    residual : float
+        Largest one, relative to its terms' unit.
+    multipliers : complex (2 N,)
+        Of half the period, mirrored, for symmetric motions.
+    same, doubled : float
+        ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` but for factors that do not vanish.
+    contact : int
+        Verdict of `orbit_contacts`.
+    excess, excess_phase : float
+    excess_stop : int
+        The highest maximum between the impacts, in the path's unit of length.
+    """
+
+    unknowns: Floats
+    clearance: float
+    omega: float
+    restitution: float
+    residual: float
+    multipliers: Complexes
+    same: float
+    doubled: float
+    contact: int
+    excess: float
+    excess_phase: float
+    excess_stop: int
+
+    @property
+    def admissible(self) -> bool:
+        """Whether mass 1 meets no stop but at its impacts, and all of these are from inside."""
+        return self.contact == CLEAR
+
+
+class OrbitPath:
+    """Orbits of one sequence of stops over one parameter or several.
+
+    Attributes
+    ----------
+    family : OrbitFamily
+    stops : (k,)
+    parameters : tuple of str
+        What varies; what does not keeps its value in `fixed`.
+    units : dict of str to float
+        The unknown of a parameter is its value over this.
+    length : float
+        Unit of length; that of speeds is omega times it.
+    """
+
+    def __init__(
+        self, family: OrbitFamily, stops: Integers, parameters: tuple[Parameter, ...], fixed: dict[str, float]
+    ) -> None:
+        """Take the values of the parameters at the start, which are units too; restitution, without one, has 1.
+
+        A restitution that is left out of `fixed` is the family's.
+        """
+        self.family = family
+        self.stops = stops.astype(np.float64)
+        self.parameters = parameters
+        self.fixed = {"restitution": family.oscillator.restitution, **fixed}
+        self.units = {**self.fixed, "restitution": 1.0}
+        self.count = len(stops)
+        self.length = max(abs(family.steady(fixed["omega"])[0]), fixed["clearance"])
+        self._problem: OrbitProblem | None = None
+
+    @cached_property
+    def _scratch(self) -> OrbitScratch:
+        return orbit_scratch(self.count, self.family.model.size)
+
+    def unknowns(self, impacts: ImpactSequence, values: dict[str, float]) -> Floats:
+        """Return the unknowns of an orbit whose parameters have these values."""
+        parameters = [values[name] / self.units[name] for name in self.parameters]
+        return np.concatenate([impacts.phases, impacts.velocities / (values["omega"] * self.length), parameters])
+
+    def value(self, unknowns: Floats, name: str) -> float:
+        """Return the value of a parameter."""
+        if name not in self.parameters:
+            return self.fixed[name]
+        return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
+
+    def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
+        """Return the kernels' view at a frequency and a restitution, that of `fixed` if left out; one is kept."""
+        if self._problem is None or self._problem.omega != omega:
+            self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
+        value = self.fixed["restitution"] if restitution is None else restitution
+        if self._problem.restitution != value:
+            self._problem = self._problem._replace(restitution=value, rebound=1.0 + value)
+        return self._problem
+
+    def problem_at(self, unknowns: Floats) -> OrbitProblem:
+        """Return the kernels' view at a point."""
+        return self.problem(self.value(unknowns, "omega"), self.value(unknowns, "restitution"))
+
+    def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
+        """Return residual, derivatives and terms of all equations that the path obeys: those of its orbits."""
+        return self.of_orbit(unknowns)
+
+    def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
+        """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
+        count, work = self.count, self._scratch.newton
+        problem = self.problem_at(unknowns)
+        terms = assemble(
+            problem,
+            self.stops,
+            self.value(unknowns, "clearance"),
+            unknowns[:count],
+            unknowns[count : 2 * count],
+            work.residual,
+            work.jacobian,
+            work.before,
+        )
+        derivatives = np.empty((2 * count, 2 * count + len(self.parameters)))
+        derivatives[:, : 2 * count] = work.jacobian[:, : 2 * count]
+        for i, name in enumerate(self.parameters):
+            if name == "restitution":
+                derivatives[:, 2 * count + i] = _by_restitution(problem, unknowns[:count], work.before)
+                continue
+            column = 2 * count + (0 if name == "clearance" else 1)
+            derivatives[:, 2 * count + i] = work.jacobian[:, column] * self.units[name]
+        return work.residual.copy(), derivatives, terms
+
+    def tangent(self, unknowns: Floats, along: Floats) -> Floats | None:
+        """Return the unit vector along the path, on the side of `along`; None where there is none."""
+        _, derivatives, _ = self.equations(unknowns)
+        right = np.zeros(len(unknowns))
+        right[-1] = 1.0
+        try:
+            direction = np.linalg.solve(np.concatenate([derivatives, along[None]]), right)
+        except np.linalg.LinAlgError:
+            return None
+        length = float(np.linalg.norm(direction))
+        return direction / length if math.isfinite(length) else None
+
+    def correct(self, guess: Floats, normal: Floats) -> tuple[Floats, int] | None:
+        """Return the orbit in the hyperplane through a guess, and the Newton steps used; None when there is none near.
+
+        `normal` is the plane's; a parameter's own direction gives the orbit at that parameter.
+        """
+        unknowns, count = guess.copy(), self.count
+        offset = float(normal @ guess)
+        settled = False
+        for steps in range(PATH_NEWTON_STEPS + 1):
+            if not all(self.value(unknowns, name) > _ABOVE[name] for name in self.parameters):
+                return None
+            residual, derivatives, terms = self.equations(unknowns)
+            norm = float(np.max(np.abs(residual)))
+            if settled:
+                return (unknowns, steps) if norm <= ORBIT_RESIDUAL * max(1.0, terms) else None
+            right = np.append(residual, float(normal @ unknowns) - offset)
+            try:
+                step = np.linalg.solve(np.concatenate([derivatives, normal[None]]), right)
+            except np.linalg.LinAlgError:
+                return None
+            length = float(np.max(np.abs(step)))
+            problem = self.problem_at(unknowns)
+            if not (length < 1.0 and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
+                return None
+            unknowns = unknowns - step
+            settled = length <= ORBIT_SETTLED or norm <= 0.1 * RESPONSE_ROUNDOFF * terms
+        return None
+
+    def impacts(self, unknowns: Floats) -> ImpactSequence:
+        """Return the impacts of a point, its first phase brought into the first period."""
+        count, period = self.count, self.family.pattern.multiple
+        whole = 2.0 * math.pi * period
+        phases = unknowns[:count] - math.floor(unknowns[0] / whole) * whole
+        velocities = unknowns[count : 2 * count] * (self.value(unknowns, "omega") * self.length)
+        return ImpactSequence(period, self.stops.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
+
+    def determinants(self, unknowns: Floats) -> tuple[float, float]:
+        """Return the test functions for multipliers +1 and -1, `PathPoint.same` and `PathPoint.doubled`."""
+        _, derivatives, _ = self.of_orbit(unknowns)
+        return self._determinants(self.problem_at(unknowns), unknowns, derivatives)
+
+    def doubled(self, unknowns: Floats) -> Floats:
+        """Return the matrix (2 k, 2 k) of changes that come back with the opposite sign, `PathPoint.doubled`'s."""
+        self.of_orbit(unknowns)
+        matrix = np.empty((2 * self.count, 2 * self.count))
+        phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
+        double_up(self.problem_at(unknowns), phases, speeds, self._scratch.newton.before, matrix)
+        return matrix
+
+    def _determinants(self, problem: OrbitProblem, unknowns: Floats, derivatives: Floats) -> tuple[float, float]:
+        count = self.count
+        system = derivatives[:, : 2 * count].copy()
+        same = eliminate(system, 2 * count)
+        speeds = unknowns[count : 2 * count]
+        double_up(problem, unknowns[:count], speeds, self._scratch.newton.before, system)
+        return float(same), float(eliminate(system, 2 * count))
+
+    def look(self, unknowns: Floats) -> PathPoint:
+        """Return a point with its multipliers, test functions and contacts."""
+        count, scratch = self.count, self._scratch
+        residual, derivatives, _ = self.of_orbit(unknowns)
+        phases, speeds = unknowns[:count], unknowns[count : 2 * count]
+        omega, clearance = self.value(unknowns, "omega"), self.value(unknowns, "clearance")
+        problem = self.problem_at(unknowns)
+        same, doubled = self._determinants(problem, unknowns, derivatives)
+        contact, excess, phase, stop = nearest_contact(
+            problem,
+            self.stops,
+            clearance,
+            phases,
+            speeds,
+            -math.inf,
+            scratch.across,
+            scratch.states,
+            scratch.flow,
+            scratch.stack,
+            scratch.here,
+        )
+        return PathPoint(
+            unknowns=unknowns,
+            clearance=clearance,
+            omega=omega,
+            restitution=self.value(unknowns, "restitution"),
+            residual=float(np.max(np.abs(residual))),
+            multipliers=multipliers_of(problem, phases, speeds, scratch.newton.before),
+            same=same,
+            doubled=doubled,
+            contact=int(contact),
+            excess=float(excess),
+            excess_phase=float(phase),
+            excess_stop=int(stop),
+        )
+
+
+def _by_restitution(problem: OrbitProblem, phases: Floats, before: Floats) -> Floats:
+    """Return the residuals' derivatives (2 k,): all but the steady motion is proportional to 1 + R."""
+    sine, cosine = np.sin(phases), np.cos(phases)
+    place = problem.gain_real * sine + problem.gain_imag * cosine
+    rate = problem.gain_real * cosine - problem.gain_imag * sine
+    return np.concatenate([before[:, 0] - place, before[:, 1] - rate]) / problem.rebound

@@ -1,0 +1,180 @@
+"""The curves of special orbits that one motion leads to in a window of the plane of forcing frequency and clearance.
+
+An orbit inside the window flows in. Its branches over clearance and over frequency, as long as they stay in the window,
+meet special points; each is followed as a curve. Out flow the curves, each once. A curve that neither branch meets is
+not among them: unlike the closed forms of `window_curves` this is a search, and not known to be complete.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grazemap_core.continuation.bifurcation_curves import BifurcationCurve, bifurcation_curve
+from grazemap_core.continuation.branch_switching import merged, with_graze
+from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
+from grazemap_core.continuation.continuation_problem import Parameter
+from grazemap_core.continuation.special_points import SpecialPoint
+from grazemap_core.continuation.tolerances import SAME_CURVE
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
+from grazemap_core.orbits.search import sequence_of_stops
+
+PLACES = (0.5, 0.25, 0.75)
+"""Shares of a window's sides at which a motion is looked for, those of clearance within those of frequency."""
+
+Window = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionCurves:
+    """The curves of one motion in a window.
+
+    Attributes
+    ----------
+    orbit : PeriodicOrbit
+        With which the search began.
+    branches : (OrbitBranch, OrbitBranch)
+        Over clearance and over frequency.
+    curves : tuple of BifurcationCurve
+        In the order in which the branches meet them.
+    """
+
+    orbit: PeriodicOrbit
+    branches: tuple[OrbitBranch, OrbitBranch]
+    curves: tuple[BifurcationCurve, ...]
+
+
+def motion_curves(
+    oscillator: Oscillator,
+    orbit: PeriodicOrbit,
+    omega: Window,
+    clearance: Window,
+    longest_step: float = 0.05,
+    max_points: int = 500,
+) -> MotionCurves:
+    """Return the curves of an orbit's special points inside a window.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    orbit : PeriodicOrbit
+        Converged, with its omega and clearance in the window.
+    omega, clearance : (float, float)
+        The window, 0 < start < stop each.
+    longest_step : float
+        As for `orbit_branches.orbit_branch`.
+    max_points : int
+        Of every branch and curve, in either direction.
+
+    Raises
+    ------
+    ParameterError
+        The orbit has not converged, or a number is out of range.
+    SteadyMotionError, ConditioningError
+        As for `periodic_orbits.periodic_orbit`, anywhere in the window.
+    """
+    ranges: dict[Parameter, Window] = {"clearance": clearance, "omega": omega}
+    for name, value in (("omega", orbit.omega), ("clearance", orbit.clearance)):
+        if not ranges[name][0] <= value <= ranges[name][1]:  # type: ignore[index]
+            raise ParameterError(name, "must hold that of the orbit")
+    first, second = (
+        orbit_branch(oscillator, orbit, *bounds, name, longest_step, max_points) for name, bounds in ranges.items()
+    )
+    curves: list[BifurcationCurve] = []
+    for special in (*first.special_points, *second.special_points):
+        point = followable(oscillator, special)
+        if point is not None and not any(lies_on(point, curve) for curve in curves):
+            curves.append(bifurcation_curve(oscillator, point, omega, clearance, longest_step, max_points))
+    return MotionCurves(orbit, (first, second), tuple(curves))
+
+
+def orbit_in_window(
+    oscillator: Oscillator, omega: Window, clearance: Window, period: int, stops: Sequence[int]
+) -> PeriodicOrbit | None:
+    """Return an orbit of a motion somewhere in a window, or None where none was met.
+
+    A window whose sides are points is a place. Tried are closed forms and trajectories
+    (`orbit_search.sequence_of_stops`) at its middle and at quarters of its sides; an orbit that is a motion is
+    preferred to one that is not.
+
+    Raises
+    ------
+    ParameterError, SteadyMotionError, ConditioningError
+        As for `orbit_search.sequence_of_stops`.
+    """
+    virtual = None
+    for frequency in _places(omega):
+        for gap in _places(clearance):
+            guess = sequence_of_stops(oscillator, frequency, gap, period, stops)
+            if guess is None:
+                continue
+            orbit = periodic_orbit(oscillator, frequency, gap, guess)
+            if orbit.admissible:
+                return orbit
+            if orbit.converged and virtual is None:
+                virtual = orbit
+    return virtual
+
+
+def lies_on(point: SpecialPoint, curve: BifurcationCurve) -> bool:
+    """Say whether a special point is one of a curve: of its type, and its orbit one of those of the curve."""
+    impacts, number = _as_on_curve(point)
+    if point.type != curve.type or number != curve.impact or not np.array_equal(impacts.stops, curve.stops):
+        return False
+    if (impacts.period, impacts.symmetric) != (curve.period, curve.symmetric):
+        return False
+    # all coordinates in units of which one is as much as the others
+    speed = point.omega * point.clearance
+    whole = 2.0 * math.pi * impacts.period
+    turns = np.round((curve.phases[:, :1] - impacts.phases[0]) / whole) * whole
+    path = np.concatenate(
+        [
+            curve.phases - turns - impacts.phases,
+            (curve.velocities - impacts.velocities) / speed,
+            (curve.omega[:, None] - point.omega) / point.omega,
+            (curve.clearance[:, None] - point.clearance) / point.clearance,
+        ],
+        axis=1,
+    )
+    return _distance_from_origin(path) <= SAME_CURVE
+
+
+def _distance_from_origin(path: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+    """Return how far a polyline, points (m, d), is from the origin."""
+    if len(path) == 1:
+        return float(np.linalg.norm(path[0]))
+    here, side = path[:-1], np.diff(path, axis=0)
+    length = np.einsum("ij,ij->i", side, side)
+    share = np.clip(-np.einsum("ij,ij->i", here, side) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    return float(np.min(np.linalg.norm(here + share[:, None] * side, axis=1)))
+
+
+def _as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
+    """Return a point's impacts as its curve has them: with the contact that appears at a graze."""
+    if point.type != "GR" or point.impact is not None:
+        return point.impacts, point.impact
+    return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
+
+
+def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | None:
+    """Return a special point that its curve can begin at, None where there is none.
+
+    Where the branch ends on another one it is that one's: the parameter is good to round-off there, and so is then the
+    orbit of the other branch.
+    """
+    parent = merged(point.impacts) if point.type in ("PD", "SB") else None
+    if parent is None:
+        return point if point.status == "converged" else None
+    orbit = periodic_orbit(oscillator, point.omega, point.clearance, parent)
+    return replace(point, status="converged", impacts=orbit.impacts) if orbit.converged else None
+
+
+def _places(side: Window) -> list[float]:
+    start, stop = side
+    return [start] if start == stop else [start + share * (stop - start) for share in PLACES]

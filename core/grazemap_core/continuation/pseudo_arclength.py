@@ -1,0 +1,93 @@
+"""Following a curve of orbits: predictor along the tangent, corrector in the plane across it, steps as it allows.
+
+A path, a point of it, a tangent and ranges of the parameters flow in; the points behind it are handed on one by one,
+and why there are no more flows out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.continuation.continuation_problem import OrbitPath
+from grazemap_core.continuation.tolerances import PATH_FEWEST, PATH_GROWTH, PATH_LEAST_STEP, PATH_QUICK, PATH_STRAIGHT
+
+ENDS = {
+    "range": "a parameter reaches the end of its range",
+    "closed": "the curve is closed: it comes back to where it began",
+    "step": "steps become too short: impacts come together, or the orbits stop being smooth in the parameter",
+    "singular": "the curve has no tangent: curves meet there",
+    "points": "the number of points that was allowed is reached",
+    "special": "there is a special point, and no more was asked for",
+    "real": "the pair of multipliers on the unit circle becomes real",
+}
+"""Why a curve is not followed further."""
+
+Bounds = Sequence[tuple[int, float, float]]
+"""Number of an unknown, and its least and largest value."""
+
+Visit = Callable[[Floats, Floats, bool], str | None]
+"""Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned on the way.
+Returns why the curve is to be left there, or None."""
+
+
+def walk(
+    path: OrbitPath, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
+) -> str:
+    """Follow a path one way from a point, and return why it ends, a key of `ENDS`."""
+    here, step, begun = start, 0.2 * longest, tangent
+    number = 0
+    while number < most:
+        found = path.correct(here + step * tangent, tangent)
+        following = path.tangent(found[0], tangent) if found is not None else None
+        if found is None or following is None or float(following @ tangent) < PATH_STRAIGHT:
+            step *= 0.5
+            if step < PATH_LEAST_STEP:
+                return "singular" if found is not None and following is None else "step"
+            continue
+        unknowns, steps = found
+        outside = _first_bound(here, unknowns, bounds)
+        if outside is not None:
+            index, bound, share = outside
+            guess = here + share * (unknowns - here)
+            guess[index] = bound
+            normal = np.zeros(len(guess))
+            normal[index] = 1.0
+            at_bound = path.correct(guess, normal)
+            if at_bound is None or (step > PATH_LEAST_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
+                step *= 0.5  # the parameter turns near the end of the range
+                if step < PATH_LEAST_STEP:
+                    return "range"
+                continue
+            unknowns = at_bound[0]
+            if float(tangent @ (unknowns - here)) <= 0.0:  # it began there
+                return "range"
+            following = path.tangent(unknowns, tangent)
+        turned = following is not None and float(following[-1] * tangent[-1]) < 0.0
+        reason = visit(tangent, unknowns, turned)
+        number += 1
+        if reason is not None or outside is not None or following is None:
+            return reason or "range"
+        here, tangent = unknowns, following
+        apart = float(np.linalg.norm(here - start))
+        if number >= PATH_FEWEST and apart < step and float(tangent @ begun) > PATH_STRAIGHT:
+            return "closed"
+        if steps <= PATH_QUICK:
+            step = min(step * PATH_GROWTH, longest)
+    return "points"
+
+
+def _first_bound(here: Floats, there: Floats, bounds: Bounds) -> tuple[int, float, float] | None:
+    """Return which bound a step passes first, its value, and at what share of the step; None for none."""
+    passed: list[tuple[float, int, float]] = []
+    for index, low, high in bounds:
+        if not low <= there[index] <= high:
+            bound = low if there[index] < low else high
+            change = float(there[index] - here[index])
+            passed.append(((bound - float(here[index])) / change if change != 0.0 else 0.0, index, bound))
+    if not passed:
+        return None
+    share, index, bound = min(passed)
+    return index, bound, share

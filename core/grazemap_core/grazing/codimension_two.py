@@ -1,0 +1,293 @@
+"""Codimension-two points of the grazing curve: all of them in an interval of forcing frequencies.
+
+An oscillator and an interval flow in, a sorted list of points flows out. All points come from the zeros of three
+functions of one variable (theory, sections 6 and 7), which `kernels.root_isolation` finds without missing one:
+
+- recurrence points, ``g(m T/2) = 0``: the paper's four families, equations (42), (45), (57), (58);
+- resonant points, ``h = 0`` or ``h_s = 0`` at ``n T`` or ``n T/2``: where saddle-node, period-doubling and
+  symmetry-breaking curves of single-impact orbits leave the grazing curve.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.checks import checked_order
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.kernels.recurrence import first_recurrence
+from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
+from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
+from grazemap_core.grazing.tolerances import END_WIDTH, MOST_SPREAD
+from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
+from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+
+Bifurcation = Literal["SN", "PD", "SB"]
+Status = Literal["simple", "near-double"]
+
+
+class Family(NamedTuple):
+    """One of the paper's four families (42): its case 1-4 and its number of periods n."""
+
+    case: int
+    n: int
+
+
+@dataclass(frozen=True)
+class CodimensionTwoPoint:
+    """A point (omega, clearance) of the grazing curve at which its unfolding changes.
+
+    Attributes
+    ----------
+    kind : {"recurrence", "resonant"}
+    omega, clearance : float
+        On the grazing curve.
+    residual : float
+        Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless.
+    status : {"simple", "near-double"}
+        A near-double zero stands for two zeros too close to tell apart, or for a near touch that may be none.
+    omega_error : float
+        How far round-off of the model may have moved omega.
+    order : int
+        m, the number of half periods. Recurrence points only, as are the next two; None elsewhere.
+    active : bool
+        No smaller order recurs here.
+    families : tuple of Family
+        The paper's cases 1-4 with their number of periods n.
+    multiple : int
+        n, the orbit's period in forcing periods. Resonant points only, as are the next two; None elsewhere.
+    symmetric : bool
+        Of orbits with one impact on either stop (True) or on one stop only.
+    bifurcation : {"SN", "PD", "SB"}
+        Which curve leaves the grazing curve here.
+    unfolding : ResonantUnfolding or None
+        How it does. None for a near-double point, where the leading order says nothing.
+    """
+
+    kind: Literal["recurrence", "resonant"]
+    omega: float
+    clearance: float
+    residual: float
+    status: Status
+    omega_error: float
+    order: int | None = None
+    active: bool | None = None
+    families: tuple[Family, ...] | None = None
+    multiple: int | None = None
+    symmetric: bool | None = None
+    bifurcation: Bifurcation | None = None
+    unfolding: ResonantUnfolding | None = None
+
+
+@dataclass(frozen=True)
+class _Zero:
+    """A zero of g, h or h_s: its place, its uncertainty, whether it is near-double, and its residual."""
+
+    place: float
+    uncertainty: float
+    status: Status
+    residual: float
+
+
+def families_of_order(order: int) -> tuple[Family, ...]:
+    """Return the paper's (case, n) for the return after `order` half periods, equations (42).
+
+    Case 1 is from A onto A, case 4 from C onto C (even orders); case 2 from C onto A, case 3 from A onto C (odd ones).
+    """
+    if order % 2 == 0:
+        return Family(1, order // 2), Family(4, order // 2 - 1)
+    return Family(2, (order - 1) // 2), Family(3, (order - 1) // 2)
+
+
+def codimension_two_points(
+    oscillator: Oscillator, omega_start: float, omega_stop: float, max_order: int = 8, max_multiple: int = 4
+) -> list[CodimensionTwoPoint]:
+    """Return every codimension-two point with omega in ``[omega_start, omega_stop]``, by increasing omega.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Forced, every mode damped. (Without damping in a mode the periodic sums do not converge, and the grazing motion
+        is not unique: refused, recurrence points included.)
+    omega_start, omega_stop : float
+        0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is in.
+    max_order : int
+        Largest return m of the recurrence points, >= 1.
+    max_multiple : int
+        Largest multiple n of the resonant points, >= 0; 0 leaves them out.
+
+    Returns
+    -------
+    list of CodimensionTwoPoint
+
+    Raises
+    ------
+    ParameterError
+        Nothing is forced, a number is out of range, or the interval holds too many oscillations of g to search.
+    SteadyMotionError
+        A mode is undamped.
+    ConditioningError
+        The modal model would lose digits.
+    """
+    require_forced(oscillator)
+    require_damped(oscillator)
+    checked_order("max_order", max_order, 1)
+    checked_order("max_multiple", max_multiple, 0)
+    if not (math.isfinite(omega_start) and math.isfinite(omega_stop) and 0.0 < omega_start < omega_stop):
+        raise ParameterError("omega", "start must be greater than 0 and less than stop, both finite")
+    if omega_stop > MOST_SPREAD * omega_start:
+        raise ParameterError("omega", f"stop must be at most {MOST_SPREAD:.0e} times start")
+    response = impulse_response(modal_model(oscillator))
+    if omega_stop > MOST_SPREAD * float(np.sqrt(np.max(response.frequency_squared))):
+        raise ParameterError("omega", f"stop must be at most {MOST_SPREAD:.0e} times the highest natural frequency")
+    points = _recurrences(response, omega_start, omega_stop, max_order)
+    points += _resonances(response, omega_start, omega_stop, max_multiple)
+    if not points:
+        return []
+    points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple))
+    clearances = np.abs(steady_response(oscillator, [point.omega for point in points])[:, 0])
+    return [
+        replace(point, clearance=float(clearance), unfolding=_unfolding(response, oscillator, point, float(clearance)))
+        for point, clearance in zip(points, clearances, strict=True)
+    ]
+
+
+def _unfolding(
+    response: ImpulseResponse, oscillator: Oscillator, point: CodimensionTwoPoint, clearance: float
+) -> ResonantUnfolding | None:
+    """Return how the curve of a resonant point leaves, None for the other points and for near-double ones."""
+    if point.multiple is None or point.symmetric is None or point.status != "simple":
+        return None
+    pattern = Pattern(point.multiple, point.symmetric)
+    return resonant_unfolding(
+        response, oscillator.restitution, point.omega, clearance, pattern, point.bifurcation == "SN"
+    )
+
+
+def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order: int) -> list[CodimensionTwoPoint]:
+    """Return the recurrence points without their clearance."""
+    factors = [order * math.pi for order in range(1, max_order + 1)]
+    zeros = _zeros(response, IMPULSE, factors, start, stop)
+    half_periods = np.array([zero.place for zero in zeros])
+    points = []
+    for order, factor in enumerate(factors, start=1):
+        smaller = first_recurrence(
+            response.decay,
+            response.discriminant,
+            response.frequency_squared,
+            response.value,
+            response.slope,
+            response.conditioning,
+            half_periods / order,
+            order - 1,
+        )
+        for zero, recurring in zip(zeros, smaller, strict=True):
+            omega = _inside(factor / zero.place, start, stop)
+            if omega is not None:
+                points.append(
+                    CodimensionTwoPoint(
+                        kind="recurrence",
+                        omega=omega,
+                        clearance=math.nan,
+                        residual=zero.residual,
+                        status=zero.status,
+                        omega_error=omega * zero.uncertainty / zero.place,
+                        order=order,
+                        active=bool(recurring == 0),
+                        families=families_of_order(order),
+                    )
+                )
+    return points
+
+
+def _resonances(response: ImpulseResponse, start: float, stop: float, max_multiple: int) -> list[CodimensionTwoPoint]:
+    """Return the resonant points without their clearance."""
+    one_sided = [(2.0 * math.pi * multiple, multiple, False) for multiple in range(1, max_multiple + 1)]
+    symmetric = [(math.pi * multiple, multiple, True) for multiple in range(1, max_multiple + 1, 2)]
+    names: dict[tuple[int, bool], Bifurcation] = {
+        (SAME_SIGN, False): "SN",
+        (ALTERNATING, False): "PD",
+        (SAME_SIGN, True): "SB",
+        (ALTERNATING, True): "SN",
+    }
+    points = []
+    for kind in (SAME_SIGN, ALTERNATING):
+        zeros = _zeros(response, kind, [factor for factor, _, _ in one_sided + symmetric], start, stop)
+        for factor, multiple, is_symmetric in one_sided + symmetric:
+            for zero in zeros:
+                omega = _inside(factor / zero.place, start, stop)
+                if omega is not None:
+                    points.append(
+                        CodimensionTwoPoint(
+                            kind="resonant",
+                            omega=omega,
+                            clearance=math.nan,
+                            residual=zero.residual,
+                            status=zero.status,
+                            omega_error=omega * zero.uncertainty / zero.place,
+                            multiple=multiple,
+                            symmetric=is_symmetric,
+                            bifurcation=names[kind, is_symmetric],
+                        )
+                    )
+    return points
+
+
+def _inside(omega: float, start: float, stop: float) -> float | None:
+    """Return omega, moved onto an end that it misses by rounding only, or None when it lies outside."""
+    if start * (1.0 - END_WIDTH) <= omega <= stop * (1.0 + END_WIDTH):
+        return min(max(omega, start), stop)
+    return None
+
+
+def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: float, stop: float) -> list[_Zero]:
+    """Return the zeros tau of one function with ``factor/tau`` in ``[start, stop]`` for any of the factors, once."""
+    zeros: list[_Zero] = []
+    for left, right in _merged([(factor / stop, factor / start) for factor in factors]):
+        places, kinds, status = isolate(
+            kind,
+            response.decay,
+            response.discriminant,
+            response.frequency_squared,
+            response.value,
+            response.slope,
+            response.conditioning,
+            response.slowest,
+            left * (1.0 - END_WIDTH),
+            right * (1.0 + END_WIDTH),
+        )
+        if status == TOO_MANY_CELLS:
+            raise ParameterError(
+                "omega", "the interval holds too many zeros to search; raise start, or lower max_order or max_multiple"
+            )
+        residuals = _residuals(response, kind, places[:, 0])
+        zeros += [
+            _Zero(float(place), float(width), "near-double" if what == NEAR_DOUBLE else "simple", float(residual))
+            for (place, width), what, residual in zip(places, kinds, residuals, strict=True)
+        ]
+    return zeros
+
+
+def _residuals(response: ImpulseResponse, kind: int, places: Floats) -> Floats:
+    """Return the modulus of the function over the sum of its blocks' amplitudes."""
+    value, _, _, terms = evaluate(response, places, kind, shift=response.slowest)
+    return np.abs(value) / terms
+
+
+def _merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the union of intervals as disjoint ones, increasing."""
+    merged: list[tuple[float, float]] = []
+    for left, right in sorted(intervals):
+        if merged and left <= merged[-1][1] * (1.0 + 4.0 * END_WIDTH):
+            merged[-1] = (merged[-1][0], max(right, merged[-1][1]))
+        else:
+            merged.append((left, right))
+    return merged

@@ -1,0 +1,247 @@
+"""The discontinuity mapping at a grazing point: leading order, equation (27), and exact.
+
+A state on the Poincare surface ``v_1 = 0`` flows in. Where mass 1 stands beyond the stop there, the motion that led to
+it has hit the stop before; what flows out is the state on the same surface from which a motion without impacts goes on
+as the one with the impact does. The paper's (27) leaves out the state that is mapped, x; see docs/theory.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grazemap_core.arrays import Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.backward_flow import ShortFlow
+from grazemap_core.grazing.point import GrazingPoint, checked_deviation
+from grazemap_core.grazing.tolerances import DOMAIN_WIDTH, FARTHEST_OVERSHOOT
+
+
+@dataclass(frozen=True, eq=False)
+class ExactMapping:
+    """What the exact discontinuity mapping does to one state.
+
+    Attributes
+    ----------
+    deviation : ndarray of shape (2N + 1,)
+        The state that it is mapped to, from the grazing point.
+    displacement : ndarray of shape (2N + 1,)
+        That less the state that was mapped, to full relative accuracy.
+    time_to_stop : float
+        Time of the impact, < 0 when counted from the state that was mapped.
+    time_to_rest : float
+        Time from the impact to the state that it is mapped to, <= 0: back again.
+    impact : ndarray of shape (2N + 1,)
+        Deviation just before the impact. Its x_1 is that of the stop, ``-stop depth``.
+    velocity : float
+        v_1 just before the impact, signed.
+    """
+
+    deviation: Floats
+    displacement: Floats
+    time_to_stop: float
+    time_to_rest: float
+    impact: Floats
+    velocity: float
+
+
+@dataclass(frozen=True, eq=False)
+class MappingError:
+    """The leading-order mapping beside the exact one, mass 1 moved beyond the stop and all else as in the graze.
+
+    Sizes are those of `GrazingPoint.size`: the largest entry in units of clearance, omega clearance and radians.
+
+    Attributes
+    ----------
+    overshoot : ndarray of shape (n,)
+    displacement : ndarray of shape (n,)
+        Size of what the exact mapping does.
+    leading : ndarray of shape (n,)
+        Size of the error of ``x + beta u``.
+    second : ndarray of shape (n,)
+        Size of the error of ``x + beta u + gamma u^2``.
+    leading_order, second_order : float
+        Exponents of the overshoot fitted to both errors; 1 and 3/2 in theory. NaN for fewer than two overshoots.
+    """
+
+    overshoot: Floats
+    displacement: Floats
+    leading: Floats
+    second: Floats
+    leading_order: float
+    second_order: float
+
+
+def overshoot_of(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> float:
+    """Return how far mass 1 stands beyond the stop, negative before it; `depth` as in `leading_mapping`."""
+    return depth + point.stop * float(checked_deviation(point, deviation, on_surface=False)[0])
+
+
+def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0, second: bool = False) -> Floats:
+    """Return ``x + beta u`` with ``u = sqrt(2 overshoot/|a_1*|)``, equation (27), or x itself without an overshoot.
+
+    Parameters
+    ----------
+    point : GrazingPoint
+    deviation : array_like of shape (2N + 1,)
+        Of the state from the grazing point, with v_1 = 0.
+    depth : float
+        How far the stops stand inside the steady amplitude: the clearance is ``point.clearance - depth``. The overshoot
+        is ``depth + stop x_1`` with x_1 that of the deviation.
+    second : bool
+        Add ``gamma u^2``. That is the second order where the deviation itself is of the order of the overshoot.
+
+    Returns
+    -------
+    ndarray of shape (2N + 1,)
+        The deviation that it is mapped to.
+
+    Raises
+    ------
+    ParameterError
+        The deviation is of the wrong shape, not finite, or not on the Poincare surface.
+    """
+    values = checked_deviation(point, deviation)
+    overshoot = overshoot_of(point, values, depth)
+    if overshoot <= 0.0:
+        return values
+    u = math.sqrt(2.0 * overshoot / abs(point.acceleration))
+    return values + u * point.beta + (u * u * point.gamma if second else 0.0)
+
+
+def exact_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> ExactMapping:
+    """Return what the impact does to a state on the Poincare surface, without an expansion.
+
+    Back in time to where mass 1 came past the stop, the impact, and back again to where it would have stood still.
+    Both searches are certain to find the last such time, and keep their relative accuracy at any overshoot.
+
+    Parameters
+    ----------
+    point, deviation, depth
+        As in `leading_mapping`.
+
+    Returns
+    -------
+    ExactMapping
+
+    Raises
+    ------
+    ParameterError
+        "overshoot": it is not positive, or beyond the domain of the mapping: mass 1 did not come past the stop in the
+        half period before, is not sent back by the impact but pressed against the stop, or would not have stood still
+        in the half period before it. "deviation": as in `leading_mapping`.
+    """
+    values = checked_deviation(point, deviation)
+    overshoot = overshoot_of(point, values, depth)
+    if not overshoot > 0.0:
+        raise ParameterError("overshoot", "must be greater than 0: mass 1 does not reach the stop")
+    result = _exact(point, values, overshoot, depth)
+    if isinstance(result, str):
+        raise ParameterError("overshoot", result)
+    return result
+
+
+def mapping_error(point: GrazingPoint, overshoots: ArrayLike) -> MappingError:
+    """Return the errors of the leading-order mapping and of the next order over a list of overshoots.
+
+    Parameters
+    ----------
+    point : GrazingPoint
+    overshoots : array_like of shape (n,)
+        > 0, in the units of the clearance.
+
+    Raises
+    ------
+    ParameterError
+        An overshoot is not positive, or beyond the domain of the exact mapping.
+    """
+    values = np.array(overshoots, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.isfinite(values)):
+        raise ParameterError("overshoot", "must be a list of finite numbers")
+    displacement, leading, second = np.empty((3, len(values)))
+    for k, overshoot in enumerate(values):
+        exact = exact_mapping(point, straight_beyond(point, float(overshoot))).displacement
+        u = math.sqrt(2.0 * overshoot / abs(point.acceleration))
+        first = exact - u * point.beta
+        displacement[k], leading[k] = point.size(exact), point.size(first)
+        second[k] = point.size(first - u * u * point.gamma)
+    return MappingError(values, displacement, leading, second, _order(values, leading), _order(values, second))
+
+
+def largest_overshoot(point: GrazingPoint) -> float:
+    """Return the overshoot up to which the exact mapping is defined for mass 1 moved straight beyond the stop.
+
+    All else is as in the graze. To a millionth of itself; every doubling of 1e-3 of the clearance below it is in the
+    domain, and it is infinite when all of them up to 1024 times the clearance are.
+    """
+    inside, outside = 0.0, 1e-3 * point.clearance
+    while _defined(point, outside):
+        inside, outside = outside, 2.0 * outside
+        if outside > FARTHEST_OVERSHOOT * point.clearance:
+            return math.inf
+    while outside - inside > DOMAIN_WIDTH * outside:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if _defined(point, middle) else (inside, middle)
+    return inside
+
+
+def straight_beyond(point: GrazingPoint, overshoot: float, depth: float = 0.0) -> Floats:
+    """Return the deviation with mass 1 at rest an overshoot beyond the stop and all else as in the graze."""
+    deviation = np.zeros_like(point.state)
+    deviation[0] = point.stop * (overshoot - depth)
+    return deviation
+
+
+def _defined(point: GrazingPoint, overshoot: float) -> bool:
+    return isinstance(_exact(point, straight_beyond(point, overshoot), overshoot, 0.0), ExactMapping)
+
+
+def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: float) -> ExactMapping | str:
+    """Return the mapping, or why there is none."""
+    flow, restitution = ShortFlow.of(point), point.oscillator.restitution
+    phase = float(deviation[-1])
+    start = flow.start(point.free_part(deviation), phase)
+    back = flow.time_at_stop(start, overshoot, point.half_period)
+    if back is None:
+        return "is beyond the mapping's domain: mass 1 is not seen to have passed the stop in the half period before"
+    moment = flow.after(start, back)
+    velocity = back * moment.slope
+    before = start + moment.gained
+    impact = deviation + _change(point, flow, moment.gained, phase, back)
+    impact[0], impact[1] = -point.stop * depth, velocity
+
+    unit_impulse = np.zeros_like(start)
+    unit_impulse[:-1] = point.model.unit_impulse * (-(1.0 + restitution) * velocity)
+    unit_impulse[:-1, 0] *= flow.generator[:-1, 0, 1]
+    behind = before + unit_impulse
+    if point.stop * float(np.sum(flow.rows[2] * behind)) >= 0.0:
+        return "is beyond the mapping's domain: behind the impact mass 1 is pressed against the stop"
+    again = 0.0
+    if restitution > 0.0:
+        found = flow.time_at_rest(behind, -restitution * velocity, point.half_period)
+        if found is None:
+            return "is beyond the mapping's domain: mass 1 is not seen to have stood still in the half period before"
+        again = found
+    end = flow.after(behind, again)
+
+    displacement = _change(point, flow, moment.gained + unit_impulse + end.gained, phase, back + again)
+    # mass 1 by itself: on the surface, and beyond the stop by what it has gone from there
+    beyond = point.stop * again * (again * end.curve - restitution * velocity)
+    displacement[0], displacement[1] = point.stop * (beyond - overshoot), 0.0
+    return ExactMapping(deviation + displacement, displacement, back, again, impact, velocity)
+
+
+def _change(point: GrazingPoint, flow: ShortFlow, gained: Floats, phase: float, time: float) -> Floats:
+    """Return the change of a state at theta `phase`, shape (2N + 1,), from what its blocks gained over a time."""
+    return point.deviation(flow.free(gained), 0.0) + point.steady_change(point.omega * time, phase)
+
+
+def _order(overshoot: Floats, error: Floats) -> float:
+    """Return the exponent of a power law through errors, least squares in logarithms."""
+    used = error > 0.0
+    if np.count_nonzero(used) < 2:
+        return math.nan
+    return float(np.polyfit(np.log(overshoot[used]), np.log(error[used]), 1)[0])

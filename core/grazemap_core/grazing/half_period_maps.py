@@ -1,0 +1,155 @@
+"""The smooth maps from one Poincare surface to the other, half a period on, and their Jacobians (28), (46).
+
+A state with mass 1 standing still near a stop flows in; out flows the state in which, were there no stops, it stands
+still near the other one. The motion in between is closed form; only the phase at which it arrives is searched.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grazemap_core.arrays import Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.point import GrazingPoint, checked_deviation
+from grazemap_core.grazing.tolerances import HALF_MAP_SETTLED, HALF_MAP_STEPS
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.modal import ModalModel
+
+LOST = "is beyond the neighbourhood of the graze: mass 1 does not stand still within a quarter period of the next one"
+
+
+def half_period_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
+    """Return the deviation from ``point.opposite()`` half a period on: P_1 for stop A, P_2 for stop C.
+
+    Parameters
+    ----------
+    point : GrazingPoint
+    deviation : array_like of shape (2N + 1,)
+        On the Poincare surface, v_1 = 0.
+
+    Returns
+    -------
+    ndarray of shape (2N + 1,)
+        On the Poincare surface of the other stop.
+
+    Raises
+    ------
+    ParameterError
+        The deviation is of the wrong shape or not on the surface, or so large that mass 1 does not stand still within a
+        quarter period of the other graze.
+    """
+    values = checked_deviation(point, deviation)
+    free, phase = point.free_part(values), float(values[-1])
+    arrived, end = flow_to_rest(point.opposite(), free, phase - math.pi)
+    result = point.opposite().deviation(arrived, end)
+    result[1] = 0.0
+    return result
+
+
+def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Floats, float]:
+    """Follow a motion without impacts to where mass 1 stands still near a grazing point.
+
+    Parameters
+    ----------
+    point : GrazingPoint
+        Where it goes.
+    free : ndarray of shape (N, 2)
+        Its free part, in block coordinates.
+    phase : float
+        theta less that of the point; the motion is followed to one near 0, forward or back.
+
+    Returns
+    -------
+    free : ndarray of shape (N, 2)
+    phase : float
+        There.
+
+    Raises
+    ------
+    ParameterError
+        There is none within a quarter period.
+    """
+    model, omega = point.model, point.omega
+    speed = point.stop * omega * point.clearance
+    velocity = model.from_modal[point.oscillator.size]
+    end = 0.0
+    for _ in range(HALF_MAP_STEPS):
+        arrived = advanced(model, free, (end - phase) / omega)
+        # sin(end) = s v_free/(omega A), and its derivative by the phase
+        terms = velocity * arrived.ravel() / speed
+        rest = math.sin(end) - float(np.sum(terms))
+        slope = math.cos(end) - float(velocity @ _rates(model, arrived).ravel()) / (omega * speed)
+        if not slope > 0.0:
+            break
+        before, end = end, end - rest / slope
+        if not abs(end) < 0.5 * math.pi:
+            break
+        if abs(end - before) <= HALF_MAP_SETTLED * float(np.sum(np.abs(terms))):
+            return advanced(model, free, (end - phase) / omega), end
+    raise ParameterError("deviation", LOST)
+
+
+def flow_jacobian(point: GrazingPoint) -> Floats:
+    """Return ``Phi_x(x*, T/2)``, how the state half a period on depends on that at the graze.
+
+    Returns
+    -------
+    ndarray of shape (2N + 1, 2N + 1)
+        In the order (x_1, v_1, ..., theta), equations (46)-(48).
+    """
+    count = point.oscillator.size
+    model, mixed = point.model, point.masses_first
+    through = np.zeros((2 * count, 2 * count))
+    for j in range(count):
+        decay, discriminant = float(model.decay[j]), float(model.discriminant[j])
+        entries = block_flow(decay, discriminant, float(model.frequency_squared[j]), point.half_period)
+        through[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = np.reshape(entries, (2, 2))
+    jacobian = np.zeros((2 * count + 1, 2 * count + 1))
+    jacobian[np.ix_(mixed, mixed)] = model.from_modal @ through @ model.to_modal
+    # a change of theta moves the steady motion along: what is not so moved flows freely
+    along, onward = point.vector_field / point.omega, point.opposite().vector_field / point.omega
+    jacobian[:, -1] = onward - jacobian @ along
+    jacobian[-1, -1] = 1.0
+    return jacobian
+
+
+def surface_projection(point: GrazingPoint) -> Floats:
+    """Return ``I - f h_P/(h_P f)`` at a grazing point, along the flow onto the surface v_1 = 0, equation (46).
+
+    Returns
+    -------
+    ndarray of shape (2N + 1, 2N + 1)
+    """
+    projection = np.eye(len(point.state))
+    projection[:, 1] -= point.vector_field / point.acceleration
+    projection[1] = 0.0
+    return projection
+
+
+def half_period_jacobian(point: GrazingPoint) -> Floats:
+    """Return the Jacobian (46) of `half_period_map` at the graze; field and surface are those at its end.
+
+    Returns
+    -------
+    ndarray of shape (2N + 1, 2N + 1)
+        Takes the vector field to zero, equations (49) and (50).
+    """
+    return surface_projection(point.opposite()) @ flow_jacobian(point)
+
+
+def advanced(model: ModalModel, free: Floats, time: float) -> Floats:
+    """Return a free part, shape (N, 2), a time later."""
+    result = np.empty_like(free)
+    for j, (u, rate) in enumerate(free):
+        decay, discriminant = float(model.decay[j]), float(model.discriminant[j])
+        e11, e12, e21, e22 = block_flow(decay, discriminant, float(model.frequency_squared[j]), time)
+        result[j] = e11 * u + e12 * rate, e21 * u + e22 * rate
+    return result
+
+
+def _rates(model: ModalModel, free: Floats) -> Floats:
+    """Return the derivative of a free part."""
+    return np.stack([free[:, 1], -model.frequency_squared * free[:, 0] - 2.0 * model.decay * free[:, 1]], axis=1)

@@ -1,0 +1,74 @@
+"""The sign rule at grazing: which return of a grazing motion hits a stop again.
+
+Blocks and half periods flow in, the first recurring order flows out. With the stop's orientation an impact recurs at
+return m (of the half period T/2) when ``(-1)^m g(m T/2) < 0``, equations (33)-(40).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_recurrence(
+    decay: Floats,
+    discriminant: Floats,
+    frequency_squared: Floats,
+    value: Floats,
+    slope: Floats,
+    conditioning: float,
+    half_period: Floats,
+    max_order: int,
+) -> Integers:
+    """Return, for each half period, the first m in 1..max_order that recurs, 0 when none does.
+
+    A value of g that is smaller than its round-off (at a codimension-two point of that order, that is) or underflows
+    counts as not recurring.
+
+    Parameters
+    ----------
+    decay, discriminant, frequency_squared, value, slope : ndarray of shape (N,)
+        Blocks, and each one's part of g and g' at 0.
+    conditioning : float
+        That of the modal model.
+    half_period : ndarray of shape (n,)
+    max_order : int
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+    """
+    count = decay.size
+    result = np.zeros(half_period.size, dtype=np.int64)
+    flow = np.empty((count, 4))
+    state = np.empty((count, 2))
+    for i in range(half_period.size):
+        for j in range(count):
+            flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
+                decay[j], discriminant[j], frequency_squared[j], half_period[i]
+            )
+            state[j, 0] = value[j]
+            state[j, 1] = slope[j]
+        orientation = 1.0
+        for order in range(1, max_order + 1):
+            orientation = -orientation
+            total = 0.0
+            size = 0.0
+            for j in range(count):
+                y, rate = state[j, 0], state[j, 1]
+                new = flow[j, 0] * y + flow[j, 1] * rate
+                new_rate = flow[j, 2] * y + flow[j, 3] * rate
+                state[j, 0] = new
+                state[j, 1] = new_rate
+                total += new
+                size += abs(flow[j, 0] * y) + abs(flow[j, 1] * rate) + order * half_period[i] * abs(new_rate)
+            # each step multiplies by a flow that is itself rounded, hence the order
+            if orientation * total < -RESPONSE_ROUNDOFF * conditioning * order * size:
+                result[i] = order
+                break
+    return result

@@ -1,0 +1,253 @@
+"""Adaptive unfolding maps: computed where neighbours differ, inferred between those that agree.
+
+An oscillator and a grid of (omega, clearance) flow in; out flow the arrays of an unfolding map, and one that says which
+points were computed. A computed point has the bytes that it has in the full map; an inferred one has the label of the
+points around it, no figures, and nothing that proves it (`refinement` says how points are chosen, and what can be said
+of inferred ones).
+
+Columns of one omega run side by side, many clearances at once: tiles should be tall.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.arrays import Booleans, Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Labels, Places, Refinement
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.tolerances import COARSEST_SPACING, MOST_CONTRACTION
+from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS, REASONS
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class Settings(TypedDict, total=False):
+    """What `unfolding.unfolding_map_tile` takes beside an oscillator and a grid, with the same defaults."""
+
+    max_periods: int
+    max_period: int
+    policy: str
+    initial_conditions: int
+    seed: int
+    preview: bool
+
+
+LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+"""Arrays that an inferred point has too; of all others it has none."""
+
+NOT_COMPUTED: Final = 1 + max(REASONS)
+"""Reason why an inferred point is unresolved, or not certified."""
+
+NOT_COMPUTED_REASON: Final = "not computed: inferred from the points around it"
+
+_PERIODIC: Final = KINDS.index("periodic")
+
+
+def adaptive_map_tile(
+    oscillator: Oscillator,
+    omega: Floats,
+    clearance: Floats,
+    **settings: Unpack[Settings],
+) -> Arrays:
+    """Find the motions of a grid as `unfolding.unfolding_map_tile` does, but compute points only where they differ.
+
+    A grid that is cut into tiles has their seams closed afterwards (`close_seams`).
+
+    Parameters
+    ----------
+    oscillator, omega, clearance
+        As there.
+    **settings
+        As there: max_periods, max_period, policy, initial_conditions, seed, preview. The policy is "rest" or
+        "ensemble": a sweep follows its neighbours and has to compute them all.
+
+    Returns
+    -------
+    dict of arrays of shape (n, m), [clearance, omega]
+        Those of the full map, and computed (bool). Where it is false the arrays of LABEL are inferred, numbers are NaN
+        or -1, `certified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around
+        it are not periodic and do not agree.
+
+    Raises
+    ------
+    ParameterError
+        As there, or the policy is a sweep.
+    """
+    shape = (len(clearance), len(omega))
+    points = _Points(oscillator, omega, clearance, **settings)
+    grid = Refinement(np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points)
+    grid.refine(COARSEST_SPACING)
+    arrays = points.inferred(grid.label) | {"computed": grid.computed}
+    _write(arrays, points)
+    return arrays
+
+
+def close_seams(
+    oscillator: Oscillator,
+    omega: Floats,
+    clearance: Floats,
+    arrays: Arrays,
+    row_seams: list[int],
+    column_seams: list[int],
+    **settings: Unpack[Settings],
+) -> tuple[Places, Places, Arrays]:
+    """Compute what claims another label than a neighbour beyond a seam between tiles, and whatever that casts doubt on.
+
+    Parameters
+    ----------
+    oscillator, omega, clearance, **settings
+        As in `adaptive_map_tile`, of the whole grid.
+    arrays : dict of arrays of shape (n, m)
+        Those of LABEL, and computed, put together from the tiles; changed in place.
+    row_seams, column_seams : list of int
+        First row, and first column, of every tile but the first.
+
+    Returns
+    -------
+    rows, columns : (k,)
+        The points that were computed.
+    figures : dict of arrays of shape (k,)
+        All arrays of the full map there.
+
+    Raises
+    ------
+    ParameterError
+        As in `adaptive_map_tile`.
+    """
+    points = _Points(oscillator, omega, clearance, **settings)
+    label = np.empty((len(clearance), len(omega)), dtype=np.int32)
+    for column in range(len(omega)):
+        label[:, column] = points.numbered({name: arrays[name][:, column] for name in LABEL})
+    beside = np.zeros(label.shape, dtype=np.bool_)
+    for seam in row_seams:
+        beside[seam - 1 : seam + 1] = True
+    for seam in column_seams:
+        beside[:, seam - 1 : seam + 1] = True
+    grid = Refinement(label, arrays["computed"], points.irregular, points)
+    grid.close(*np.nonzero(beside & ~arrays["computed"]))
+    _write(arrays, points)
+    return points.results()
+
+
+class _Points:
+    """The points of a grid: computes them, keeps what came out, and numbers their labels."""
+
+    def __init__(
+        self,
+        oscillator: Oscillator,
+        omega: Floats,
+        clearance: Floats,
+        max_periods: int = 1000,
+        max_period: int = 32,
+        policy: str = "rest",
+        initial_conditions: int = 16,
+        seed: int = 0,
+        preview: bool = False,
+    ) -> None:
+        check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
+        if policy.startswith("sweep"):
+            raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
+        self._omega, self._clearance = omega, clearance
+        self._ensemble, self._preview = policy == "ensemble", preview
+        starts = random_starts(oscillator, initial_conditions, seed) if self._ensemble else None
+        task = Settling(max_periods, max_period, linearised=not preview, proven=not preview, starts=starts)
+        self._settler = Settler(oscillator, task)
+        self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
+        self._at_rest = np.zeros((2, oscillator.size))
+        self._steady = forced_response(oscillator, omega)
+        self._numbers: dict[tuple[int, ...], int] = {}
+        self._labels: list[tuple[int, ...]] = []
+        self._done: list[tuple[Places, Places, Arrays]] = []
+        # numbered first: UNRESOLVED
+        self._number((KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0))
+
+    def __call__(self, rows: Places, columns: Places) -> tuple[Labels, Floats]:
+        """Return numbers of labels, and logarithms of contractions, of points (k,) given column by column or not."""
+        order = np.lexsort([rows, columns])
+        rows, columns = rows[order], columns[order]
+        starts, parts = np.flatnonzero(np.diff(columns, prepend=-1)), []
+        for begin, end in zip(starts, [*starts[1:], len(columns)], strict=True):
+            column, clearance = columns[begin], self._clearance[rows[begin:end]]
+            w = float(self._omega[column])
+            scaled = self._starts * np.array([1.0, w])[:, None]
+            parts.append(self._settler.run(w, self._steady[column], clearance, self._at_rest, scaled))
+        codes, figures = (np.moveaxis(np.concatenate(part), 2, 0)[:, :, None] for part in zip(*parts, strict=True))
+        named = named_arrays(codes, figures, self._ensemble, self._preview)
+        arrays = {name: array[:, 0] for name, array in named.items()}
+        self._done.append((rows, columns, arrays))
+        label, approach = np.empty(len(rows), np.int32), np.empty(len(rows))
+        label[order] = self.numbered({name: arrays[name] for name in LABEL})
+        approach[order] = self._approach(arrays)
+        return label, approach
+
+    def irregular(self, label: Labels) -> Booleans:
+        """Say which numbers are of labels that are neither periodic nor unresolved."""
+        kinds = np.array([kind for kind, *_ in self._labels])
+        return np.asarray((label > UNRESOLVED) & (kinds[np.maximum(label, 0)] != _PERIODIC))
+
+    def numbered(self, arrays: Arrays) -> Labels:
+        """Return numbers of the labels in arrays of shape (k,); mirror images of an ensemble have one."""
+        table = np.stack([arrays[name] for name in LABEL], axis=1).astype(np.int64)
+        fresh = np.flatnonzero(np.any(np.diff(table, axis=0, prepend=-9) != 0, axis=1))
+        runs = np.array([self._number(tuple(label)) for label in table[fresh].tolist()], dtype=np.int32)
+        return np.repeat(runs, np.diff(fresh, append=len(table)))
+
+    def inferred(self, label: Labels) -> Arrays:
+        """Return the arrays of a map none of whose points has been computed."""
+        table = np.array(self._labels)[label]
+        done = self._done[0][2]
+        arrays: Arrays = {name: table[..., k].astype(done[name].dtype) for k, name in enumerate(LABEL)}
+        arrays["reason"][:] = NOT_COMPUTED
+        for name in done.keys() - set(LABEL):
+            arrays[name] = np.full(label.shape, _nothing(done[name].dtype), dtype=done[name].dtype)
+        return arrays
+
+    def results(self) -> tuple[Places, Places, Arrays]:
+        """Return rows, columns and arrays (k,) of the points that were computed."""
+        if not self._done:
+            return np.empty(0, np.int64), np.empty(0, np.int64), {}
+        rows, columns, arrays = zip(*self._done, strict=True)
+        return (
+            np.concatenate(rows),
+            np.concatenate(columns),
+            {name: np.concatenate([part[name] for part in arrays]) for name in arrays[0]},
+        )
+
+    def _number(self, label: tuple[int, ...]) -> int:
+        kind, _, period, right, left, symmetric, sticking = label
+        if self._ensemble:
+            right, left = min(right, left), max(right, left)
+        key = (kind, period, right, left, symmetric, sticking)
+        if key not in self._numbers:
+            self._numbers[key] = len(self._labels)
+            self._labels.append(label)
+        return self._numbers[key]
+
+    def _approach(self, arrays: Arrays) -> Floats:
+        """Return the logarithms of contractions of ways to periodic motions.
+
+        An ensemble's ways are many, and a preview knows no contractions.
+        """
+        if self._ensemble or self._preview:
+            return np.full(len(arrays["kind"]), np.nan)
+        rate = np.minimum(-arrays["lyapunov"], MOST_CONTRACTION)
+        return np.where(arrays["kind"] == _PERIODIC, arrays["settled_after"] * rate, np.nan)
+
+
+def _write(arrays: Arrays, points: _Points) -> None:
+    """Write what was computed into those arrays of a map that are there."""
+    rows, columns, computed = points.results()
+    for name in computed.keys() & arrays.keys():
+        arrays[name][rows, columns] = computed[name]
+
+
+def _nothing(dtype: np.dtype[Any]) -> Any:
+    """Return what stands for no figure: NaN, -1, or false."""
+    return {"f": np.nan, "i": -1, "b": False}[dtype.kind]

@@ -1,0 +1,243 @@
+"""Basins of attraction: the motion that every initial state of a rectangle leads to, at one point of the plane.
+
+A rectangle of two initial coordinates flows in, tile by tile; out flow arrays of what each trajectory settled to, and
+from those of all tiles the attractors and which state leads to which.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.checks import checked_order
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.unfolding import arrays_of
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS
+from grazemap_core.simulation.start import forced_chain
+from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
+
+Name = Literal["displacement", "velocity"]
+_NAMES: Final = ("displacement", "velocity")
+_OF_ATTRACTOR: Final = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+
+
+class Coordinate(NamedTuple):
+    """One of the two coordinates of the rectangle.
+
+    Attributes
+    ----------
+    name : {"displacement", "velocity"}
+    mass : int
+        1 to N.
+    values : (n,)
+        In the oscillator's units.
+    """
+
+    name: Name
+    mass: int
+    values: Floats
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """A motion that initial states of the rectangle lead to.
+
+    Attributes
+    ----------
+    kind : str
+        As `motion.KINDS`. Motions that are not periodic are not told apart further: one entry per kind.
+    period, impacts_right, impacts_left, symmetric, sticking
+        As in `unfolding.unfolding_map_tile`; None unless periodic.
+    mean_position, mean_velocity : float or None
+        Of mass 1 where the forcing has its initial phase, less the steady motion, in units of the clearance and of
+        omega times it: these tell motions with the same name apart, such as mirror images.
+    multiplier, lyapunov : float
+        Largest modulus over a period; per forcing period. Of motions that are not periodic: NaN, and the mean over the
+        states that lead there.
+    certified : bool
+        Whether a periodic motion is proven, from every state that leads there.
+    states : int
+        How many states lead there.
+    share : float
+        Of all states.
+    """
+
+    kind: str
+    period: int | None
+    impacts_right: int | None
+    impacts_left: int | None
+    symmetric: bool | None
+    sticking: bool | None
+    mean_position: float | None
+    mean_velocity: float | None
+    multiplier: float
+    lyapunov: float
+    certified: bool
+    states: int
+    share: float
+
+
+def basin_tile(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: float,
+    horizontal: Coordinate,
+    vertical: Coordinate,
+    displacement: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    phase: float = 0.0,
+    max_periods: int = 1000,
+    max_period: int = 32,
+) -> dict[str, NDArray[Any]]:
+    """Find the motion that trajectories settle to from every state of a rectangle.
+
+    Every state is followed on its own, so a rectangle cut into tiles gives the same bytes.
+
+    Parameters
+    ----------
+    omega, clearance : float
+        > 0.
+    horizontal, vertical : Coordinate
+        Two different ones.
+    displacement, velocity : (N,), default 0
+        All other coordinates.
+    phase : float
+        Of the forcing at the start, radians.
+    max_periods, max_period : int
+        As in `unfolding.unfolding_map_tile`.
+
+    Returns
+    -------
+    dict of arrays of shape (n, m), [vertical, horizontal]
+        Those of `unfolding.unfolding_map_tile`, and mean_position and mean_velocity (float64; NaN unless periodic).
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range, or mass 1 does not start between the stops.
+    """
+    forced_chain(oscillator, omega, clearance)  # checks the two numbers
+    checked_order("max_periods", max_periods, 1)
+    checked_order("max_period", max_period, 1)
+    size = oscillator.size
+    state = np.zeros((2, size))
+    for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
+        if values is not None:
+            given = np.asarray(values, dtype=np.float64)
+            if given.shape != (size,) or not np.all(np.isfinite(given)):
+                raise ParameterError(name, "must be one finite number per mass")
+            state[row] = given
+    if not np.isfinite(phase):
+        raise ParameterError("phase", "must be a finite number")
+    places = [_place(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
+    if places[0] == places[1]:
+        raise ParameterError("vertical", "must be another coordinate than the horizontal one")
+    for place in places:
+        state[place] = 0.0
+    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
+    scaled = np.zeros((len(up), len(across), 2, size))
+    scaled[:, :, *places[0]] = across / clearance
+    scaled[:, :, *places[1]] = up[:, None] / clearance
+    if not np.all(np.abs(state[0, 0] + clearance * scaled[..., 0, 0]) < clearance):
+        raise ParameterError("displacement", "of mass 1 must lie between the stops, and not on them")
+    settler = Settler(oscillator, Settling(max_periods, max_period))
+    steady = forced_response(oscillator, np.array([omega]))[0]
+    codes, figures = settler.run(
+        float(omega), steady, np.array([clearance]), state, scaled.reshape(-1, 2, size), float(phase)
+    )
+    shape = (len(up), len(across))
+    codes, figures = codes[0].T.reshape(-1, *shape), figures[0].T.reshape(-1, *shape)
+    return arrays_of(codes, figures) | {
+        "mean_position": figures[MEAN_POSITION].copy(),
+        "mean_velocity": figures[MEAN_VELOCITY].copy(),
+    }
+
+
+def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list[Attractor]]:
+    """Return which attractor each state leads to, and the attractors, the most frequent first.
+
+    Parameters
+    ----------
+    arrays : dict of arrays
+        As `basin_tile` returns, of all states.
+
+    Returns
+    -------
+    label : int16, of the shape of the arrays
+        Position in the list; -1 for states whose motion is unresolved.
+    attractors : list of Attractor
+        Motions with the same name are one where their means agree to `SEPARATION` times the accuracy of a motion.
+    """
+    kind = arrays["kind"].ravel()
+    keys = np.stack([arrays[name].ravel().astype(np.int64) for name in _OF_ATTRACTOR], axis=1)
+    means = np.stack([arrays[name].ravel() for name in ("mean_position", "mean_velocity")], axis=1)
+    group = np.full(kind.size, -1, dtype=np.int64)
+    count = 0
+    for key in np.unique(keys[kind != KINDS.index("unresolved")], axis=0):
+        members = np.flatnonzero(np.all(keys == key, axis=1))
+        if key[0] != KINDS.index("periodic"):
+            group[members] = count
+            count += 1
+            continue
+        for cluster in _clusters(means[members]):
+            group[members[cluster]] = count
+            count += 1
+    sizes = np.bincount(group[group >= 0], minlength=count)
+    # of equally frequent ones, that which is met first
+    first = np.array([np.argmax(group == g) for g in range(count)], dtype=np.int64)
+    order = np.lexsort([first, -sizes])
+    position = np.full(count + 1, -1, dtype=np.int16)
+    position[order] = np.arange(count)
+    label = position[group].reshape(arrays["kind"].shape)
+    return label, [_attractor(arrays, np.flatnonzero(group == g), kind.size) for g in order]
+
+
+def _place(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
+    """Return row and column of a coordinate in a state (2, N)."""
+    if coordinate.name not in _NAMES:
+        raise ParameterError(role, f"must be one of {', '.join(_NAMES)}")
+    if not 1 <= coordinate.mass <= size:
+        raise ParameterError(role, f"must be of a mass from 1 to {size}")
+    if not np.all(np.isfinite(coordinate.values)):
+        raise ParameterError(role, "every number must be finite")
+    return _NAMES.index(coordinate.name), coordinate.mass - 1
+
+
+def _clusters(means: Floats) -> list[Integers]:
+    """Return the members of each cluster of points (n, 2): those within reach of one another, or of a chain of such."""
+    reach = SEPARATION * LIMIT_DISTANCE
+    clusters = [np.arange(len(means))]
+    for axis in (0, 1, 0, 1):  # cut where a coordinate has a gap, as long as that cuts
+        cut: list[Integers] = []
+        for members in clusters:
+            ordered = members[np.argsort(means[members, axis], kind="stable")]
+            gaps = np.flatnonzero(np.diff(means[ordered, axis]) > reach) + 1
+            cut += np.split(ordered, gaps)
+        clusters = cut
+    return clusters
+
+
+def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -> Attractor:
+    one = {name: values.ravel()[members[0]].item() for name, values in arrays.items()}
+    periodic = one["kind"] == KINDS.index("periodic")
+    if not periodic:
+        lyapunov = arrays["lyapunov"].ravel()[members]
+        one["lyapunov"] = float(np.mean(lyapunov))
+    named = {name: one[name] if periodic else None for name in (*_OF_ATTRACTOR[1:], "mean_position", "mean_velocity")}
+    return Attractor(
+        kind=KINDS[one["kind"]],
+        **named,
+        multiplier=one["multiplier"],
+        lyapunov=one["lyapunov"],
+        certified=periodic and bool(np.all(arrays["certified"].ravel()[members])),
+        states=len(members),
+        share=len(members) / total,
+    )

@@ -1,0 +1,179 @@
+"""Bifurcation diagrams: what settled motions look like along one parameter, seen once a forcing period and at impacts.
+
+A parameter's values flow in; per value, the stroboscopic section of mass 1, its impacts and the name of the motion
+flow out. Every value has a trajectory of its own, from rest or from where that of its neighbour has ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grazemap_core.arrays import Floats
+from grazemap_core.checks import checked_order
+from grazemap_core.codes import NOT_CLOSED
+from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.lyapunov import lyapunov_exponents
+from grazemap_core.simulation.motion import REASONS, Motion
+from grazemap_core.simulation.start import State
+from grazemap_core.simulation.trajectories import Trajectory, trajectory
+
+Parameter = Literal["clearance", "omega"]
+PARAMETERS: Final = ("clearance", "omega")
+POLICIES: Final = ("rest", "sweep-up", "sweep-down")
+EXPONENT_PERIODS: Final = 500
+"""Forcing periods over which exponents are measured where a trajectory has not closed, and a tenth as many before."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One value of the parameter.
+
+    Attributes
+    ----------
+    displacement, velocity : (k,)
+        Of mass 1 at the start of every recorded forcing period, where the forcing's phase is 0.
+    impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
+        Of every impact recorded, the signed velocity before it.
+    motion : Motion
+        Where the trajectory has not closed, the growth of small changes over EXPONENT_PERIODS more tells whether it is
+        chaotic or quasi-periodic, or nothing: then it is unresolved, with the reason.
+    """
+
+    displacement: Floats
+    velocity: Floats
+    impact_velocity: Floats
+    impact_stop: NDArray[np.int8]
+    motion: Motion
+
+
+def sections(
+    oscillator: Oscillator,
+    vary: Parameter,
+    values: ArrayLike,
+    fixed: float,
+    policy: str = "rest",
+    periods: int = 64,
+    transient_periods: int = 300,
+    max_period: int = 32,
+) -> Iterator[Section]:
+    """Follow a trajectory at every value of a parameter, each when it is asked for, in the order of the policy.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    vary : {"clearance", "omega"}
+    values : (n,)
+        > 0, increasing.
+    fixed : float
+        The other one of clearance and omega.
+    policy : one of POLICIES
+        From rest at phase 0; or, from the first value up or from the last one down, from where the trajectory before
+        has ended. Where that is beyond a stop, mass 1 is put on it with its velocity, which is an impact if it moves
+        into it; behind a trajectory that ended early the next one begins from rest.
+    periods, transient_periods : int
+        Forcing periods recorded, after those that are not.
+    max_period : int
+        Longest period n of a motion that is looked for.
+
+    Yields
+    ------
+    Section
+        Of the values in increasing order; falling for "sweep-down".
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range, before anything is followed.
+    """
+    if vary not in PARAMETERS:
+        raise ParameterError("vary", f"must be one of {', '.join(PARAMETERS)}")
+    if policy not in POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+    numbers = np.array(values, dtype=np.float64)
+    if numbers.ndim != 1 or not np.all(np.isfinite(numbers) & (numbers > 0.0)) or np.any(np.diff(numbers) <= 0.0):
+        raise ParameterError("values", "must be an increasing list of finite numbers greater than 0")
+    if not (np.isfinite(fixed) and fixed > 0.0):
+        raise ParameterError("omega" if vary == "clearance" else "clearance", "must be a finite number greater than 0")
+    for name, count, least in (
+        ("periods", periods, 1),
+        ("transient_periods", transient_periods, 0),
+        ("max_period", max_period, 1),
+    ):
+        checked_order(name, count, least)
+    ordered = numbers[::-1] if policy == "sweep-down" else numbers
+    return _follow(oscillator, vary, ordered, fixed, policy != "rest", periods, transient_periods, max_period)
+
+
+def _follow(
+    oscillator: Oscillator,
+    vary: Parameter,
+    values: Floats,
+    fixed: float,
+    follows: bool,
+    periods: int,
+    transient_periods: int,
+    max_period: int,
+) -> Iterator[Section]:
+    size = oscillator.size
+    at_rest = State(np.zeros(size), np.zeros(size), 0.0)
+    state = at_rest
+    for value in values.tolist():
+        omega, clearance = (fixed, value) if vary == "clearance" else (value, fixed)
+        begin = _within(state, clearance) if follows else at_rest
+        run = trajectory(
+            oscillator,
+            omega,
+            clearance,
+            begin.displacement,
+            begin.velocity,
+            begin.phase,
+            periods=periods,
+            transient_periods=transient_periods,
+            samples_per_period=1,
+            max_period=max_period,
+        )
+        whole = len(run.time) == periods + 1
+        state = run.final if whole and run.final is not None else at_rest
+        yield Section(
+            displacement=run.displacement[0, :periods],
+            velocity=run.velocity[0, :periods],
+            impact_velocity=run.impacts.velocity,
+            impact_stop=run.impacts.stop,
+            motion=run.motion if not whole or run.final is None else _named(oscillator, omega, clearance, run),
+        )
+
+
+def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajectory) -> Motion:
+    """Return the motion of a trajectory; where it has not closed, as its exponents say."""
+    motion, end = run.motion, run.final
+    if end is None or motion.reason != REASONS[NOT_CLOSED]:
+        return motion
+    try:
+        exponents = lyapunov_exponents(
+            oscillator,
+            omega,
+            clearance,
+            end.displacement,
+            end.velocity,
+            end.phase,
+            periods=EXPONENT_PERIODS,
+            transient_periods=EXPONENT_PERIODS // 10,
+        )
+    except LinearisationError:
+        return motion
+    return motion if exponents.kind == "unresolved" else Motion(kind=exponents.kind)
+
+
+def _within(state: State, clearance: float) -> State:
+    """Return a state with mass 1 moved onto the stop that it is beyond."""
+    if abs(state.displacement[0]) <= clearance:
+        return state
+    displacement = state.displacement.copy()
+    displacement[0] = np.copysign(clearance, displacement[0])
+    return State(displacement, state.velocity, state.phase)

@@ -1,0 +1,44 @@
+"""Polylines over a map, in its steps: how far points are from a curve.
+
+A grid's values and a curve flow in; positions in rows and columns, and distances, flow out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Booleans, Floats
+
+
+class Line(NamedTuple):
+    """A polyline in rows and columns of a map, (m,) each."""
+
+    rows: Floats
+    columns: Floats
+
+
+def positions(values: Floats, points: Floats) -> Floats:
+    """Return where points lie among the increasing values of a grid, in steps; beyond its ends by the last step."""
+    inside = np.interp(points, values, np.arange(len(values), dtype=np.float64))
+    before = (points - values[0]) / (values[1] - values[0])
+    behind = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
+    return np.select([points < values[0], points > values[-1]], [before, behind], inside)
+
+
+def nearest(line: Line, drawn: Booleans, places: Floats) -> Floats:
+    """Return the distance (p,) of places (p, 2) from a line, its pieces left out that have neither end drawn.
+
+    Infinite where nothing is drawn.
+    """
+    points = np.stack([line.rows, line.columns], axis=1)
+    if len(points) == 1:
+        points, drawn = np.repeat(points, 2, axis=0), np.repeat(drawn, 2)
+    best = np.full(len(places), np.inf)
+    for k in np.flatnonzero(drawn[:-1] | drawn[1:]):
+        start, side = points[k], points[k + 1] - points[k]
+        length = float(side @ side)
+        share = np.clip((places - start) @ side / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(places))
+        best = np.minimum(best, np.linalg.norm(places - start - share[:, None] * side, axis=1))
+    return best

@@ -1,0 +1,463 @@
+"""The borders of an unfolding map, each explained by a computed curve, as one of basins of attraction, or not at all.
+
+A map's grid and arrays flow in. Two neighbouring points with different motions are a border pair. The motion of each
+is solved for at the other point: where it does not go on there, it is followed from one point toward the other until
+it ends, and the curve of the special point at which it does is followed through the window; all pairs at which that
+motion ends and which the curve passes are explained by it. Where both motions are there at both points, stable, the
+border is no bifurcation: the trajectories' start has gone over from one basin of attraction to the other. Out flow the
+pairs, the curves, and what is left (theory, "Borders of a map").
+
+Motions of a hundred impacts take thousands of times the work of those with few, so both what one border takes and what
+all of them take is bounded, in numbers that do not depend on the machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.continuation.bifurcation_curves import BifurcationCurve, bifurcation_curve
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.continuation_problem import Parameter
+from grazemap_core.continuation.motion_curves import followable
+from grazemap_core.continuation.special_points import SpecialPoint
+from grazemap_core.errors import ConditioningError, SteadyMotionError
+from grazemap_core.maps.borders.border_lines import Line, nearest, positions
+from grazemap_core.maps.borders.progress import BorderProgress, Report
+from grazemap_core.maps.borders.region_orbits import NO_NAME, NO_REGION, Grid, Name, Point, Region, Regions
+from grazemap_core.maps.tolerances import (
+    BORDER_FEWEST,
+    BORDER_LEAST_IMPACTS,
+    BORDER_MARGIN,
+    BORDER_REACH,
+    BORDER_STEP,
+    BORDER_WORK,
+    BORDERS_WORK,
+    END_OF_RANGE,
+    SAME_SPEED,
+)
+from grazemap_core.model.harmonic_response import steady_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+
+EXPLANATIONS: Final = ("unexplained", "curve", "coexistence", "goes on")
+"""What a border is, the position is the code. "curve": the motion of one point ends between them, on a curve that was
+computed. "coexistence": both motions are there at both points, stable and admissible, so that it is a border of basins
+of attraction. "goes on": of a pair with a point that is not periodic: the periodic motion of the other one is there
+too, and the trajectory does not lead to it, or has not yet."""
+
+REASONS: Final = (
+    "",
+    "no orbit of the motion was found at one of the points",
+    "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed",
+    "the branch of the motion breaks off between the points",
+    "the motion ends at a special point that is not solved for to round-off",
+    "the curve of the special point leaves the border, or its orbits are no motions there",
+    "the motion has so many impacts that following it takes more than is spent on one border",
+    "what is spent on all borders of a map was spent on others",
+    "a system of equations on the way is too ill-conditioned",
+)
+"""Why a border is unexplained; the position is the code."""
+
+_UNEXPLAINED, _CURVE, _COEXISTENCE, _GOES_ON = range(4)
+_NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES, _TOO_LONG, _ALL_SPENT, _ILL_CONDITIONED = range(1, 9)
+_GRAZING_SAMPLES = 4
+"""Of the grazing curve, per step of a map."""
+_CURVE_POINTS = 500
+_BRANCH_STEP = 0.05
+_TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
+"""What a point of a curve takes, in those of a branch: singular values of twice the size, or differences that look at
+multipliers and contacts."""
+_SHORTER = 0.1
+"""Of a step along a branch, where nothing was met."""
+
+
+@dataclass(frozen=True, eq=False)
+class BorderCurve:
+    """A curve that explains borders.
+
+    Attributes
+    ----------
+    type : {"SN", "PD", "SB", "NS", "GR"}
+    name : Name
+        Of the motion that ends there.
+    omega, clearance : (m,)
+    admissible : bool (m,)
+        The orbits are motions.
+    orbits : BifurcationCurve or None
+        None for the grazing curve, on which the steady motion touches both stops.
+    """
+
+    type: str
+    name: Name
+    omega: Floats
+    clearance: Floats
+    admissible: Booleans
+    orbits: BifurcationCurve | None
+
+
+@dataclass(frozen=True, eq=False)
+class MapBorders:
+    """The borders of a map: p pairs of neighbouring points.
+
+    Attributes
+    ----------
+    row, column : int (p,)
+        The first point; the other one has the next larger clearance, or omega.
+    along : int (p,)
+        0: the pair differs in clearance, 1: in omega.
+    regular : bool (p,)
+        Both motions are periodic. The others have one that is chaotic, quasi-periodic or unresolved.
+    explanation, reason : int (p,)
+        Positions in EXPLANATIONS and REASONS.
+    curve : int (p,)
+        Position in `curves`; -1 without one.
+    distance : (p,)
+        From the middle between the points to the curve, in steps of the map; NaN without one.
+    curves : tuple of BorderCurve
+    without_orbit : bool (n, m)
+        Points with a periodic motion with impacts, whose orbit was not found; not used for those that rest on a stop.
+    irregular_pairs : int
+        Pairs of two points that are not periodic, of different kinds; not among the p.
+    """
+
+    row: Integers
+    column: Integers
+    along: Integers
+    regular: Booleans
+    explanation: Integers
+    reason: Integers
+    curve: Integers
+    distance: Floats
+    curves: tuple[BorderCurve, ...]
+    without_orbit: Booleans
+    irregular_pairs: int
+
+    def count(self, explanation: str, regular: bool = True) -> int:
+        """Return how many pairs have an explanation, a member of EXPLANATIONS."""
+        chosen = (self.explanation == EXPLANATIONS.index(explanation)) & (self.regular == regular)
+        return int(np.count_nonzero(chosen))
+
+
+def map_borders(
+    oscillator: Oscillator,
+    omega: Floats,
+    clearance: Floats,
+    arrays: Mapping[str, NDArray[Any]],
+    report: Report | None = None,
+) -> MapBorders:
+    """Explain the borders of a map.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    omega, clearance : (m,), (n,)
+        The map's grid, increasing.
+    arrays : dict of arrays (n, m)
+        As `unfolding.unfolding_map_tile` returns. Orbits are looked for with trajectories from rest first, so of other
+        policies some may not be found.
+    report : callable of (done, total), optional
+        Told how much of the work is done, whenever that is more than before; done stays below total.
+
+    Raises
+    ------
+    ParameterError
+        Arrays and grid do not fit together, or nothing is forced.
+    SteadyMotionError, ConditioningError
+        As for `periodic_orbits.periodic_orbit`.
+    """
+    grid = Grid.of(oscillator, omega, clearance, arrays)
+    progress = BorderProgress(report)
+    work = _Explaining(grid, Regions(grid, progress), progress)
+    work.run()
+    return work.result(arrays["kind"])
+
+
+class _Explaining:
+    """The pairs, and what is known of them so far; arrays (p, 2) are of the motions of their two points."""
+
+    def __init__(self, grid: Grid, regions: Regions, progress: BorderProgress) -> None:
+        self.grid, self.regions, self.progress = grid, regions, progress
+        self.steady = np.abs(steady_response(grid.oscillator, grid.omega)[:, 0])
+        self.pairs = self._pairs()
+        count = len(self.pairs)
+        self.known = np.zeros((count, 2), dtype=np.bool_)
+        self.ends = np.zeros((count, 2), dtype=np.bool_)
+        self.reason = np.zeros((count, 2), dtype=np.int64)
+        self.curve = np.full(count, -1, dtype=np.int64)
+        self.distance = np.full(count, np.nan)
+        self.curves: list[BorderCurve] = []
+        self.spent = 0
+        self.number = np.array([[grid.name[point] for point in pair] for pair in self.pairs], dtype=np.int64)
+        self.number = self.number.reshape(-1, 2)
+        self.regular = np.all(self.number != NO_NAME, axis=1)
+        same = self._solve_across()
+        keep = np.flatnonzero(~same)
+        self.pairs = [self.pairs[i] for i in keep]
+        for name in ("known", "ends", "reason", "curve", "distance", "number", "regular"):
+            setattr(self, name, getattr(self, name)[keep])
+
+    def _pairs(self) -> list[tuple[Point, Point]]:
+        """Return neighbours with different names or regions, of which one at least is periodic."""
+        pairs: list[tuple[Point, Point]] = []
+        name, number = self.grid.name, self.regions.number
+        for down, right in ((1, 0), (0, 1)):
+            here = (slice(0, len(name) - down), slice(0, name.shape[1] - right))
+            there = (slice(down, None), slice(right, None))
+            differ = (name[here] != name[there]) | (number[here] != number[there])
+            differ &= (name[here] >= 0) | (name[there] >= 0)
+            pairs += [((row, column), (row + down, column + right)) for row, column in np.argwhere(differ).tolist()]
+        return pairs
+
+    def _solve_across(self) -> Booleans:
+        """Solve for every motion at the other point of its pair; return which pairs are one motion after all."""
+        same = np.zeros(len(self.pairs), dtype=np.bool_)
+        jobs: dict[tuple[int, int], list[tuple[int, int, Point, Point]]] = {}
+        for i, pair in enumerate(self.pairs):
+            for side, (point, other) in enumerate((pair, pair[::-1])):
+                name = self.grid.name_at(point)
+                number = int(self.regions.number[point])
+                if name is None:
+                    continue
+                if name.free:
+                    self.known[i, side] = True
+                    self.ends[i, side] = not self.steady[other[1]] < self.grid.clearance[other[0]]
+                elif number == NO_REGION:
+                    self.reason[i, side] = _NO_ORBIT if name.solvable else _RESTS
+                else:
+                    self.known[i, side] = True
+                    jobs.setdefault((number, other[1]), []).append((i, side, point, other))
+        for done, ((number, column), members) in enumerate(jobs.items()):
+            self.progress.across(done / len(jobs))
+            region = self.regions.found[number]
+            rows = np.array([other[0] for *_, other in members])
+            got = region.solve(column, rows, [region.orbits[point] for _, _, point, _ in members])
+            for k, (i, side, _, other) in enumerate(members):
+                self.ends[i, side] = not got.fine[k]
+                if got.fine[k] and _is_one(self.regions.at(other), other, region, got.velocities[k]):
+                    same[i] = True
+        return same
+
+    def run(self) -> None:
+        """Explain what can be: borders of periodic motions first."""
+        both = np.flatnonzero(self.regular & ~np.any(self.ends, axis=1) & np.all(self.known, axis=1)).tolist()
+        for done, place in enumerate(both):
+            self.progress.coexisting(done / len(both))
+            for side in (0, 1):
+                self._follow_across(place, side)
+        self._take_grazing_curve()
+        weight = self._weight()
+        whole = max(float(np.sum(weight)), 1.0)
+        for chosen in (self.regular, ~self.regular):
+            for number in self._most_frequent(chosen):
+                for i, side in np.argwhere(self._waiting(number, chosen)).tolist():
+                    if self._waits(i, side):
+                        self._end(i, side, number, chosen)
+                    if self._waits(i, side):
+                        self.reason[i, side] = _BREAKS_OFF
+                    self.progress.curves(1.0 - float(np.sum(weight[self._all_waiting])) / whole)
+
+    @property
+    def _all_waiting(self) -> Booleans:
+        """Pairs and sides (p, 2) at which a motion ends, no curve is known yet, nor a reason why there is none."""
+        return np.asarray(self.ends & (self.reason == 0) & (self.curve < 0)[:, None])
+
+    def _waits(self, i: int, side: int) -> bool:
+        return bool(self.curve[i] < 0 and self.ends[i, side] and self.reason[i, side] == 0)
+
+    def _waiting(self, number: int, chosen: Booleans) -> Booleans:
+        """Return those of `_all_waiting` whose motion has the name of a number."""
+        return np.asarray(self._all_waiting & chosen[:, None] & (self.number == number))
+
+    def _most_frequent(self, chosen: Booleans) -> Iterator[int]:
+        """Yield the name at whose motions most is waiting, until nothing is."""
+        while True:
+            left = self.number[self._all_waiting & chosen[:, None]]
+            if not len(left):
+                return
+            counts = np.bincount(left)
+            yield int(np.flatnonzero(counts == np.max(counts))[-1])
+
+    def _weight(self) -> Floats:
+        """Return how much of the work is expected at pairs and sides (p, 2): each name's shared by its borders."""
+        weight = np.zeros(self.number.shape)
+        for number in np.unique(self.number[self._all_waiting]).tolist():
+            there = self._all_waiting & (self.number == number)
+            weight[there] = _an_orbit(self.grid.names[number].impacts) / np.count_nonzero(there)
+        return weight
+
+    def _take_grazing_curve(self) -> None:
+        free = [number for number, name in enumerate(self.grid.names) if name.free]
+        if not free:
+            return
+        count = _GRAZING_SAMPLES * len(self.grid.omega)
+        omega = np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(self.grid.omega)), self.grid.omega)
+        clearance = np.abs(steady_response(self.grid.oscillator, omega)[:, 0])
+        name = self.grid.names[free[0]]
+        self._take(BorderCurve("GR", name, omega, clearance, np.ones(count, dtype=np.bool_), None), free[0])
+        left = self.ends & (self.curve < 0)[:, None] & (self.number == free[0])
+        self.reason[left] = _LEAVES  # it ends there and nowhere else: the curve is steeper than a step
+
+    def _take(self, curve: BorderCurve, number: int) -> None:
+        """Explain by a curve all pairs at which a motion of a name ends and which it passes."""
+        ends_there = np.any(self.ends & (self.number == number), axis=1)
+        members = np.flatnonzero((self.curve < 0) & ends_there).tolist()
+        self.curves.append(curve)
+        if not members:
+            return
+        first = np.array([self.pairs[i][0] for i in members], dtype=np.float64)
+        second = np.array([self.pairs[i][1] for i in members], dtype=np.float64)
+        line = Line(positions(self.grid.clearance, curve.clearance), positions(self.grid.omega, curve.omega))
+        distance = nearest(line, curve.admissible, 0.5 * (first + second))
+        for i, apart in zip(members, distance.tolist(), strict=True):
+            if apart <= BORDER_REACH:
+                self.curve[i], self.distance[i] = len(self.curves) - 1, apart
+
+    def _orbits(self, each: int, reason: Integers) -> int:
+        """Return how many orbits that take so much each may be followed one way for a border; 0, and why, for none.
+
+        `reason` is that of one side of a pair, modified in place.
+        """
+        if self.spent >= BORDERS_WORK:
+            reason[...] = _ALL_SPENT
+            return 0
+        most = min(_CURVE_POINTS, BORDER_WORK // each)
+        if most < BORDER_FEWEST:
+            reason[...] = _TOO_LONG
+            return 0
+        return most
+
+    def _follow_across(self, i: int, side: int) -> SpecialPoint | None:
+        """Follow a motion from its point to the other one; return the special point at which it ends, if it does."""
+        point = self.pairs[i][side]
+        region = self.regions.at(point)
+        if region is None:  # the steady motion
+            return None
+        most = self._orbits(_an_orbit(len(region.stops)), self.reason[i, side : side + 1])
+        if not most:
+            self.known[i, side] = False
+            return None
+        try:
+            special, arrives, full = self._walked(i, side, region, most)
+            start = None if special is None else followable(self.grid.oscillator, special)
+        except (SteadyMotionError, ConditioningError):
+            self.known[i, side] = False
+            self.reason[i, side] = _ILL_CONDITIONED
+            return None
+        if special is not None:
+            self.ends[i, side] = True
+            self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
+            return start
+        # the motion is there too, or nothing is known of where it ends
+        self.ends[i, side] = False
+        self.known[i, side] = arrives
+        self.reason[i, side] = 0 if arrives else _TOO_LONG if full else _BREAKS_OFF
+        return None
+
+    def _walked(self, i: int, side: int, region: Region, most: int) -> tuple[SpecialPoint | None, bool, bool]:
+        """Follow the branch of a motion from its point to the other one, or to the first special point.
+
+        Returns that point, whether the branch arrives, and whether it was left because of its length.
+        """
+        point, other = self.pairs[i][side], self.pairs[i][1 - side]
+        orbit = periodic_orbit(self.grid.oscillator, *self.grid.place(point), region.sequence(point))
+        vary: Parameter = "clearance" if point[1] == other[1] else "omega"
+        here, there = (self.grid.place(one)[1 if vary == "clearance" else 0] for one in (point, other))
+        rises = there > here
+        # a step from next to a saddle-node may pass over it, back to where it began
+        for step in (self._longest_step(), _SHORTER * self._longest_step()):
+            branch = orbit_branch(
+                self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
+            )
+            self.spent += len(branch.values) * _an_orbit(len(region.stops))
+            arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= END_OF_RANGE * there
+            if arrives or branch.special_points:
+                break
+        special = branch.special_points if rises else branch.special_points[::-1]
+        return (special[0] if special else None), arrives, "points" in branch.ends
+
+    def _end(self, i: int, side: int, number: int, chosen: Booleans) -> None:
+        """Find where a motion ends at a pair, and follow the curve of that."""
+        point = self._follow_across(i, side)
+        if point is None:
+            return
+        reason = self.reason[i, side : side + 1]
+        each = _TIMES[point.type] * _an_orbit(len(point.impacts.stops))
+        most = self._orbits(each, reason)
+        if not most:
+            return
+        window = [self._side(axis, number, chosen) for axis in (1, 0)]
+        try:
+            curve = bifurcation_curve(self.grid.oscillator, point, window[0], window[1], self._longest_step(), most)
+        except (SteadyMotionError, ConditioningError):
+            reason[...] = _ILL_CONDITIONED
+            return
+        self.spent += len(curve.omega) * each
+        name = self.grid.names[number]
+        self._take(BorderCurve(curve.type, name, curve.omega, curve.clearance, curve.admissible, curve), number)
+        if self.curve[i] < 0:
+            reason[...] = _LEAVES
+
+    def _side(self, axis: int, number: int, chosen: Booleans) -> tuple[float, float]:
+        """Return the range of a parameter that holds all borders at which a motion ends and that are left."""
+        values = self.grid.omega if axis else self.grid.clearance
+        waiting = np.flatnonzero(np.any(self._waiting(number, chosen), axis=1))
+        places = [point[axis] for i in waiting.tolist() for point in self.pairs[i]]
+        low, high = min(places), max(places)
+        before = values[max(low, 1)] - values[max(low, 1) - 1]
+        behind = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
+        least = max(float(values[low] - BORDER_MARGIN * before), 0.5 * float(values[low]))
+        return least, float(values[high] + BORDER_MARGIN * behind)
+
+    def _longest_step(self) -> float:
+        """Return the longest step along a branch or a curve, relative as their units are."""
+        steps = [float(np.max(np.diff(values) / values[:-1])) for values in (self.grid.omega, self.grid.clearance)]
+        return min(_BRANCH_STEP, BORDER_STEP * max(steps))
+
+    def result(self, kind: NDArray[np.int8]) -> MapBorders:
+        """Return what was found; what is neither on a curve nor known on both sides is unexplained."""
+        stays = self.known & ~self.ends
+        explanation = np.full(len(self.pairs), _UNEXPLAINED, dtype=np.int64)
+        explanation[self.regular & np.all(stays, axis=1)] = _COEXISTENCE
+        explanation[~self.regular & np.any(stays, axis=1)] = _GOES_ON
+        explanation[self.curve >= 0] = _CURVE
+        reason = np.where(explanation == _UNEXPLAINED, np.max(self.reason, axis=1), 0)
+        first = np.array([pair[0] for pair in self.pairs], dtype=np.int64).reshape(-1, 2)
+        second = np.array([pair[1] for pair in self.pairs], dtype=np.int64).reshape(-1, 2)
+        irregular = self.grid.name < 0
+        apart = 0
+        for states, kinds in ((irregular, kind), (irregular.T, kind.T)):
+            apart += int(np.count_nonzero(states[1:] & states[:-1] & (kinds[1:] != kinds[:-1])))
+        return MapBorders(
+            row=first[:, 0],
+            column=first[:, 1],
+            along=second[:, 1] - first[:, 1],
+            regular=self.regular,
+            explanation=explanation,
+            reason=reason,
+            curve=self.curve,
+            distance=self.distance,
+            curves=tuple(self.curves),
+            without_orbit=self.regions.without_orbit,
+            irregular_pairs=apart,
+        )
+
+
+def _an_orbit(impacts: int) -> int:
+    """Return what following one orbit takes, in the units of `BORDER_WORK`."""
+    return max(impacts, BORDER_LEAST_IMPACTS) ** 2
+
+
+def _is_one(other: Region | None, place: Point, region: Region, velocities: Floats) -> bool:
+    """Say whether the orbit at a place of another region is one with these impacts, or their mirror images."""
+    if other is None or other.name != region.name:
+        return False
+    speeds = [np.sort(np.abs(one)) for one in (other.orbits[place][1], velocities)]
+    return len(speeds[0]) == len(speeds[1]) and bool(
+        np.all(np.abs(speeds[0] - speeds[1]) <= SAME_SPEED * float(np.max(speeds[1])))
+    )

@@ -1,0 +1,451 @@
+"""The orbits of an unfolding map: which of its points have one family of motions, and the orbit at each of them.
+
+A map's grid and arrays flow in. Where a trajectory from rest leads to a periodic motion it gives the orbit at one
+point; from there the orbit is solved for from point to neighbouring point, as long as the map has the same name there
+and the slowest impact is the map's. Out flow regions, each a connected set of points with one family of orbits. So
+every point of a region is checked twice: the map found the motion by simulation, and its equations are solved here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.codes import INFINITE, NAMED
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.borders.progress import BorderProgress
+from grazemap_core.maps.kernels.lane_state import (
+    IMPACTS_LEFT,
+    IMPACTS_RIGHT,
+    PERIOD,
+    REASON,
+    SETTLED_AFTER,
+    STICKING,
+    SYMMETRIC,
+)
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.batches import solve_sequences
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.kernels.admissibility import CLEAR
+from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.newton import CONVERGED
+from grazemap_core.orbits.tolerances import ORBIT_FLOOR
+from grazemap_core.simulation.motion import KINDS
+from grazemap_core.simulation.trajectories import Trajectory, trajectory
+
+Point = tuple[int, int]
+"""Row (clearance) and column (omega) of a point of a map."""
+
+NO_REGION = -1
+NO_NAME = -1
+_RUNS = 3
+"""Trajectories from rest at a point, each twice as long as the one before, that are tried for an orbit there."""
+_RANDOM_STATES = 256
+"""Initial states at a point of which those are looked for that lead to the map's motion."""
+_MOST_STATES = 4
+"""Of those, the ones that settle first, how many are followed."""
+
+
+class Name(NamedTuple):
+    """What a map calls a periodic motion; mirror images have one name.
+
+    Attributes
+    ----------
+    period : int
+    more, fewer : int
+        Impacts on the stop that is struck more often, and on the other one; codes as in a map.
+    symmetric, sticking : bool
+    """
+
+    period: int
+    more: int
+    fewer: int
+    symmetric: bool
+    sticking: bool
+
+    @property
+    def impacts(self) -> int:
+        """Impacts that have to be solved for: of symmetric motions those of half the period."""
+        both = max(self.more, 0) + max(self.fewer, 0)
+        return both // 2 if self.symmetric else both
+
+    @property
+    def free(self) -> bool:
+        """It is the steady motion, without impacts."""
+        return self.more == -1
+
+    @property
+    def solvable(self) -> bool:
+        """It is a finite sequence of impacts."""
+        return not (self.free or self.sticking or INFINITE in (self.more, self.fewer))
+
+
+class Grid(NamedTuple):
+    """A map as far as its borders need it.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    omega, clearance : (m,), (n,)
+    names : tuple of Name
+    name : int (n, m)
+        Place in `names`; NO_NAME where the map has no periodic motion.
+    slowest : (n, m)
+        Speed of the slowest impact, by which orbits of one name are told apart.
+    settled_after : int (n, m)
+    """
+
+    oscillator: Oscillator
+    omega: Floats
+    clearance: Floats
+    names: tuple[Name, ...]
+    name: Integers
+    slowest: Floats
+    settled_after: Integers
+
+    @classmethod
+    def of(cls, oscillator: Oscillator, omega: Floats, clearance: Floats, arrays: Mapping[str, NDArray[Any]]) -> Grid:
+        """Take the arrays of `unfolding.unfolding_map_tile`.
+
+        Raises
+        ------
+        ParameterError
+            The arrays are not of the grid's shape, or the grid has fewer than two values on a side.
+        """
+        for key, values in (("omega", omega), ("clearance", clearance)):
+            if len(values) < 2 or not np.all(np.diff(values) > 0.0):
+                raise ParameterError(key, "must be an increasing list of at least two numbers")
+        right, left = arrays["impacts_right"], arrays["impacts_left"]
+        if right.shape != (len(clearance), len(omega)):
+            raise ParameterError("arrays", "must have a row for every clearance and a column for every omega")
+        periodic = arrays["kind"] == KINDS.index("periodic")
+        columns = [arrays["period"], np.maximum(right, left), np.minimum(right, left)]
+        codes = np.stack([*columns, arrays["symmetric"], arrays["sticking"]], axis=-1).astype(np.int64)
+        found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
+        name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
+        name[periodic] = places.ravel()
+        names = tuple(_name(*code) for code in found.tolist())
+        slowest = np.nan_to_num(arrays["least_impact_velocity"])
+        return cls(oscillator, omega, clearance, names, name, slowest, arrays["settled_after"].astype(np.int64))
+
+    def name_at(self, point: Point) -> Name | None:
+        """Return the name of a point's motion; None where it is not periodic."""
+        number = int(self.name[point])
+        return None if number == NO_NAME else self.names[number]
+
+    def place(self, point: Point) -> tuple[float, float]:
+        """Return omega and clearance of a point."""
+        return float(self.omega[point[1]]), float(self.clearance[point[0]])
+
+
+class Equations:
+    """The kernels' view of all columns of a grid, made once for every period, and for symmetric motions."""
+
+    def __init__(self, grid: Grid) -> None:
+        """Make nothing yet."""
+        self._grid = grid
+        self._families: dict[tuple[int, bool], OrbitFamily] = {}
+        self._problems: dict[tuple[int, bool, int], OrbitProblem] = {}
+
+    def problem(self, period: int, symmetric: bool, column: int) -> OrbitProblem:
+        """Return the problem of a column.
+
+        Raises
+        ------
+        ParameterError, SteadyMotionError, ConditioningError
+            As `OrbitFamily.of`.
+        """
+        key = (period, symmetric, column)
+        if key not in self._problems:
+            kind = (period, symmetric)
+            if kind not in self._families:
+                self._families[kind] = OrbitFamily.of(self._grid.oscillator, period, symmetric)
+            family, omega = self._families[kind], float(self._grid.omega[column])
+            steady = family.steady(omega)
+            length = max(abs(steady[0]), float(self._grid.clearance[-1]))
+            self._problems[key] = family.problem(omega, length, steady)
+        return self._problems[key]
+
+
+class Solved(NamedTuple):
+    """Orbits at several points of a column: phases and velocities (p, k), and (p,) whether they are such motions."""
+
+    phases: Floats
+    velocities: Floats
+    fine: Booleans
+
+
+@dataclass(eq=False)
+class Region:
+    """A connected set of points with one family of orbits.
+
+    Attributes
+    ----------
+    name : Name
+    period : int
+    stops : int (k,)
+        Of symmetric motions those of half the period.
+    symmetric : bool
+    orbits : dict of Point to (phases, velocities), (k,) each
+    """
+
+    name: Name
+    period: int
+    stops: Integers
+    symmetric: bool
+    grid: Grid
+    equations: Equations
+    orbits: dict[Point, tuple[Floats, Floats]] = field(default_factory=dict)
+
+    def sequence(self, point: Point) -> ImpactSequence:
+        """Return the impacts at a point."""
+        return self._sequence(*self.orbits[point])
+
+    def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
+        """Solve for the orbits at points of a column, each from its own guess.
+
+        Fine is what is stable, admissible, and neither of a shorter period nor, where the region's are not, symmetric.
+        """
+        problem = self.equations.problem(self.period, self.symmetric, column)
+        phases = np.array([phases for phases, _ in guesses])
+        velocities = np.array([velocities for _, velocities in guesses])
+        first = self._sequence(phases[0], velocities[0])
+        found, speeds, told = solve_sequences(
+            problem, first, self.grid.clearance[rows], phases, velocities, floor=-ORBIT_FLOOR
+        )
+        found_velocities = speeds * (problem.omega * problem.length)
+        fine = (told.status == CONVERGED) & (told.contact == CLEAR)
+        fine &= np.all(np.hypot(told.real, told.imaginary) < 1.0, axis=1)
+        for i in np.flatnonzero(fine):
+            one = self._sequence(found[i], found_velocities[i])
+            fine[i] = one.repeats_after() == self.period and (self.symmetric or not one.mirrors())
+        return Solved(found, found_velocities, fine)
+
+    def _sequence(self, phases: Floats, velocities: Floats) -> ImpactSequence:
+        return ImpactSequence(self.period, self.stops, phases, velocities, self.symmetric)
+
+
+class Regions:
+    """The regions of a map.
+
+    Attributes
+    ----------
+    grid : Grid
+    number : int (n, m)
+        Place in `found` of a point's region; NO_REGION for motions that are not periodic, have no impacts or rest on a
+        stop, and where no orbit was found.
+    found : list of Region
+    """
+
+    def __init__(self, grid: Grid, progress: BorderProgress | None = None) -> None:
+        """Find them all, and say how far that is.
+
+        Raises
+        ------
+        ParameterError, SteadyMotionError, ConditioningError
+            As `OrbitFamily.of`.
+        """
+        self.grid = grid
+        self.number = np.full(grid.name.shape, NO_REGION, dtype=np.int64)
+        self.found: list[Region] = []
+        self._equations = Equations(grid)
+        self._progress = progress or BorderProgress(None)
+        self._searched = 0
+        solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
+        self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name])))
+        for place in np.flatnonzero(solvable[:-1]).tolist():
+            name, there = grid.names[place], grid.name == place
+            for row, column in np.argwhere(there).tolist():
+                if self.number[row, column] == NO_REGION:
+                    self._look_at(1)
+                    region = self._begun((row, column), name)
+                    if region is not None:
+                        self._grow(region, (row, column), there & (self.number == NO_REGION))
+
+    def at(self, point: Point) -> Region | None:
+        """Return the region of a point."""
+        number = int(self.number[point])
+        return None if number == NO_REGION else self.found[number]
+
+    @property
+    def without_orbit(self) -> Booleans:
+        """Where the map has a periodic motion with impacts, and no orbit was found, shape (n, m)."""
+        free = np.array([name.free for name in self.grid.names] + [True])  # the last one: NO_NAME
+        return np.asarray((self.number == NO_REGION) & ~free[self.grid.name])
+
+    def _look_at(self, points: int) -> None:
+        self._looked_at += points
+        self._progress.regions(self._looked_at / self._all)
+
+    def _begun(self, point: Point, name: Name) -> Region | None:
+        """Return a region with its first orbit."""
+        for guess in self._guesses(point, name):
+            region = Region(name, guess.period, guess.stops, guess.symmetric, self.grid, self._equations)
+            got = region.solve(point[1], np.array([point[0]]), [(guess.phases, guess.velocities)])
+            if got.fine[0] and self._is_that_of_map(point, got.velocities[0]):
+                region.orbits[point] = got.phases[0], got.velocities[0]
+                return region
+        return None
+
+    def _guesses(self, point: Point, name: Name) -> Iterator[ImpactSequence]:
+        """Yield impacts near a motion: of trajectories from rest, of the next point of its name, of random states.
+
+        Behind a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
+        """
+        yield from self._settled(point, name, np.zeros((2, self.grid.oscillator.size)), self.grid.settled_after[point])
+        for region in self.found:
+            if region.name == name:
+                yield region.sequence(min(region.orbits, key=lambda other: math.dist(other, point)))
+        if self._searched >= BORDER_SEARCH_PERIODS:
+            return
+        self._searched += _RANDOM_STATES * self._longest
+        omega, clearance = self.grid.place(point)
+        states = self._starts * np.array([1.0, omega])[:, None]
+        steady = forced_response(self.grid.oscillator, np.array([omega]))[0]
+        rest = np.zeros((2, self.grid.oscillator.size))
+        codes, _ = self._settler.run(omega, steady, np.array([clearance]), rest, states)
+        there = [k for k, code in enumerate(codes[0]) if _name_of(code) == name]
+        for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
+            yield from self._settled(point, name, clearance * states[k], codes[0, k, SETTLED_AFTER])
+
+    def _settled(self, point: Point, name: Name, state: Floats, after: int) -> Iterator[ImpactSequence]:
+        """Yield impacts of the trajectory from a state (2, N), each time after a longer transient."""
+        omega, clearance = self.grid.place(point)
+        for time in range(_RUNS):
+            run = trajectory(
+                self.grid.oscillator,
+                omega,
+                clearance,
+                state[0],
+                state[1],
+                transient_periods=int(after) * 2**time,
+                periods=name.period,
+                samples_per_period=1,
+            )
+            yield from _named(_last_period(run, name.period), name)
+
+    @cached_property
+    def _settler(self) -> Settler:
+        period = max(name.period for name in self.grid.names)
+        return Settler(self.grid.oscillator, Settling(self._longest, period, linearised=False))
+
+    @cached_property
+    def _longest(self) -> int:
+        """Forcing periods in which all points had settled."""
+        return max(1, int(np.max(self.grid.settled_after)))
+
+    @cached_property
+    def _starts(self) -> Floats:
+        """Displacements in clearances, velocities in clearances times omega, (s, 2, N)."""
+        size = self.grid.oscillator.size
+        return np.random.default_rng(0).uniform(-1.0, 1.0, (_RANDOM_STATES, 2, size))
+
+    def _is_that_of_map(self, point: Point, velocities: Floats) -> bool:
+        omega, clearance = self.grid.place(point)
+        apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest[point]))
+        return apart <= SAME_SPEED * omega * clearance
+
+    def _grow(self, region: Region, first: Point, left: Booleans) -> None:
+        """Solve for the orbits of all points that can be reached from the first one, and take them from `left`."""
+        number = len(self.found)
+        self.found.append(region)
+        self.number[first] = number
+        left[first] = False
+        due = deque([first[1]])
+        while due:
+            column = due.popleft()
+            self._grow_within(region, number, column, left)
+            for beside in (column - 1, column + 1):
+                if not 0 <= beside < left.shape[1]:
+                    continue
+                rows = np.flatnonzero((self.number[:, column] == number) & left[:, beside])
+                if self._take(region, number, beside, [(row, (row, column)) for row in rows.tolist()], left):
+                    due.append(beside)
+
+    def _grow_within(self, region: Region, number: int, column: int, left: Booleans) -> None:
+        """Go on up and down a column, as long as there is more."""
+        tried: set[tuple[int, Point]] = set()
+        while True:
+            steps: dict[int, tuple[int, Point]] = {}
+            for row in np.flatnonzero(self.number[:, column] == number).tolist():
+                for to in (row - 1, row + 1):
+                    step = (to, (row, column))
+                    if 0 <= to < len(left) and left[to, column] and step not in tried:
+                        steps[to] = step
+            if not steps:
+                return
+            tried.update(steps.values())
+            self._take(region, number, column, list(steps.values()), left)
+
+    def _take(self, region: Region, number: int, column: int, steps: list[tuple[int, Point]], left: Booleans) -> bool:
+        """Solve for orbits at rows of a column, each from the orbit at a point; return whether one is the map's."""
+        if not steps:
+            return False
+        rows = np.array([row for row, _ in steps])
+        got = region.solve(column, rows, [region.orbits[source] for _, source in steps])
+        some = False
+        for i in np.flatnonzero(got.fine):
+            point = int(rows[i]), column
+            if self._is_that_of_map(point, got.velocities[i]):
+                region.orbits[point] = got.phases[i], got.velocities[i]
+                self.number[point] = number
+                left[point] = False
+                some = True
+        self._look_at(int(np.count_nonzero(got.fine)))
+        return some
+
+
+def _name(period: int, more: int, fewer: int, symmetric: int, sticking: int) -> Name:
+    return Name(period, more, fewer, bool(symmetric), bool(sticking))
+
+
+def _name_of(code: Integers) -> Name | None:
+    """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
+    if code[REASON] != NAMED:
+        return None
+    impacts = int(code[IMPACTS_RIGHT]), int(code[IMPACTS_LEFT])
+    return _name(int(code[PERIOD]), max(impacts), min(impacts), int(code[SYMMETRIC]), int(code[STICKING]))
+
+
+def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
+    """Return the impacts of a record of one period, wherever it has settled to; None where they are no sequence."""
+    if run.motion.kind == "periodic" and run.motion.period == period:
+        try:
+            return impacts_of(run)
+        except ParameterError:
+            return None
+    impacts = run.impacts
+    if run.final is None or not len(impacts.stop) or np.any(impacts.kind != "impact") or len(run.sticking.start):
+        return None
+    # whole forcing periods leave the phase as it was
+    phases = run.final.phase + 2.0 * math.pi * impacts.period + run.record.problem.omega * impacts.phase_time
+    try:
+        return ImpactSequence.create(period, impacts.stop.astype(np.int64), phases, impacts.velocity)
+    except ParameterError:
+        return None
+
+
+def _named(sequence: ImpactSequence | None, name: Name) -> Iterator[ImpactSequence]:
+    """Yield a sequence if it can be that of a name, half of it where the motion is symmetric."""
+    if sequence is None or sequence.period != name.period:
+        return
+    whole = sequence.whole
+    counts = [int(np.sum(whole.stops == stop)) or -1 for stop in (1, -1)]
+    if (max(counts), min(counts)) != (name.more, name.fewer):
+        return
+    if not name.symmetric:
+        yield whole
+    elif np.array_equal(whole.stops, -np.roll(whole.stops, len(whole.stops) // 2)):
+        yield whole.half()

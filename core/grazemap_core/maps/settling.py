@@ -1,0 +1,181 @@
+"""Running many trajectories until their motions can be named: what maps and basins have in common.
+
+An oscillator, forcing frequencies, clearances and initial states flow in; codes and figures of `kernels.lane_state`
+flow out, one column of either per trajectory.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.codes import HIDDEN, NAMED
+from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
+from grazemap_core.contact.kernels.workspace import workspace
+from grazemap_core.maps.kernels.lane_scheduler import queue, settle_column
+from grazemap_core.maps.kernels.lane_state import CODES, DOUBT, FIGURES, REASON, RUN, SETTLED_AFTER, ColumnTask, Found
+from grazemap_core.maps.kernels.lane_tables import lane_tables
+from grazemap_core.maps.kernels.lane_tangents import RECORD, lane_tangents
+from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lockstep import lanes
+from grazemap_core.maps.tolerances import MOST_GROWTH_PERIODS
+from grazemap_core.model.harmonic_response import forced_response, hidden_by_rounding
+from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.modal import ModalModel
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
+from grazemap_core.simulation.kernels import period_detection
+
+
+class Settling(NamedTuple):
+    """How trajectories are to be run.
+
+    Attributes
+    ----------
+    max_periods, max_period : int
+        As in `unfolding.unfolding_map_tile`.
+    early : bool
+        Whether a trajectory stops once its motion can be named.
+    linearised : bool
+        Whether exponents of motions that are not periodic are wanted, and multipliers of those that are not proven.
+    proven : bool
+        Whether motions are to be proven.
+    follow : bool
+        Whether a trajectory begins where that of the clearance before has ended.
+    starts : (s, 2, N) or None
+        Initial displacements in clearances and velocities in clearances times omega; at rest when None.
+    """
+
+    max_periods: int
+    max_period: int
+    early: bool = True
+    linearised: bool = True
+    proven: bool = True
+    follow: bool = False
+    starts: Floats | None = None
+
+
+class Settler:
+    """The scratch of a settling, and the kernel that uses it, for one oscillator."""
+
+    def __init__(self, oscillator: Oscillator, task: Settling) -> None:
+        """Make room for lanes, rings and tangents; nothing is run."""
+        size = oscillator.size
+        self._models = trajectory_models(oscillator)
+        self._chain = _chain(self._models.free, task.proven)
+        self._task = task
+        self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
+        scratch = RECORD if task.linearised or self._chain.provable else 0
+        self._ring = period_detection.stroboscopic_history(size, task.max_period, LANES)
+        self._group = lanes(size, scratch)
+        free = self._models.free
+        self._changes = lane_tangents(free.decay, free.frequency_squared, self._growth_halves)
+        self._work, self._scratch = workspace(size, scratch), queue(size)
+        self._verification = verification_scratch(size)
+        self._masses = (0,) * size
+
+    def run(
+        self,
+        omega: float,
+        steady: Complexes,
+        clearances: Floats,
+        states: Floats,
+        scaled: Floats,
+        phase: float = 0.0,
+    ) -> tuple[Integers, Floats]:
+        """Run one trajectory for each clearance and initial state.
+
+        Parameters
+        ----------
+        steady : complex (N,)
+            `forced_response` at omega.
+        clearances : (n,)
+        states, scaled : (2, N) and (s, 2, N)
+            Trajectories of clearance b begin at the displacements and velocities ``states + b scaled``.
+        phase : float
+            Of the forcing at the start.
+
+        Returns
+        -------
+        codes, figures : (n, s, CODES) and (n, s, FIGURES)
+        """
+        free = self._models.free
+        problem, held = cell_problem(self._models, steady, omega, phase)
+        count = len(clearances) * len(scaled)
+        found = Found(codes=np.empty((count, CODES), dtype=np.int64), figures=np.empty((count, FIGURES)))
+        task = ColumnTask(
+            clearances=np.ascontiguousarray(clearances, dtype=np.float64),
+            base=free_state(free, steady, omega, states[0], states[1], phase),
+            directions=_in_blocks(free, scaled),
+            max_periods=self._task.max_periods,
+            max_period=self._task.max_period,
+            early=self._task.early,
+            follow=self._task.follow,
+            growth_halves=self._growth_halves,
+        )
+        settle_column(
+            self._masses,
+            problem,
+            held,
+            lane_tables(problem, held.viscous_term),
+            self._chain,
+            task,
+            self._group,
+            self._ring,
+            self._changes,
+            self._work,
+            self._verification,
+            self._scratch,
+            found,
+        )
+        shape = (len(clearances), len(scaled))
+        codes, figures = found.codes.reshape(*shape, CODES), found.figures.reshape(*shape, FIGURES)
+        hidden = hidden_by_rounding(steady[:1], np.asarray(clearances))[:, 0]
+        codes[hidden, :, :RUN], figures[hidden] = 0, np.nan
+        codes[hidden, :, REASON], codes[hidden, :, SETTLED_AFTER] = HIDDEN, -1
+        codes[hidden, :, DOUBT] = NAMED
+        return codes, figures
+
+
+def _chain(model: ModalModel, wanted: bool) -> ImpulseBlocks:
+    """Return the blocks as mass 1 feels them."""
+    blocks = impulse_response(model)
+    return ImpulseBlocks(
+        decay=np.ascontiguousarray(blocks.decay),
+        discriminant=np.ascontiguousarray(blocks.discriminant),
+        frequency_squared=np.ascontiguousarray(blocks.frequency_squared),
+        frequency=np.sqrt(blocks.frequency_squared),
+        unit_impulse=np.stack([blocks.value, blocks.slope], axis=1),
+        provable=wanted and not bool(np.any(model.undamped)),
+    )
+
+
+def _in_blocks(model: ModalModel, states: Floats) -> Floats:
+    """Return physical states (s, 2, N) in block coordinates, (s, N, 2)."""
+    count, _, size = states.shape
+    flat = states.reshape(count, 2 * size)
+    result = np.zeros((count, 2 * size))
+    for c in range(2 * size):  # term by term: a product of matrices would round according to how many states there are
+        result += flat[:, c : c + 1] * model.to_modal[:, c]
+    return result.reshape(count, size, 2)
+
+
+def settle_grid(oscillator: Oscillator, omega: Floats, clearance: Floats, task: Settling) -> tuple[Integers, Floats]:
+    """Return codes and figures of every trajectory of a grid, shapes (CODES, n, m, s) and (FIGURES, n, m, s).
+
+    m frequencies, n clearances in the order in which they are to be followed, s initial states.
+    """
+    settler = Settler(oscillator, task)
+    steady = forced_response(oscillator, omega)
+    at_rest = np.zeros((2, oscillator.size))
+    starts = np.zeros((1, 2, oscillator.size)) if task.starts is None else task.starts
+    shape = (len(clearance), len(omega), len(starts))
+    codes = np.empty((CODES, *shape), dtype=np.int64)
+    figures = np.empty((FIGURES, *shape))
+    for i, w in enumerate(omega):
+        scaled = starts * np.array([1.0, float(w)])[:, None]
+        of_column = settler.run(float(w), steady[i], clearance, at_rest, scaled)
+        codes[:, :, i], figures[:, :, i] = (np.moveaxis(part, 2, 0) for part in of_column)
+    return codes, figures

@@ -1,0 +1,188 @@
+"""The unfolding map: which motion every point of a rectangle of (omega, clearance) settles to."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.codes import NAMED
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.kernels.lane_state import DOUBT, LYAPUNOV_ERROR
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS, kinds_of
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+
+POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
+"""Where the trajectory of a point begins: at rest; where that of the clearance below, or above, has ended; or at
+several random states, of which the motion that most lead to counts."""
+
+_OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
+
+
+def unfolding_map_tile(
+    oscillator: Oscillator,
+    omega: Floats,
+    clearance: Floats,
+    max_periods: int = 1000,
+    max_period: int = 32,
+    policy: str = "rest",
+    initial_conditions: int = 16,
+    seed: int = 0,
+    preview: bool = False,
+) -> dict[str, NDArray[Any]]:
+    """Find the motion that trajectories settle to at every point of a grid; the forcing's phase at their start is 0.
+
+    Every point (of a sweep: every omega) is computed on its own, so a grid cut into tiles gives the same bytes.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    omega : (m,), clearance : (n,)
+        The grid, in the oscillator's units; both > 0, clearance increasing.
+    max_periods : int
+        Forcing periods after which a trajectory that has not settled is given up. In the second half of them (of
+        MOST_GROWTH_PERIODS at most) the growth of small changes is measured, from which chaotic and quasi-periodic
+        motions are told.
+    max_period : int
+        Longest period n of a motion that is looked for.
+    policy : one of POLICIES
+        A sweep begins from rest at its first clearance, and behind a trajectory that ended early. Where the state that
+        it hands on is beyond a stop of the next point, mass 1 is put on that stop with its velocity, which is an impact
+        when it moves into it.
+    initial_conditions, seed : int
+        Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
+        displacements evenly from (-b, b), velocities from (-omega b, omega b).
+    preview : bool
+        Whether motions are told by their returns alone, sooner: none with impacts is proven, and what has not settled
+        is unresolved, chaotic or not.
+
+    Returns
+    -------
+    dict of arrays of shape (n, m), [clearance, omega]
+        kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
+        periodic and not certified), certified (bool: the orbit is proven, `kernels.proving`), period, impacts_right,
+        impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
+        all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
+        multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
+        exponent per forcing period, its logarithm for a periodic motion; NaN where it was not computed), lyapunov_error
+        (float64: standard error of an exponent that was measured along the trajectory, NaN for others),
+        least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
+        settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: of the initial
+        states that lead to this motion, mirror images being one) and motions_found (int32: how many different ones were
+        found, those unresolved left out). A preview has no multiplier, lyapunov and lyapunov_error.
+
+    Raises
+    ------
+    ParameterError
+        A grid value is not positive, a limit is below 1, or there is no such policy.
+    """
+    check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
+    down = policy == "sweep-down"
+    task = Settling(
+        max_periods=max_periods,
+        max_period=max_period,
+        follow=policy.startswith("sweep"),
+        starts=random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
+        linearised=not preview,
+        proven=not preview,
+    )
+    codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
+    if down:
+        codes, figures = codes[:, ::-1], figures[:, ::-1]
+    return named_arrays(codes, figures, policy == "ensemble", preview)
+
+
+def check_map(
+    omega: Floats, clearance: Floats, max_periods: int, max_period: int, policy: str, initial_conditions: int
+) -> None:
+    """Raise ParameterError where `unfolding_map_tile` refuses a grid, a limit or a policy."""
+    for name, values in (("omega", omega), ("clearance", clearance)):
+        if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
+            raise ParameterError(name, f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    for name, limit in (
+        ("max_periods", max_periods),
+        ("max_period", max_period),
+        ("initial_conditions", initial_conditions),
+    ):
+        if limit < 1:
+            raise ParameterError(name, "must be 1 or greater")
+    if policy not in POLICIES:
+        raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
+
+
+def named_arrays(codes: Integers, figures: Floats, ensemble: bool, preview: bool) -> dict[str, NDArray[Any]]:
+    """Return the arrays of `unfolding_map_tile` from codes (CODES, n, m, s) and figures of s trajectories a point."""
+    if ensemble:
+        chosen, share, motions = _most_frequent(codes)
+        arrays = arrays_of(
+            np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
+            np.take_along_axis(figures, chosen[None, :, :, None], axis=3)[..., 0],
+        )
+        arrays |= {"share": share, "motions_found": motions}
+    else:
+        arrays = arrays_of(codes[..., 0], figures[..., 0])
+    return {name: array for name, array in arrays.items() if not (preview and name in _OF_SMALL_CHANGES)}
+
+
+def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
+    """Return initial displacements and velocities for `Settling.starts`, evenly from (-1, 1), shape (count, 2, N)."""
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
+
+
+def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
+    """Return the arrays of `unfolding_map_tile` from codes (CODES, ...) and figures (FIGURES, ...)."""
+    reason, period, right, left, symmetric, after, sticking, growth = codes[:8]
+    least_velocity, multiplier, lyapunov = figures[:3]
+    kind, reason = kinds_of(reason, growth, codes[DOUBT])
+    return {
+        "kind": kind,
+        "reason": reason,
+        "certified": (kind == KINDS.index("periodic")) & (reason == NAMED),
+        "period": period.astype(np.int32),
+        "impacts_right": right.astype(np.int32),
+        "impacts_left": left.astype(np.int32),
+        "symmetric": symmetric.astype(np.bool_),
+        "sticking": sticking.astype(np.bool_),
+        "multiplier": multiplier.copy(),
+        "lyapunov": lyapunov.copy(),
+        "lyapunov_error": figures[LYAPUNOV_ERROR].copy(),
+        "least_impact_velocity": least_velocity.copy(),
+        "settled_after": after.astype(np.int32),
+    }
+
+
+def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]]:
+    """Choose the motion that most initial states lead to; of several equally frequent the one that was met first.
+
+    Parameters
+    ----------
+    codes : (CODES, n, m, s)
+
+    Returns
+    -------
+    chosen : (n, m)
+        The first initial state that leads to it.
+    share : (n, m)
+        Of the initial states that lead to it. Where none leads to a motion that is known: of those.
+    motions : (n, m)
+        Different motions that are known.
+    """
+    reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
+    kind, _ = kinds_of(reason, growth, codes[DOUBT])
+    few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
+    keys = np.stack([kind, period, few, many, symmetric, sticking], axis=-1)
+    chosen = np.zeros(kind.shape[:2], dtype=np.int64)
+    share = np.zeros(kind.shape[:2])
+    motions = np.zeros(kind.shape[:2], dtype=np.int32)
+    for pixel in np.ndindex(chosen.shape):
+        found, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
+        known = found[:, 0] != 0
+        # the most frequent one that is known; of several the first
+        best = min(range(len(found)), key=lambda i: (not known[i], -counts[i], first[i]))
+        chosen[pixel], share[pixel] = first[best], counts[best] / len(keys[pixel])
+        motions[pixel] = np.count_nonzero(known)
+    return chosen, share, motions

@@ -1,0 +1,94 @@
+"""How mass 1 answers a unit velocity of mass 1: ``g(s) = Phi_12(s)``, the function behind every special point.
+
+The modal model flows in; out flow the few numbers per block that g and its periodic sums are made of, and g itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grazemap_core.arrays import Floats
+from grazemap_core.model.kernels.response_sums import IMPULSE, response_sum
+from grazemap_core.model.modal import ModalModel
+
+
+@dataclass(frozen=True, eq=False)
+class ImpulseResponse:
+    """``g(s) = sum_j y_j(s)``, each term the solution of one second-order block.
+
+    Attributes
+    ----------
+    decay, discriminant, frequency_squared : ndarray of shape (N,)
+        As in `ModalModel`.
+    value, slope : ndarray of shape (N,)
+        ``y_j(0)`` and ``y_j'(0)``; they sum to 0 and 1. With proportional damping they are 0 and ``m_1 P_1j^2``.
+    slowest : float
+        The smallest decay rate of any exponent; ``exp(slowest s) g(s)`` neither over- nor underflows.
+    conditioning : float
+        That of the modal model.
+    """
+
+    decay: Floats
+    discriminant: Floats
+    frequency_squared: Floats
+    value: Floats
+    slope: Floats
+    slowest: float
+    conditioning: float
+
+
+def impulse_response(model: ModalModel) -> ImpulseResponse:
+    """Return the impulse response of mass 1 to mass 1."""
+    unit_impulse, row = model.unit_impulse, model.shape[0]
+    acceleration = -model.frequency_squared * unit_impulse[:, 0] - 2.0 * model.decay * unit_impulse[:, 1]
+    split = np.sqrt(np.maximum(-model.discriminant, 0.0))
+    rates = model.decay.copy()
+    np.divide(model.frequency_squared, model.decay + split, out=rates, where=split > 0.0)
+    return ImpulseResponse(
+        decay=model.decay,
+        discriminant=model.discriminant,
+        frequency_squared=model.frequency_squared,
+        value=row[:, 0] * unit_impulse[:, 0] + row[:, 1] * unit_impulse[:, 1],
+        slope=row[:, 0] * unit_impulse[:, 1] + row[:, 1] * acceleration,
+        slowest=float(np.min(rates)),
+        conditioning=model.conditioning,
+    )
+
+
+def evaluate(
+    response: ImpulseResponse, times: ArrayLike, kind: int = IMPULSE, shift: float = 0.0
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return a response function, its derivative, a bound on its round-off and the size of its terms.
+
+    Parameters
+    ----------
+    response : ImpulseResponse
+    times : array_like of shape (n,)
+        Times s > 0 (or the spacing tau of a periodic sum).
+    kind : {IMPULSE, SAME_SIGN, ALTERNATING}
+        g, or one of its periodic sums, from `grazemap_core.model.kernels.response_sums`.
+
+    shift : float
+        Everything is multiplied by ``exp(shift s)``; ``response.slowest`` keeps long times from underflowing.
+
+    Returns
+    -------
+    value, derivative, roundoff, terms : ndarray of shape (n,)
+        The last is the sum of the blocks' amplitudes.
+    """
+    points = np.ascontiguousarray(times, dtype=np.float64)
+    result = response_sum(
+        kind,
+        response.decay,
+        response.discriminant,
+        response.frequency_squared,
+        response.value,
+        response.slope,
+        response.conditioning,
+        shift,
+        points,
+    )
+    return result[:, 0], result[:, 1], result[:, 2], result[:, 3]

@@ -1,0 +1,67 @@
+"""The flow of one second-order block, closed form in every regime of damping.
+
+A block is ``u'' = -frequency_squared u - 2 decay u'``. What comes in is the block's numbers and a time, what goes out
+is the 2 x 2 matrix that takes (u, u') over that time. Under- and overdamped blocks have their own expressions, which
+keep full accuracy up to the critical block between them, so no series is needed there.
+"""
+
+from __future__ import annotations
+
+import math
+
+from grazemap_core.numerics.jit.compiled import kernel
+
+
+@kernel
+def block_flow(
+    decay: float, discriminant: float, frequency_squared: float, t: float
+) -> tuple[float, float, float, float]:
+    """Return the entries of ``exp([[0, 1], [-frequency_squared, -2 decay]] t)``.
+
+    With eta the decay: ``exp(-eta t) ((C + eta S) u + S u', -frequency_squared S u + (C - eta S) u')``, where
+    ``C = cos(wd t), S = sin(wd t)/wd`` with ``wd^2 = discriminant``, their hyperbolic forms for a negative one, and
+    ``C = 1, S = t`` for a critical block.
+
+    Parameters
+    ----------
+    decay : float
+        eta >= 0.
+    discriminant : float
+        ``frequency_squared - decay**2``, signed; passed in because its cancellation is settled by the modal model.
+    frequency_squared : float
+        Product of the block's two exponents, > 0.
+    t : float
+        Time. Meant for t >= 0; negative times are right as long as nothing overflows.
+
+    Returns
+    -------
+    e11, e12, e21, e22 : float
+        Row by row. Errors are a few units in the last place of the larger term of each sum.
+    """
+    if discriminant > 0.0:
+        damped_frequency = math.sqrt(discriminant)
+        ratio = decay / damped_frequency
+        envelope = math.exp(-decay * t)
+        cosine = envelope * math.cos(damped_frequency * t)
+        sine = envelope * math.sin(damped_frequency * t)
+        # w^2/wd written with wd as rounded: without decay the determinant is then 1 but for roundings of either sign
+        pull = damped_frequency + decay * ratio
+        return cosine + ratio * sine, sine / damped_frequency, -pull * sine, cosine - ratio * sine
+    if discriminant == 0.0:
+        envelope = math.exp(-decay * t)
+        sine = envelope * t
+        return envelope + decay * sine, sine, -frequency_squared * sine, envelope - decay * sine
+
+    # Exponents -slow and -fast. decay - split would cancel in the slow one, the product of both does not.
+    split = math.sqrt(-discriminant)
+    fast = decay + split
+    slow = frequency_squared / fast
+    envelope = math.exp(-slow * t)
+    vanished = -math.expm1(-2.0 * split * t)  # 1 - exp(-(fast - slow) t)
+    sine = envelope * vanished / (2.0 * split)
+    if 2.0 * split * t > 1.0:
+        # exponentials apart: when fast >> slow, 1 - fast*sine would lose the small remainder
+        e22 = (fast * math.exp(-fast * t) - slow * envelope) / (2.0 * split)
+    else:
+        e22 = envelope - fast * sine
+    return envelope + slow * sine, sine, -frequency_squared * sine, e22

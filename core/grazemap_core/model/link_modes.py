@@ -1,0 +1,177 @@
+"""Second-order blocks of a chain that is damped link by link.
+
+An oscillator flows in; out flow, for each of N pairs of exponents, the pair's product and sum and two columns (a, b)
+such that the state is ``a u + b u'``. The first-order system is set up in energy coordinates, where it is a
+skew-symmetric matrix minus a positive semidefinite one; an ordered Schur form gives each block's subspace without ever
+using two nearly parallel eigenvectors; `modal_refinement` then removes what the Schur form has lost (on a stiff chain
+its backward error is relative to the fastest exponent).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import lapack, schur, solve_triangular
+
+from grazemap_core.arrays import Floats
+from grazemap_core.errors import ConditioningError
+from grazemap_core.model.chain import Chain
+from grazemap_core.model.modal_refinement import Blocks, refine
+from grazemap_core.model.tolerances import MODAL_CONDITION_LIMIT
+from grazemap_core.tolerances import EPSILON
+
+Pairs = list[tuple[int, int]]
+
+_NEARLY_DEFECTIVE = (
+    "two modes of this chain nearly coincide in frequency, decay and shape, and the modal model would lose digits; "
+    "change one of the link dampings slightly"
+)
+_TOO_SLOW = (
+    "a mode of this chain is so slow beside the others that double precision does not resolve it; its stiffnesses or "
+    "its dampings lie too far apart"
+)
+
+
+def link_blocks(chain: Chain) -> Blocks:
+    """Return the blocks of a chain that is damped link by link.
+
+    Raises
+    ------
+    ConditioningError
+        Two blocks are nearly defective together, or one is too slow to be resolved.
+    """
+    to_columns = _from_energy(chain)
+    matrix = _energy_matrix(chain)
+    triangular, basis = schur(matrix, output="real")
+    best: Blocks | None = None
+    resolved = True
+    for pairs in _pairings(matrix, triangular):
+        start = _initial(triangular, basis, pairs, to_columns)
+        resolved = resolved and bool(np.min(start[1]) > EPSILON * np.max(start[1]))
+        blocks = refine(chain, *start)
+        if best is None or blocks.conditioning < best.conditioning:
+            best = blocks
+        if best.conditioning < np.sqrt(MODAL_CONDITION_LIMIT):
+            break
+    if best is None or not best.conditioning <= MODAL_CONDITION_LIMIT:
+        raise ConditioningError(_NEARLY_DEFECTIVE if resolved else _TOO_SLOW)
+    return best
+
+
+def chain_elongations(displacement: Floats) -> Floats:
+    """Return ``x_i - x_{i+1}`` of every column of displacements, the last mass against ground; shape as given."""
+    elongation = displacement.copy()
+    elongation[:-1] -= displacement[1:]
+    return elongation
+
+
+def _energy_matrix(chain: Chain) -> Floats:
+    """Return A of ``z' = A z``, where z holds ``U M^1/2 x`` and ``M^1/2 v``; shape (2N, 2N).
+
+    U is the chain's `square_root`. Without a wall the first half is ``sqrt(k_i) (x_i - x_{i+1})``.
+    """
+    root, links = chain.square_root(), chain.bidiagonal()
+    ratios = chain.link_damping / chain.stiffnesses
+    if chain.wall_stiffness > 0.0:
+        ratios = np.concatenate(([chain.wall_damping / chain.wall_stiffness], ratios))
+    return np.block([[np.zeros_like(root), root], [-root.T, -links.T @ (ratios[:, None] * links)]])
+
+
+def _from_energy(chain: Chain) -> Floats:
+    """Return the matrix that takes z to elongations ``x_i - x_{i+1}`` and velocities; shape (2N, 2N)."""
+    count = chain.size
+    matrix = np.zeros((2 * count, 2 * count))
+    matrix[count:, count:] = np.diag(1.0 / np.sqrt(chain.masses))
+    if chain.wall_stiffness == 0.0:
+        matrix[:count, :count] = np.diag(1.0 / np.sqrt(chain.stiffnesses))
+    else:
+        displacement = solve_triangular(chain.square_root(), np.eye(count)) / np.sqrt(chain.masses)[:, None]
+        matrix[:count, :count] = chain_elongations(displacement)
+    return matrix
+
+
+def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
+    """Return ways to pair the exponents, best guess first; entries are positions on the Schur form's diagonal.
+
+    Complex pairs are given. Real exponents that are nearly defective together have nearly parallel eigenvectors and
+    must share a block; real exponents that are close but independent had better not, because (u, u') coordinates of
+    theirs are nearly dependent. So the most parallel ones are paired first; the closest ones and the two halves of
+    the sorted list are the alternatives.
+    """
+    size = len(triangular)
+    subdiagonal = np.append(np.diag(triangular, -1), 0.0)
+    complex_pairs: Pairs = [(i, i + 1) for i in range(size - 1) if subdiagonal[i] != 0.0]
+    taken = {i for pair in complex_pairs for i in pair}
+    real = sorted((i for i in range(size) if i not in taken), key=lambda i: float(triangular[i, i]))
+    if len(real) <= 2:
+        return [complex_pairs + ([(real[0], real[1])] if real else [])]
+
+    values = np.array([triangular[i, i] for i in real])
+    exponents, vectors = np.linalg.eig(matrix)
+    nearest = [int(np.argmin(np.abs(exponents - value))) for value in values]
+    directions = np.real(vectors[:, nearest])
+    parallel = 1.0 - np.abs(directions.T @ directions)
+    apart, total = np.abs(values[:, None] - values), np.abs(values[:, None] + values)
+    distance = np.divide(apart, total, out=np.zeros_like(total), where=total > 0.0)
+    half = len(real) // 2
+    return [
+        complex_pairs + _greedy(real, parallel),
+        complex_pairs + _greedy(real, distance),
+        complex_pairs + list(zip(real[:half], real[half:], strict=True)),
+    ]
+
+
+def _greedy(labels: list[int], cost: Floats) -> Pairs:
+    """Pair the labels, cheapest pair first."""
+    rows, cols = np.triu_indices(len(labels), 1)
+    free = set(range(len(labels)))
+    pairs: Pairs = []
+    for k in np.argsort(cost[rows, cols], kind="stable"):
+        i, j = int(rows[k]), int(cols[k])
+        if i in free and j in free:
+            free -= {i, j}
+            pairs.append((labels[i], labels[j]))
+    return pairs
+
+
+def _initial(triangular: Floats, basis: Floats, pairs: Pairs, to_columns: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return columns (rows elongations and velocities), frequency_squared and decay of every block."""
+    size = len(triangular)
+    count = size // 2
+    columns = np.empty((size, size))
+    frequency_squared = np.empty(count)
+    decay = np.empty(count)
+    for j, pair in enumerate(pairs):
+        select = np.zeros(size, dtype=np.int32)
+        select[list(pair)] = 1
+        moved, vectors, *_, info = lapack.dtrsen(select, triangular, basis, job=b"N", lwork=max(1, size), liwork=1)
+        if info != 0:
+            raise ConditioningError(_NEARLY_DEFECTIVE)
+        block, subspace = moved[:2, :2], vectors[:, :2]
+        half_sum = 0.5 * (block[0, 0] + block[1, 1])
+        half_difference = 0.5 * (block[0, 0] - block[1, 1])
+        decay[j] = -half_sum
+        frequency_squared[j] = half_sum**2 - half_difference**2 - block[0, 1] * block[1, 0]
+        shifted = block - 2.0 * half_sum * np.eye(2)
+        direction = _companion_direction(shifted, subspace[:count])
+        columns[:, 2 * j] = to_columns @ (subspace @ (shifted @ direction))
+        columns[:, 2 * j + 1] = to_columns @ (subspace @ direction)
+    return columns, frequency_squared, decay
+
+
+def _companion_direction(shifted: Floats, displacements: Floats) -> Floats:
+    """Return the unit vector beta for which ``(shifted beta, beta)`` is a good basis of the block.
+
+    First choice is the one with the least displacement, the classical mode's; if the two would be nearly parallel, the
+    one on which the symmetric part of `shifted` is smallest.
+    """
+    classical = np.linalg.svd(displacements)[2][1]
+    symmetric = 0.5 * (shifted + shifted.T)
+    values, vectors = np.linalg.eigh(symmetric)
+    other = vectors[:, int(np.argmin(np.abs(values)))]
+
+    def sine(beta: Floats) -> float:
+        image = shifted @ beta
+        length = float(np.hypot(image[0], image[1]))
+        return abs(float(beta[0] * image[1] - beta[1] * image[0])) / length if length > 0.0 else 0.0
+
+    return classical if sine(classical) >= 0.5 * sine(other) else other

@@ -1,0 +1,138 @@
+"""Newton's method on a whole decomposition into second-order blocks, with residuals in double-double.
+
+Approximate blocks flow in, blocks right to a few roundings flow out, whatever the chain's stiffest link; with the
+refined blocks come their condition number and whether the method converged.
+
+References
+----------
+Ogita & Aishima, Japan J. Indust. Appl. Math. 35 (2018) 1007-1035, for the symmetric case; the general one is alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.model.chain import Chain
+from grazemap_core.model.kernels.chain_residual import invariance_residual
+from grazemap_core.model.tolerances import (
+    MODAL_CONDITION_LIMIT,
+    MODAL_REFINEMENT_GOAL,
+    MODAL_REFINEMENT_REACH,
+    MODAL_REFINEMENT_STEPS,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Second-order blocks in no particular order: the state is ``sum_j a_j u_j + b_j u_j'``.
+
+    Attributes
+    ----------
+    frequency_squared, decay, discriminant : ndarray of shape (N,)
+        As in `grazemap_core.model.modal.ModalModel`.
+    columns : ndarray of shape (2N, 2N)
+        (a_1, b_1, a_2, b_2, ...); rows are link elongations ``x_i - x_{i+1}``, then velocities.
+    conditioning : float
+        Condition number of `columns` with unit columns in the energy norm; infinite when refinement did not converge.
+    """
+
+    frequency_squared: Floats
+    decay: Floats
+    discriminant: Floats
+    columns: Floats
+    conditioning: float
+
+
+def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floats) -> Blocks:
+    """Refine the decomposition ``A X = X T``, T made of companion blocks.
+
+    With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
+    on it the two numbers of the block and the freedom left in a are updated exactly.
+    """
+    count = len(decay)
+    weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
+    previous = MODAL_REFINEMENT_REACH
+    conditioning = np.inf
+    discriminant = frequency_squared - decay**2
+    for _ in range(MODAL_REFINEMENT_STEPS):
+        residual = invariance_residual(
+            chain.masses,
+            chain.stiffnesses,
+            chain.link_damping,
+            columns,
+            frequency_squared,
+            decay,
+            chain.wall_stiffness,
+            chain.wall_damping,
+        )
+        energy = weights[:, None] * columns
+        lengths = np.linalg.norm(energy, axis=0)
+        if not np.all((lengths > 0.0) & np.isfinite(lengths)):
+            conditioning = np.inf
+            break
+        unit = energy / lengths
+        conditioning = float(np.linalg.cond(unit)) if np.all(np.isfinite(unit)) else np.inf
+        if not conditioning <= 1e3 * MODAL_CONDITION_LIMIT:
+            break
+        error = np.linalg.solve(unit, weights[:, None] * residual / lengths)
+        update = _off_diagonal_update(error, frequency_squared, decay, lengths)
+        diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
+        if not np.all(frequency_squared > 0.0):  # lost in the round-off of faster blocks
+            conditioning = np.inf
+            break
+        frequency = np.sqrt(frequency_squared)
+        size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
+        if not size <= MODAL_REFINEMENT_REACH:  # too far away for Newton's method, or two blocks with one spectrum
+            conditioning = np.inf
+            break
+
+        scale = lengths[1::2] / lengths[0::2]  # back from unit columns to (a, b)
+        e11, e22 = diagonal[:, 0, 0], diagonal[:, 1, 1]
+        e12, e21 = diagonal[:, 0, 1] * scale, diagonal[:, 1, 0] / scale
+        product_change = e12 * frequency_squared - e21 - 2.0 * decay * e11 + e11 * e22 - e12 * e21
+        decay_change = -0.5 * (e11 + e22)
+        discriminant = _discriminant(frequency_squared, product_change, decay, decay_change)
+        frequency_squared = frequency_squared + product_change
+        decay = decay + decay_change
+
+        change = (unit @ update) * lengths / weights[:, None]
+        change[:, 0::2] += columns[:, 0::2] * e12 - columns[:, 1::2] * e11
+        columns = columns + change
+        if size <= MODAL_REFINEMENT_GOAL or size > 0.5 * previous:
+            break
+        previous = size
+    return Blocks(frequency_squared, decay, discriminant, columns, conditioning)
+
+
+def _off_diagonal_update(error: Floats, frequency_squared: Floats, decay: Floats, lengths: Floats) -> Floats:
+    """Solve ``T_i F_ij - F_ij T_j = -E_ij`` for all pairs of different blocks, with unit columns; F_jj is zero."""
+    count = len(decay)
+    blocks = np.zeros((count, 2, 2))
+    blocks[:, 0, 1] = lengths[0::2] / lengths[1::2]
+    blocks[:, 1, 0] = -frequency_squared / blocks[:, 0, 1]
+    blocks[:, 1, 1] = -2.0 * decay
+    rows, cols = np.nonzero(~np.eye(count, dtype=bool))
+    identity = np.eye(2)
+    operator = np.einsum("kac,bd->kabcd", blocks[rows], identity) - np.einsum("ac,kdb->kabcd", identity, blocks[cols])
+    given = error.reshape(count, 2, count, 2)[rows, :, cols, :]
+    try:
+        solved = np.linalg.solve(operator.reshape(-1, 4, 4), -given.reshape(-1, 4, 1))
+    except np.linalg.LinAlgError:  # two blocks share an exponent exactly
+        return np.full_like(error, np.inf)
+    update = np.zeros((count, 2, count, 2))
+    update[rows, :, cols, :] = solved.reshape(-1, 2, 2)
+    return update.reshape(2 * count, 2 * count)
+
+
+def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:
+    """Return ``w^2 - eta^2`` of the corrected numbers before they are rounded: near a critical block they cancel."""
+    return np.array(
+        [
+            float(Fraction(p) + Fraction(dp) - (Fraction(d) + Fraction(dd)) ** 2)
+            for p, dp, d, dd in zip(product, product_change, decay, decay_change, strict=True)
+        ]
+    )

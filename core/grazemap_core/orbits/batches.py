@@ -1,0 +1,155 @@
+"""Many periodic motions with impacts at once: one frequency and sequence of stops, each its clearance and guess.
+
+An oscillator, clearances and guesses flow in; out flow, orbit by orbit, impacts, multipliers and verdicts, all from
+compiled code. `grazemap_core.orbits.periodic_orbits` tells more of a single one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, TOUCHES
+from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
+from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
+from grazemap_core.orbits.tolerances import ORBIT_FLOOR
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+
+REASONS = {
+    CONVERGED: "",
+    NOT_CONVERGED: "Newton's method does not converge from this guess",
+    OUT_OF_ORDER: "the impacts would have to change places: there is no orbit of this sequence near the guess",
+    SINGULAR: "the equations are singular at the guess, as at a saddle-node or a resonant graze",
+}
+"""Why an orbit is not found, by status."""
+
+CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
+"""Contacts of an orbit with a stop other than its impacts."""
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicOrbits:
+    """Many orbits of one sequence of stops at one frequency, m of them; as in `periodic_orbits.PeriodicOrbit`.
+
+    Attributes
+    ----------
+    clearance : (m,)
+    phases, velocities : (m, k)
+    converged, stable, admissible : bool (m,)
+    status : int (m,)
+        A key of `REASONS`.
+    contacts : int (m,)
+        A key of `CONTACTS`.
+    residual, kantorovich, radius : (m,)
+    multipliers : complex (m, 2N)
+        By falling modulus; those below about 1e-15 of the largest are round-off. Of symmetric motions over half the
+        period, mirrored.
+    """
+
+    clearance: Floats
+    phases: Floats
+    velocities: Floats
+    converged: Booleans
+    stable: Booleans
+    admissible: Booleans
+    status: Integers
+    contacts: Integers
+    residual: Floats
+    kantorovich: Floats
+    radius: Floats
+    multipliers: Complexes
+
+
+def periodic_orbits(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: ArrayLike,
+    guess: ImpactSequence,
+    phases: ArrayLike | None = None,
+    velocities: ArrayLike | None = None,
+) -> PeriodicOrbits:
+    """Return many orbits of one sequence of stops, each from its own guess.
+
+    Parameters
+    ----------
+    oscillator, omega
+        As for `periodic_orbits.periodic_orbit`.
+    clearance : (m,)
+    guess : ImpactSequence
+        Stops and period of all; phases and velocities of all that are not given their own.
+    phases, velocities : (m, k)
+        Guesses, one row for every clearance.
+
+    Raises
+    ------
+    ParameterError
+        As `periodic_orbits.periodic_orbit`, or an array has not one row per clearance.
+    """
+    gaps = np.ascontiguousarray(clearance, dtype=np.float64)
+    if gaps.ndim != 1 or gaps.size == 0:
+        raise ParameterError("clearance", "must be a list of at least one number")
+    for gap in (np.min(gaps), np.max(gaps)):
+        check_place(omega, float(gap))
+    rows = []
+    for name, values, own in (("phases", phases, guess.phases), ("velocities", velocities, guess.velocities)):
+        array = np.tile(own, (gaps.size, 1)) if values is None else np.array(values, dtype=np.float64)
+        if array.shape != (gaps.size, len(guess.stops)) or not np.all(np.isfinite(array)):
+            raise ParameterError(name, "must have a row of finite numbers for every clearance, one per stop")
+        rows.append(array)
+    family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
+    steady = family.steady(omega)
+    problem = family.problem(omega, max(abs(steady[0]), float(np.max(gaps))), steady)
+    found, speeds, told = solve_sequences(problem, guess, gaps, rows[0], rows[1], floor=-ORBIT_FLOOR)
+    multipliers = told.real + 1j * told.imaginary
+    order = np.argsort(-np.abs(multipliers), axis=1, kind="stable")
+    multipliers = np.take_along_axis(multipliers, order, axis=1)
+    return PeriodicOrbits(
+        clearance=gaps,
+        phases=found,
+        velocities=speeds * (problem.omega * problem.length),
+        converged=told.status == CONVERGED,
+        stable=np.all(np.abs(multipliers) < 1.0, axis=1),
+        admissible=told.contact == CLEAR,
+        status=told.status,
+        contacts=told.contact,
+        residual=told.residual,
+        kantorovich=told.kantorovich,
+        radius=told.radius,
+        multipliers=multipliers,
+    )
+
+
+def solve_sequences(
+    problem: OrbitProblem,
+    guess: ImpactSequence,
+    clearances: Floats,
+    phases: Floats,
+    velocities: Floats,
+    floor: float = -math.inf,
+) -> tuple[Floats, Floats, OrbitResults]:
+    """Return phases and speeds, (m, k) each, and what the kernel tells of orbits of one sequence, each from its guess.
+
+    Speeds are in the problem's units; `floor` is that of `orbit_contacts.nearest_contact`.
+    """
+    count, blocks = len(guess.stops), len(problem.decay)
+    told, scratch = orbit_results(len(clearances), count, blocks), orbit_scratch(count, blocks)
+    phases = np.array(phases)
+    speeds = velocities / (problem.omega * problem.length)
+    solve_orbits(problem, guess.stops.astype(np.float64), clearances, phases, speeds, floor, told, scratch)
+    return phases, speeds, told
+
+
+def check_place(omega: float, clearance: float) -> None:
+    """Raise ParameterError where a frequency or a clearance is out of range."""
+    for name, value in (("omega", omega), ("clearance", clearance)):
+        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")

@@ -1,0 +1,125 @@
+"""What periodic motions with impacts share: a chain, how many forcing periods they take, whether they are symmetric.
+
+An oscillator and a pattern flow in; out flow, frequency by frequency, the numbers that the kernels' equations are made
+of (theory, "Any impacting orbit").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.kernels.kicked_motion import before_kick
+from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
+from grazemap_core.model.modal import ModalModel, modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.kernels.equations import OrbitProblem
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitFamily:
+    """All motions of an oscillator that repeat after n forcing periods (symmetric ones: are mirrored after half).
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    pattern : Pattern
+    model : ModalModel
+    response : ImpulseResponse
+    """
+
+    oscillator: Oscillator
+    pattern: Pattern
+    model: ModalModel
+    response: ImpulseResponse
+
+    @classmethod
+    def of(cls, oscillator: Oscillator, period: int, symmetric: bool) -> OrbitFamily:
+        """Return the family.
+
+        Raises
+        ------
+        ParameterError
+            Nothing is forced, the period is below 1, or even for symmetric motions.
+        SteadyMotionError
+            A mode is undamped.
+        ConditioningError
+            The modal model would lose digits.
+        """
+        require_forced(oscillator)
+        require_damped(oscillator)
+        try:
+            pattern = Pattern(period, symmetric)
+        except ParameterError as error:
+            raise ParameterError("period", error.message) from None
+        model = modal_model(oscillator)
+        return cls(oscillator, pattern, model, impulse_response(model))
+
+    @property
+    def turn(self) -> float:
+        """Phase after which the impacts repeat, or do so on the other stops."""
+        return self.pattern.half_periods * math.pi
+
+    def steady(self, omega: float) -> Complexes:
+        """Return the steady motion's amplitudes, complex (N,)."""
+        amplitudes = steady_response(self.oscillator, [omega])[0]
+        if not (np.isfinite(amplitudes[0]) and abs(amplitudes[0]) > 0.0):
+            raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
+        return np.asarray(amplitudes)
+
+    def problem(self, omega: float, length: float, steady: Complexes) -> OrbitProblem:
+        """Return the kernels' view at one frequency, with its unit of length."""
+        blocks = self.response
+        span = self.pattern.spacing(omega)
+        unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)
+        same, doubled = (self._before(kind, unit_impulse, span) + unit_impulse for kind in self.pattern.kinds)
+        stretched = span * self._before(self.pattern.kinds[0], same, span)
+        slope = self._slope(omega, steady) / length
+        steady_table = steady[0] / length
+        return OrbitProblem(
+            decay=blocks.decay,
+            discriminant=blocks.discriminant,
+            frequency_squared=blocks.frequency_squared,
+            frequency=np.sqrt(blocks.frequency_squared),
+            unit_impulse=unit_impulse,
+            behind=same,
+            doubled=doubled,
+            stretched=stretched,
+            gain_real=float(steady_table.real),
+            gain_imag=float(steady_table.imag),
+            slope_real=float(slope.real),
+            slope_imag=float(slope.imag),
+            omega=float(omega),
+            length=float(length),
+            restitution=self.oscillator.restitution,
+            rebound=1.0 + self.oscillator.restitution,
+            span=span,
+            turn=self.turn,
+            sign=-1.0 if self.pattern.symmetric else 1.0,
+        )
+
+    def _before(self, kind: int, unit_impulse: Floats, span: float) -> Floats:
+        blocks = self.response
+        return np.asarray(
+            before_kick(
+                kind,
+                blocks.decay,
+                blocks.discriminant,
+                blocks.frequency_squared,
+                np.ascontiguousarray(unit_impulse[:, 0]),
+                np.ascontiguousarray(unit_impulse[:, 1]),
+                span,
+            )
+        )
+
+    def _slope(self, omega: float, steady: Complexes) -> complex:
+        """Return the derivative of mass 1's steady amplitude by the frequency."""
+        masses, damping = self.oscillator.mass_matrix, self.oscillator.damping_matrix
+        stiffness = self.oscillator.stiffness_matrix - omega * omega * masses + 1j * omega * damping
+        return complex(np.linalg.solve(stiffness, (2.0 * omega * masses - 1j * damping) @ steady)[0])

@@ -1,0 +1,220 @@
+"""The equations of a periodic motion with impacts, analytic through grazing, and all their derivatives.
+
+Between impacts the motion is linear, so it is the steady motion less the answers to all its impacts, each a kick of
+mass 1. Unknown are the phases of the impacts and the velocities before them; an impact of velocity 0 is nothing special
+(theory, "Any impacting orbit"). What flows in is an `OrbitProblem` with the unknowns; out flow residuals and matrices.
+
+Everything is in units in which a forcing period takes 2 pi and a length given with the problem is 1: unknown are
+phases omega t_i and speeds v_i/(omega length).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from grazemap_core.arrays import Floats
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.compiled import kernel
+
+
+class OrbitProblem(NamedTuple):
+    """A chain at one forcing frequency, and after what time its motion repeats (or is mirrored).
+
+    Attributes
+    ----------
+    decay, discriminant, frequency_squared, frequency : (N,)
+        Blocks.
+    unit_impulse : (N, 2)
+        What a unit velocity given to mass 1 adds to each block's part in displacement and velocity of mass 1.
+    behind, doubled : (N, 2)
+        The same just behind a kick that was given after every span before too: with the sign `sign` each time, and
+        with the opposite one.
+    stretched : (N, 2)
+        ``span sum_k k sign^k exp(T k span) unit_impulse``: how `behind` changes with the span.
+    gain_real, gain_imag : float
+        Steady amplitude of mass 1, in lengths: its steady motion is Im(gain exp(i omega t)).
+    slope_real, slope_imag : float
+        Its derivative by omega.
+    omega, length : float
+    restitution, rebound : float
+        R and 1 + R.
+    span, turn : float
+        Time after which the impacts repeat, and the phase omega span.
+    sign : float
+        1 when they repeat, -1 when they do so on the other stop.
+    """
+
+    decay: Floats
+    discriminant: Floats
+    frequency_squared: Floats
+    frequency: Floats
+    unit_impulse: Floats
+    behind: Floats
+    doubled: Floats
+    stretched: Floats
+    gain_real: float
+    gain_imag: float
+    slope_real: float
+    slope_imag: float
+    omega: float
+    length: float
+    restitution: float
+    rebound: float
+    span: float
+    turn: float
+    sign: float
+
+
+@kernel
+def assemble(
+    problem: OrbitProblem,
+    stops: Floats,
+    clearance: float,
+    phases: Floats,
+    speeds: Floats,
+    residual: Floats,
+    jacobian: Floats,
+    before: Floats,
+) -> float:
+    """Write the residual and its derivatives, and return the size of the terms that the residual is a sum of.
+
+    Parameters
+    ----------
+    stops : (k,)
+        +1 or -1 for every impact.
+    phases, speeds : (k,)
+        Phases increase and span less than `turn`. That is not looked at: the equations go on analytically.
+    residual : (2 k,)
+        Receives mass 1's displacement less that of the stop, and its velocity less the unknown, at every impact.
+    jacobian : (2 k, 2 k + 2)
+        Receives the derivatives by phases, speeds, clearance, and omega at fixed phases and speeds.
+    before : (k, 3)
+        Receives displacement, velocity and acceleration of mass 1 just before every impact.
+
+    Returns
+    -------
+    terms : float
+        Of the largest sum, each term times the angles that round-off of its sines comes from.
+    """
+    count = stops.shape[0]
+    omega, rebound = problem.omega, problem.rebound
+    size = math.hypot(problem.gain_real, problem.gain_imag)
+    largest = 0.0
+    for i in range(count):
+        sine, cosine = math.sin(phases[i]), math.cos(phases[i])
+        x = problem.gain_real * sine + problem.gain_imag * cosine
+        v = problem.gain_real * cosine - problem.gain_imag * sine
+        a = -x
+        x_by_omega = problem.slope_real * sine + problem.slope_imag * cosine
+        v_by_omega = problem.slope_real * cosine - problem.slope_imag * sine
+        terms = size * (1.0 + abs(phases[i])) + clearance / problem.length
+        for m in range(count):
+            sign, time = 1.0, (phases[i] - phases[m]) / omega
+            if m >= i:
+                sign, time = problem.sign, (phases[i] - phases[m] + problem.turn) / omega
+            value, slope, second_derivative, by_time, slope_by_time, part = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(problem.decay.shape[0]):
+                square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
+                e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
+                first, second = problem.behind[j, 0], problem.behind[j, 1]
+                y, rate = e11 * first + e12 * second, e21 * first + e22 * second
+                value += y
+                slope += rate
+                second_derivative -= square * y + twice * rate
+                part += (abs(y) + abs(rate) / problem.frequency[j]) * (1.0 + problem.frequency[j] * time)
+                first = time * first + problem.stretched[j, 0]
+                second = time * second + problem.stretched[j, 1]
+                y, rate = e11 * first + e12 * second, e21 * first + e22 * second
+                by_time += rate
+                slope_by_time -= square * y + twice * rate
+            factor = sign * rebound
+            speed = speeds[m]
+            value *= factor * omega
+            slope *= factor
+            second_derivative *= factor / omega
+            x -= speed * value
+            v -= speed * slope
+            a -= speed * second_derivative
+            terms += abs(speed * rebound) * omega * part
+            x_by_omega -= speed * (value / omega - factor * by_time)
+            v_by_omega += speed * factor * slope_by_time / omega
+            jacobian[i, m] = speed * slope
+            jacobian[i, count + m] = -value
+            jacobian[count + i, m] = speed * second_derivative
+            jacobian[count + i, count + m] = -slope
+        jacobian[i, i] += v
+        jacobian[count + i, i] += a
+        jacobian[count + i, count + i] -= 1.0
+        jacobian[i, 2 * count] = -stops[i] / problem.length
+        jacobian[count + i, 2 * count] = 0.0
+        jacobian[i, 2 * count + 1] = x_by_omega
+        jacobian[count + i, 2 * count + 1] = v_by_omega
+        residual[i] = x - stops[i] * clearance / problem.length
+        residual[count + i] = v - speeds[i]
+        before[i, 0], before[i, 1], before[i, 2] = x, v, a
+        largest = max(largest, terms)
+    return largest
+
+
+@kernel
+def double_up(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
+    """Write the matrix of changes that come back with the opposite sign after a span; the other one is `jacobian`.
+
+    Up to sign its determinant is ``prod v_i det(I + M)/det(I + exp(A span))``, which is smooth where v_i vanishes.
+
+    Parameters
+    ----------
+    before : (k, 3)
+        As `assemble` writes it.
+    matrix : (2 k, at least 2 k)
+    """
+    count = phases.shape[0]
+    omega = problem.omega
+    for i in range(count):
+        for m in range(count):
+            factor, time = problem.rebound, (phases[i] - phases[m]) / omega
+            if m >= i:
+                factor, time = -problem.sign * problem.rebound, (phases[i] - phases[m] + problem.turn) / omega
+            value, slope, second_derivative = 0.0, 0.0, 0.0
+            for j in range(problem.decay.shape[0]):
+                square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
+                e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
+                first, second = problem.doubled[j, 0], problem.doubled[j, 1]
+                y, rate = e11 * first + e12 * second, e21 * first + e22 * second
+                value += y
+                slope += rate
+                second_derivative -= square * y + twice * rate
+            matrix[i, m] = factor * slope * speeds[m]
+            matrix[i, count + m] = -factor * omega * value
+            matrix[count + i, m] = factor * second_derivative / omega * speeds[m]
+            matrix[count + i, count + m] = -factor * slope
+        matrix[i, i] += before[i, 1]
+        matrix[count + i, i] += before[i, 2]
+        matrix[count + i, count + i] -= 1.0
+
+
+@kernel
+def curvature(problem: OrbitProblem, speeds: Floats, reach: float) -> float:
+    """Bound the sum of moduli of one equation's second derivatives, for speeds changed by at most `reach` each.
+
+    The blocks' energies never rise, so each bounds its part in the answer to a kick for all times behind it.
+    """
+    omega = problem.omega
+    first, second, third = 0.0, 0.0, 0.0
+    for j in range(problem.decay.shape[0]):
+        square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
+        y, rate = problem.behind[j, 0], problem.behind[j, 1]
+        second_derivative = -square * y - twice * rate
+        jerk = -square * rate - twice * second_derivative
+        first += math.hypot(problem.frequency[j] * y, rate)
+        second += math.hypot(problem.frequency[j] * rate, second_derivative)
+        third += math.hypot(problem.frequency[j] * second_derivative, jerk)
+    total = 0.0
+    for i in range(speeds.shape[0]):
+        total += abs(speeds[i]) + reach
+    others = speeds.shape[0] - 1.0
+    place = total * second / omega + others * first
+    rate = total * third / (omega * omega) + others * second / omega
+    bound: float = math.hypot(problem.gain_real, problem.gain_imag) + 4.0 * problem.rebound * max(place, rate)
+    return bound

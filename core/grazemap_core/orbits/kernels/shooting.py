@@ -1,0 +1,355 @@
+"""The equations of a periodic motion with impacts, walked from impact to impact: cost linear in their number.
+
+They are those of `orbit_equations`, unknown the phases and speeds of all impacts, units as there. That room sums the
+answers to all impacts at every impact, which is regular for impacts of velocity 0 and costs the square of their number,
+its matrix the cube. Here the state itself is carried around: what its changes come to in one turn is a matrix of the
+size of the chain, in which a velocity is divided by. So this room is for motions whose impacts all have one, as those
+that trajectories settle to do.
+
+Phases and speeds flow in; out flow residuals, the Newton step, the norm of the inverse matrix and the Floquet matrix.
+
+The change of a state just before impact i, d, becomes behind it
+
+    d - (1 + R) w (s' k - s p' T k/w),     p' = (r - c d)/v,    s' = c' d/w + a p' - q
+
+with p', s' the changes of phase and speed that keep the equations' residuals at r and q, k the kick, T the blocks'
+generator, c and c' what the state is in place and velocity of mass 1, v and a its velocity and acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.compiled import fused_kernel, kernel, plain
+from grazemap_core.numerics.kernels.dense import eliminate
+from grazemap_core.orbits.kernels.equations import OrbitProblem
+
+
+class Shooting(NamedTuple):
+    """Scratch for k impacts and N blocks.
+
+    Attributes
+    ----------
+    closing : (N, 2)
+        p and q with ``p + q T = sum_(j>=1) (sign E)^j``, E a block's flow over a span; set by who asks.
+    flow : (k, N, 4)
+        Each block's flow from an impact to the next one.
+    state : (k, N, 2)
+        Each block's part in displacement and velocity of mass 1 just before every impact.
+    before : (k, 3)
+        Displacement, velocity and acceleration of mass 1 there.
+    residual, step : (k, 2)
+        Of place and speed; of phase and speed.
+    turned : (2 N, 2 N + 1)
+        What changes before the first impact, and the residuals, come to in one turn.
+    system : (2 N, 4 N)
+        For elimination.
+    change : (2 N, 1)
+        The change of the state that goes with the step.
+    across : (4, 2 N + 1)
+        Of columns of changes at an impact: place, velocity, and changes of its phase and speed.
+    second_derivative : (N,)
+        What a kick adds to each block's part in the acceleration of mass 1.
+    places, speeds : (2 N, k)
+        What a unit residual of place, or speed, at an impact comes to at the end of the turn.
+    basis, rows : (2 N + 2, 2 N), (2 N + 2, 2 k)
+    of_place, of_speed : (2 k, k)
+    closed : (2 N,)
+    """
+
+    closing: Floats
+    flow: Floats
+    state: Floats
+    before: Floats
+    residual: Floats
+    step: Floats
+    turned: Floats
+    system: Floats
+    change: Floats
+    across: Floats
+    second_derivative: Floats
+    places: Floats
+    speeds: Floats
+    basis: Floats
+    rows: Floats
+    of_place: Floats
+    of_speed: Floats
+    closed: Floats
+
+
+def shooting(count: int, blocks: int) -> Shooting:
+    """Return scratch for up to `count` impacts."""
+    size = 2 * blocks
+    return Shooting(
+        closing=np.zeros((blocks, 2)),
+        flow=np.zeros((count, blocks, 4)),
+        state=np.zeros((count, blocks, 2)),
+        before=np.zeros((count, 3)),
+        residual=np.zeros((count, 2)),
+        step=np.zeros((count, 2)),
+        turned=np.zeros((size, size + 1)),
+        system=np.zeros((size, 2 * size)),
+        change=np.zeros((size, 1)),
+        across=np.zeros((4, size + 1)),
+        second_derivative=np.zeros(blocks),
+        places=np.zeros((size, count)),
+        speeds=np.zeros((size, count)),
+        basis=np.zeros((size + 2, size)),
+        rows=np.zeros((size + 2, 2 * count)),
+        of_place=np.zeros((2 * count, count)),
+        of_speed=np.zeros((2 * count, count)),
+        closed=np.zeros(size),
+    )
+
+
+@kernel
+def walk_orbit(
+    problem: OrbitProblem, stops: Floats, clearance: float, phases: Floats, speeds: Floats, scratch: Shooting
+) -> tuple[float, float]:
+    """Carry the state around, and write flow, state, before and residual.
+
+    Returns
+    -------
+    residual : float
+        The largest.
+    terms : float
+        As `orbit_equations.assemble`: of a sum, each term times the angles that round-off of its sines comes from. Here
+        of all parts of the way around, and of what they come to when the motion is closed.
+    """
+    count, blocks = stops.shape[0], problem.decay.shape[0]
+    omega, rebound = problem.omega, problem.rebound
+    flow, state = scratch.flow, scratch.state
+    walked = 0.0
+    for j in range(blocks):
+        decay, square, frequency = problem.decay[j], problem.frequency_squared[j], problem.frequency[j]
+        unit_impulse, drift = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
+        y, rate, summed = 0.0, 0.0, 0.0
+        for i in range(count):
+            end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
+            time = (end - phases[i]) / omega
+            e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, time)
+            flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3] = e11, e12, e21, e22
+            strength = -rebound * omega * speeds[i]
+            y, rate = y + strength * unit_impulse, rate + strength * drift
+            summed += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
+            y, rate = e11 * y + e12 * rate, e21 * y + e22 * rate
+        # the state that comes back: what one turn adds, and what it comes to from turn to turn
+        p, q = 1.0 + scratch.closing[j, 0], scratch.closing[j, 1]
+        walked += summed * (abs(p) + abs(q) * (frequency + 2.0 * decay))
+        state[0, j, 0] = problem.sign * (p * y + q * rate)
+        state[0, j, 1] = problem.sign * (p * rate - q * (square * y + 2.0 * decay * rate))
+    size = math.hypot(problem.gain_real, problem.gain_imag)
+    place = clearance / problem.length
+    largest, terms = 0.0, 0.0
+    for i in range(count):
+        sine, cosine = math.sin(phases[i]), math.cos(phases[i])
+        x = problem.gain_real * sine + problem.gain_imag * cosine
+        v = problem.gain_real * cosine - problem.gain_imag * sine
+        a = -x
+        strength = -rebound * omega * speeds[i]
+        for j in range(blocks):
+            y, rate = state[i, j, 0], state[i, j, 1]
+            frequency = problem.frequency[j]
+            x += y
+            v += rate / omega
+            a -= (problem.frequency_squared[j] * y + 2.0 * problem.decay[j] * rate) / (omega * omega)
+            walked += abs(y) + abs(rate) / frequency
+            if i + 1 < count:
+                y, rate = y + strength * problem.unit_impulse[j, 0], rate + strength * problem.unit_impulse[j, 1]
+                state[i + 1, j, 0] = flow[i, j, 0] * y + flow[i, j, 1] * rate
+                state[i + 1, j, 1] = flow[i, j, 2] * y + flow[i, j, 3] * rate
+                time = (phases[i + 1] - phases[i]) / omega
+                walked += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
+        scratch.before[i, 0], scratch.before[i, 1], scratch.before[i, 2] = x, v, a
+        scratch.residual[i, 0], scratch.residual[i, 1] = x - stops[i] * place, v - speeds[i]
+        largest = max(largest, max(abs(scratch.residual[i, 0]), abs(scratch.residual[i, 1])))
+        terms = max(terms, size * (1.0 + abs(phases[i])) + place)
+    return largest, terms + walked
+
+
+@fused_kernel
+def _pass_impact(
+    problem: OrbitProblem, i: int, speed: float, second_derivative: Floats, change: Floats, scratch: Shooting
+) -> None:
+    """Carry columns of changes (2 N, n) from just before impact i to just before the next one.
+
+    Changes of phase and speed make up for the residuals in the last column, and for none in the others.
+    """
+    flow, across = scratch.flow, scratch.across
+    omega, rebound = problem.omega, problem.rebound
+    blocks, columns = second_derivative.shape[0], change.shape[1]
+    per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
+    x, v, turned, faster = across[0], across[1], across[2], across[3]
+    for c in range(columns):
+        x[c], v[c] = 0.0, 0.0
+    x[columns - 1], v[columns - 1] = scratch.residual[i, 0], omega * scratch.residual[i, 1]
+    for j in range(blocks):
+        for c in range(columns):
+            x[c] += change[2 * j, c]
+            v[c] += change[2 * j + 1, c]
+    for c in range(columns):
+        turned[c] = -x[c] * per_velocity
+        faster[c] = v[c] * per_omega + acceleration * turned[c]
+    for j in range(blocks):
+        unit_impulse, drift, viscous_term = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1], second_derivative[j]
+        e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
+        for c in range(columns):
+            strength, shift = -rebound * omega * faster[c], rebound * speed * turned[c]
+            y = change[2 * j, c] + strength * unit_impulse + shift * drift
+            rate = change[2 * j + 1, c] + strength * drift + shift * viscous_term
+            change[2 * j, c] = e11 * y + e12 * rate
+            change[2 * j + 1, c] = e21 * y + e22 * rate
+
+
+@kernel
+def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
+    """Write the Newton step behind `walk_orbit`, and what changes come to in one turn. Returns its norm.
+
+    Infinity where the matrix is singular.
+    """
+    count, size = speeds.shape[0], 2 * problem.decay.shape[0]
+    turned, system, second_derivative = scratch.turned, scratch.system, scratch.second_derivative
+    for j in range(second_derivative.shape[0]):
+        second_derivative[j] = -(
+            problem.frequency_squared[j] * problem.unit_impulse[j, 0]
+            + 2.0 * problem.decay[j] * problem.unit_impulse[j, 1]
+        )
+    for row in range(size):
+        for column in range(size + 1):
+            turned[row, column] = 1.0 if row == column else 0.0
+    for i in range(count):
+        _pass_impact(problem, i, speeds[i], second_derivative, turned, scratch)
+    for row in range(size):
+        for column in range(size):
+            system[row, column] = (problem.sign if row == column else 0.0) - turned[row, column]
+        system[row, size] = turned[row, size]
+    if eliminate(system[:, : size + 1], size) == 0.0:
+        return math.inf
+    for row in range(size):
+        scratch.change[row, 0] = system[row, size]
+    largest = 0.0
+    for i in range(count):
+        _pass_impact(problem, i, speeds[i], second_derivative, scratch.change, scratch)
+        p, s = scratch.across[2, 0], scratch.across[3, 0]
+        scratch.step[i, 0], scratch.step[i, 1] = p, s
+        # not a number counts as infinite
+        largest = max(largest, max(abs(p), abs(s))) if abs(p) + abs(s) < math.inf else math.inf
+    return largest
+
+
+@fused_kernel
+def _back_over(
+    problem: OrbitProblem,
+    i: int,
+    speed: float,
+    second_derivative: Floats,
+    rows: Floats,
+    first: int,
+    end: int,
+    scratch: Shooting,
+) -> None:
+    """Turn columns that read a state just before impact i + 1 into those that read it just before impact i.
+
+    Columns first to end - 1 of rows (2 N + 2, n); the last two rows receive what each reads of a unit residual of
+    place, and of speed, at impact i.
+    """
+    flow = scratch.flow
+    omega, rebound = problem.omega, problem.rebound
+    blocks = second_derivative.shape[0]
+    per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
+    place, faster = rows[2 * blocks], rows[2 * blocks + 1]
+    for c in range(first, end):
+        place[c], faster[c] = 0.0, 0.0
+    for j in range(blocks):
+        unit_impulse, drift, viscous_term = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1], second_derivative[j]
+        e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
+        above, below = rows[2 * j], rows[2 * j + 1]
+        for c in range(first, end):
+            a, b = above[c], below[c]
+            y, rate = a * e11 + b * e21, a * e12 + b * e22
+            above[c], below[c] = y, rate
+            faster[c] -= rebound * omega * (y * unit_impulse + rate * drift)
+            place[c] += rebound * speed * (y * drift + rate * viscous_term)
+    for c in range(first, end):
+        place[c] = -(place[c] + acceleration * faster[c]) * per_velocity
+    for j in range(blocks):
+        above, below = rows[2 * j], rows[2 * j + 1]
+        for c in range(first, end):
+            above[c] += place[c]
+            below[c] += faster[c] * per_omega
+
+
+@fused_kernel
+def _sum_of_moduli(inputs: Floats, read: Floats, closed: Floats, count: int) -> float:
+    """Return the sum over impacts of ``|read + closed inputs|``, with inputs (2 N, k), read (k,), closed (2 N,)."""
+    for c in range(closed.shape[0]):
+        share, row = closed[c], inputs[c]
+        for m in range(count):
+            read[m] += share * row[m]
+    total = 0.0
+    for m in range(count):
+        total += abs(read[m])
+    return total
+
+
+@kernel
+def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
+    """Return the largest sum of moduli of a row of the inverse of the matrix of `solve_step`, which has been called.
+
+    Every phase and speed is followed back around to all residuals, all of them side by side.
+    """
+    count, blocks = speeds.shape[0], problem.decay.shape[0]
+    size = 2 * blocks
+    system, places, faster, second_derivative, closed = (
+        scratch.system,
+        scratch.places,
+        scratch.speeds,
+        scratch.second_derivative,
+        scratch.closed,
+    )
+    basis, rows, of_place, of_speed = scratch.basis, scratch.rows, scratch.of_place, scratch.of_speed
+    for row in range(size):
+        for column in range(size):
+            system[row, column] = (problem.sign if row == column else 0.0) - scratch.turned[row, column]
+            system[row, size + column] = 1.0 if row == column else 0.0
+    if eliminate(system, size) == 0.0:
+        return math.inf
+    # each coordinate of the state at the end of the turn, followed back to the beginning
+    for row in range(size):
+        for c in range(size):
+            basis[row, c] = 1.0 if row == c else 0.0
+    for i in range(count - 1, -1, -1):
+        _back_over(problem, i, speeds[i], second_derivative, basis, plain(0), size, scratch)
+        for c in range(size):
+            places[c, i], faster[c, i] = basis[size, c], basis[size + 1, c]
+    # each phase and speed, from its impact to the first one
+    for i in range(count - 1, -1, -1):
+        _back_over(problem, i, speeds[i], second_derivative, rows, 2 * (i + 1), 2 * count, scratch)
+        for c in range(2 * (i + 1), 2 * count):
+            of_place[c, i], of_speed[c, i] = rows[size, c], rows[size + 1, c]
+        velocity, acceleration = scratch.before[i, 1], scratch.before[i, 2]
+        for j in range(blocks):
+            rows[2 * j, 2 * i], rows[2 * j + 1, 2 * i] = -1.0 / velocity, 0.0
+            rows[2 * j, 2 * i + 1], rows[2 * j + 1, 2 * i + 1] = -acceleration / velocity, 1.0 / problem.omega
+        for unknown in range(2):
+            c = 2 * i + unknown
+            # of the residuals at its own impact, besides those that are in the state
+            of_place[c, i], of_speed[c, i] = rows[0, c], float(unknown)
+            for m in range(i + 1, count):
+                of_place[c, m], of_speed[c, m] = 0.0, 0.0
+    largest = 0.0
+    for c in range(2 * count):
+        for d in range(size):
+            closed[d] = 0.0
+            for e in range(size):
+                closed[d] += rows[e, c] * system[e, size + d]
+        total = _sum_of_moduli(places, of_place[c], closed, count) + _sum_of_moduli(faster, of_speed[c], closed, count)
+        if not total < math.inf:
+            return math.inf
+        largest = max(largest, total)
+    return largest

@@ -1,0 +1,302 @@
+"""Branches of periodic motions with one impact, or one on either stop, at one forcing frequency: all closed form.
+
+An oscillator, a forcing frequency and a pattern of impacts flow in. Out flows the branch over all clearances: where it
+turns (SN), doubles its period (PD) or loses its symmetry (SB), and where it meets a stop between its impacts (GR). Its
+single orbits are in `grazemap_core.orbits.one_impact_orbits`. See theory, "One impact a period".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, contact_angle
+from grazemap_core.grazing.one_impact_family import KickSums, Pattern, kick_sums
+from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
+from grazemap_core.model.modal import ModalModel, modal_model
+from grazemap_core.model.oscillator import Oscillator
+
+Special = Literal["SN", "PD", "SB", "GR"]
+Admissibility = Literal["decided", "undecided"]
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """A special point of a branch.
+
+    Attributes
+    ----------
+    type : {"SN", "PD", "SB", "GR"}
+        Saddle-node, period doubling, symmetry breaking; or a graze, at which the branch ends.
+    angle : float
+        Where on the branch, radians, from pi/2 (grazing) down.
+    clearance, impact_velocity : float
+        There; the velocity is that before an impact, >= 0.
+    admissible : bool
+        The orbit there has no other contact with a stop; of a GR: the orbits on one side of it have none.
+    stop : int or None
+        GR only: +1 when the further contact is with the stop that is struck (first), -1 when with the other one.
+    time : float or None
+        GR only: when it is, counted from the impact; 0 where the impact itself is the graze.
+    """
+
+    type: Special
+    angle: float
+    clearance: float
+    impact_velocity: float
+    admissible: bool
+    stop: int | None = None
+    time: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class OneImpactBranch:
+    """All motions of one pattern at one forcing frequency: ``v = A cos(angle)/d, b = A sin(angle) - c v``.
+
+    They lie on the ellipse ``(b + c v)^2 + (d v)^2 = A^2``; v is the speed of the impact, b the clearance. Build it
+    with `one_impact_branch`.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    omega : float
+    pattern : Pattern
+    amplitude : float
+        A, the clearance of the grazing curve.
+    steady : ndarray of complex, shape (N,)
+        The steady motion, at phase 0.
+    position_coefficient : float
+        ``c = (1 + R) H``, a time.
+    velocity_coefficient : float
+        ``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``.
+    sums : KickSums
+    lowest : float
+        Angle at which the clearance is 0, where the branch ends if it has not before.
+    admissible_above : float
+        Orbits with an angle above this, and below pi/2, have no contacts but their impacts; pi/2 if none has.
+    admissibility : {"decided", "undecided"}
+        "undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
+        `admissible_above` is pi/2 then too.
+    special_points : tuple of BranchPoint
+        In the order of the branch, by falling angle. The first is the graze at which it begins.
+    model : ModalModel
+    """
+
+    oscillator: Oscillator
+    omega: float
+    pattern: Pattern
+    amplitude: float
+    steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
+    position_coefficient: float
+    velocity_coefficient: float
+    sums: KickSums
+    lowest: float
+    admissible_above: float
+    admissibility: Admissibility
+    special_points: tuple[BranchPoint, ...]
+    model: ModalModel
+
+    def clearance(self, angle: float) -> float:
+        """Return b at an angle."""
+        ratio = self.position_coefficient / self.velocity_coefficient
+        return self.amplitude * (math.sin(angle) - ratio * math.cos(angle))
+
+    def impact_velocity(self, angle: float) -> float:
+        """Return v at an angle."""
+        return self.amplitude * math.cos(angle) / self.velocity_coefficient
+
+    def admissible_range(self) -> tuple[float, float] | None:
+        """Return the angles, lowest and highest, between which orbits are admissible, or None."""
+        low, high = max(self.admissible_above, self.lowest), 0.5 * math.pi
+        return (low, high) if low < high else None
+
+    def angles(self, clearance: float) -> list[float]:
+        """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), falling.
+
+        Raises
+        ------
+        ParameterError
+            The clearance is not a finite number greater than 0.
+        """
+        if not (math.isfinite(clearance) and clearance > 0.0):
+            raise ParameterError("clearance", "must be a finite number greater than 0")
+        lean = math.atan2(self.position_coefficient, self.velocity_coefficient)
+        height = clearance * math.cos(lean) / self.amplitude  # b = A sin(angle - lean)/cos(lean)
+        if height > 1.0:
+            return []
+        rise = math.asin(height)
+        found = [lean + math.pi - rise, lean + rise]
+        return [angle for angle in dict.fromkeys(found) if -0.5 * math.pi < angle < 0.5 * math.pi]
+
+
+def one_impact_branch(
+    oscillator: Oscillator, omega: float, multiple: int = 1, symmetric: bool = False
+) -> OneImpactBranch:
+    """Return the branch of motions with one impact in n forcing periods, or one on either stop.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Forced, every mode damped.
+    omega : float
+        Forcing frequency > 0 (rad/s in SI).
+    multiple : int
+        n >= 1, odd for symmetric motions.
+    symmetric : bool
+        One impact on either stop, n/2 forcing periods apart; otherwise one impact on one stop.
+
+    Raises
+    ------
+    ParameterError
+        Nothing is forced, or a number is out of range.
+    SteadyMotionError
+        A mode is undamped.
+    ConditioningError
+        The modal model would lose digits.
+    """
+    require_forced(oscillator)
+    require_damped(oscillator)
+    pattern = Pattern(multiple, symmetric)
+    steady = steady_response(oscillator, [omega])[0]
+    model = modal_model(oscillator)
+    return branch_of(oscillator, model, impulse_response(model), float(omega), pattern, steady)
+
+
+def branch_of(
+    oscillator: Oscillator,
+    model: ModalModel,
+    response: ImpulseResponse,
+    omega: float,
+    pattern: Pattern,
+    steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]],
+) -> OneImpactBranch:
+    """Return a branch from a model and a steady motion that are at hand."""
+    amplitude = float(np.abs(steady[0]))
+    if not (math.isfinite(amplitude) and amplitude > 0.0):
+        raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
+    sums = kick_sums(response, pattern, omega)
+    rebound = 1.0 + oscillator.restitution
+    c = rebound * sums.displacement
+    d = (1.0 + rebound * sums.velocity) / omega
+    if not d > 0.0:  # it is, but for round-off in an elastic impact of a practically undamped chain
+        raise ConditioningError("the motion's impact speed cannot be told: hardly any energy is lost in a period")
+    contact, admissibility = _first_contact(response, pattern, omega, sums, rebound / d)
+    lowest = math.atan2(c, d)
+    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, lowest, contact)
+    return OneImpactBranch(
+        oscillator=oscillator,
+        omega=omega,
+        pattern=pattern,
+        amplitude=amplitude,
+        steady=steady,
+        position_coefficient=c,
+        velocity_coefficient=d,
+        sums=sums,
+        lowest=lowest,
+        admissible_above=contact.angle,
+        admissibility=admissibility,
+        special_points=points,
+        model=model,
+    )
+
+
+@dataclass(frozen=True)
+class _Contact:
+    """A further contact of an orbit: where on the branch, on which stop, when."""
+
+    sine: float
+    cosine: float
+    stop: int
+    time: float
+
+    @property
+    def angle(self) -> float:
+        return math.atan2(self.sine, self.cosine)
+
+
+def _first_contact(
+    response: ImpulseResponse, pattern: Pattern, omega: float, sums: KickSums, factor: float
+) -> tuple[_Contact, Admissibility]:
+    """Return the contact that the branch, followed from the graze on, comes to first."""
+    contacts: list[tuple[bool, _Contact]] = []
+    undecided = False
+    for stop in (1, -1):
+        sine, cosine, time, status = contact_angle(
+            response.decay,
+            response.discriminant,
+            response.frequency_squared,
+            sums.state,
+            sums.displacement,
+            factor,
+            omega,
+            pattern.half_periods,
+            stop,
+            -1 if pattern.symmetric else 1,
+        )
+        if status == TOO_MANY_CELLS:
+            raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
+        undecided |= status not in (FOUND, NEVER)
+        contacts.append((status == NEVER, _Contact(sine, cosine, stop, time)))
+    never, first = max(contacts, key=lambda found: (found[0], found[1].angle))
+    return first, "undecided" if undecided and not never else "decided"
+
+
+def _special_points(
+    omega: float,
+    pattern: Pattern,
+    amplitude: float,
+    c: float,
+    d: float,
+    sums: KickSums,
+    rebound: float,
+    lowest: float,
+    contact: _Contact,
+) -> tuple[BranchPoint, ...]:
+    """Return the special points with a clearance above 0, by falling angle."""
+    any_admissible = contact.cosine > 0.0
+    points = [BranchPoint("GR", 0.5 * math.pi, amplitude, 0.0, any_admissible, 1, 0.0)]
+
+    def add(kind: Special, sine: float, cosine: float, stop: int | None = None, time: float | None = None) -> None:
+        angle = math.atan2(sine, cosine)
+        if angle > lowest:
+            clearance = amplitude * (sine - c / d * cosine)
+            velocity = amplitude * cosine / d
+            admissible = angle > contact.angle if stop is None else any_admissible
+            points.append(BranchPoint(kind, angle, clearance, velocity, admissible, stop, time))
+
+    sine, cosine = saddle_node(c, d)
+    if cosine > 0.0:
+        add("SN", sine, cosine)
+    sine, cosine = doubling(omega, sums, d, rebound)
+    if cosine > 0.0:
+        add("SB" if pattern.symmetric else "PD", sine, cosine)
+    if any_admissible:
+        add("GR", contact.sine, contact.cosine, contact.stop, contact.time)
+    return tuple(sorted(points, key=lambda point: -point.angle))
+
+
+def saddle_node(c: float, d: float) -> tuple[float, float]:
+    """Return sine and cosine of the angle at which the clearance is largest; it counts for a positive cosine."""
+    length = math.hypot(c, d)
+    return d / length, -c / length
+
+
+def doubling(omega: float, sums: KickSums, d: float, rebound: float) -> tuple[float, float]:
+    """Return sine and cosine of the one angle at which a multiplier is -1 (of the signed half period: SB).
+
+    ``tan(angle) = E/(Q d)`` with ``Q = -(1 + R) H(-1) omega^2`` and
+    ``E = D(-1)^2 + (1 + R)^2 H(-1) (H''(1) - H''(-1)), D = 1 + (1 + R) H'``, from chi(-1) = 0.
+    """
+    drive = -rebound * sums.doubled_displacement * omega * omega
+    straight = 1.0 + rebound * sums.doubled_velocity
+    second_derivative = rebound * rebound * sums.doubled_displacement * (sums.acceleration - sums.doubled_acceleration)
+    sine, cosine = straight * straight + second_derivative, drive * d
+    if cosine < 0.0:
+        sine, cosine = -sine, -cosine
+    length = math.hypot(sine, cosine)
+    return sine / length, cosine / length

@@ -1,0 +1,122 @@
+"""Curves of special one-impact motions in the plane of forcing frequency and clearance.
+
+An oscillator, forcing frequencies and a pattern of impacts flow in. Out flow, frequency by frequency and in closed
+form, the clearances at which the branch turns (SN), doubles its period or breaks its symmetry (PD, SB) and meets a stop
+between its impacts (GR). None is a continuation of its neighbour, so none is lost on the way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.checks import checked_omega
+from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
+from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.one_impact_branches import branch_of
+
+
+@dataclass(frozen=True, eq=False)
+class OneImpactCurve:
+    """One type of special point over all frequencies; NaN, and False, where there is none.
+
+    Attributes
+    ----------
+    clearance, impact_velocity : ndarray of shape (n,)
+    admissible : ndarray of bool, shape (n,)
+        The orbit has no contact with a stop but its impacts.
+    stop : ndarray of int, shape (n,)
+        GR only, else 0: +1 where the further contact is with the stop that is struck (first), -1 with the other one.
+    """
+
+    clearance: Floats
+    impact_velocity: Floats
+    admissible: Booleans
+    stop: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class OneImpactCurves:
+    """The curves of one pattern of impacts.
+
+    Attributes
+    ----------
+    omega : ndarray of shape (n,)
+    grazing_clearance : ndarray of shape (n,)
+        A(omega), where the branches begin.
+    saddle_node : OneImpactCurve
+    doubling : OneImpactCurve
+        Period doubling (PD), or symmetry breaking (SB) for symmetric motions.
+    contact : OneImpactCurve
+        GR: where the branch stops being admissible.
+    """
+
+    omega: Floats
+    grazing_clearance: Floats
+    saddle_node: OneImpactCurve
+    doubling: OneImpactCurve
+    contact: OneImpactCurve
+
+
+def one_impact_curves(
+    oscillator: Oscillator, omega: ArrayLike, multiple: int = 1, symmetric: bool = False
+) -> OneImpactCurves:
+    """Return the curves SN, PD (or SB) and GR of motions with one impact in n periods, or one on either stop.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Forced, every mode damped.
+    omega : array_like of shape (n,)
+        Forcing frequencies > 0 (rad/s in SI).
+    multiple : int
+        n >= 1, odd for symmetric motions.
+    symmetric : bool
+
+    Raises
+    ------
+    ParameterError
+        Nothing is forced, or a number is out of range.
+    SteadyMotionError
+        A mode is undamped.
+    ConditioningError
+        The modal model would lose digits.
+    """
+    require_forced(oscillator)
+    require_damped(oscillator)
+    pattern = Pattern(multiple, symmetric)
+    values = checked_omega(omega)
+    steady = steady_response(oscillator, values)
+    model = modal_model(oscillator)
+    response = impulse_response(model)
+    size = len(values)
+    amplitudes = np.empty(size)
+
+    def empty() -> OneImpactCurve:
+        return OneImpactCurve(
+            np.full(size, np.nan), np.full(size, np.nan), np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.int64)
+        )
+
+    curves = {"SN": empty(), "PD": empty(), "SB": empty(), "GR": empty()}
+    for i in range(size):
+        branch = branch_of(oscillator, model, response, float(values[i]), pattern, steady[i])
+        amplitudes[i] = branch.amplitude
+        for point in branch.special_points[1:]:
+            curve = curves[point.type]
+            curve.clearance[i] = point.clearance
+            curve.impact_velocity[i] = point.impact_velocity
+            curve.admissible[i] = point.admissible
+            curve.stop[i] = point.stop or 0
+    return OneImpactCurves(
+        omega=values,
+        grazing_clearance=amplitudes,
+        saddle_node=curves["SN"],
+        doubling=curves["SB" if symmetric else "PD"],
+        contact=curves["GR"],
+    )

@@ -1,0 +1,232 @@
+"""Any periodic motion with impacts, solved for with certainty: its impacts, states, multipliers, and what it meets.
+
+An oscillator, forcing frequency, clearance and a sequence of impacts near those of the motion flow in. The equations
+are analytic through impacts of velocity 0, so an orbit may have virtual impacts, of negative velocity: it then solves
+the equations and is no motion, and says so (theory, "Any impacting orbit").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.batches import CONTACTS, REASONS, check_place, solve_sequences
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.newton import CONVERGED
+from grazemap_core.orbits.states import multipliers_of, state_at
+from grazemap_core.orbits.tolerances import KANTOROVICH
+from grazemap_core.simulation.motion import Motion
+from grazemap_core.simulation.start import State
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicOrbit:
+    """A periodic motion with impacts; or, where `converged` is false, where Newton's method has ended.
+
+    Attributes
+    ----------
+    omega, clearance : float
+    impacts : ImpactSequence
+        As solved for: of a symmetric motion half the period. `impacts.whole` has all.
+    converged : bool
+        The residual is round-off. All below means something only then; numbers are NaN otherwise.
+    reason : str
+        Why it has not; empty when it has.
+    residual : float
+        Largest residual, in units of the larger one of clearance and steady amplitude.
+    steps : int
+        Newton steps used.
+    kantorovich : float
+        Number of Newton and Kantorovich, round-off of the residual included. At most 1/2: exactly one solution lies
+        within `radius`, as surely as floating-point numbers can tell.
+    radius : float
+        Of phases in radians, and of velocities over omega and that unit of length.
+    displacement, velocity : ndarray of shape (N,)
+        State just before the first impact; a trajectory started there begins with the impact.
+    phase : float
+        Forcing phase there, in (-pi, pi].
+    start : State
+        State at forcing phase 0, on the stroboscopic section.
+    multipliers : ndarray of complex, shape (2N,)
+        Floquet multipliers over the period, by falling modulus.
+    half_multipliers : ndarray of complex, shape (2N,), or None
+        Of a symmetric motion: those of half the period followed by the mirror image, whose squares the multipliers are.
+    stable : bool
+        Every multiplier has a modulus below 1.
+    physical : bool
+        No impact is virtual.
+    contacts : {"none", "some", "undecided", "not searched"}
+        Contacts with a stop other than the impacts; "some" too where an impact is virtual.
+    excess : float
+        How far beyond a stop mass 1 goes at the highest maximum between its impacts, in units of length; negative where
+        it stays inside, minus infinity where there is no such maximum.
+    excess_phase : float
+        Where that is, radians; NaN without one.
+    excess_stop : int
+        On which stop; 0 without one.
+    least_period : int
+        Forcing periods after which the motion repeats: less than `impacts.period` for one that was found as a multiple.
+    symmetric : bool
+        It is its own mirror image half a period later.
+    """
+
+    omega: float
+    clearance: float
+    impacts: ImpactSequence
+    converged: bool
+    reason: str
+    residual: float
+    steps: int
+    kantorovich: float
+    radius: float
+    displacement: Floats
+    velocity: Floats
+    phase: float
+    start: State
+    multipliers: Complexes
+    half_multipliers: Complexes | None
+    stable: bool
+    physical: bool
+    contacts: str
+    excess: float
+    excess_phase: float
+    excess_stop: int
+    least_period: int
+    symmetric: bool
+
+    @property
+    def certified(self) -> bool:
+        """There is a solution near the numbers, and only one."""
+        return self.converged and self.kantorovich <= KANTOROVICH
+
+    @property
+    def admissible(self) -> bool:
+        """The orbit is a motion: every impact is one, and mass 1 meets no stop between them."""
+        return self.contacts == "none"
+
+    @property
+    def impacts_per_period(self) -> tuple[int, int]:
+        """Impacts on stop A and on stop C in the least period; -1 for a stop that is not touched."""
+        whole = self.impacts.whole
+        parts = self.impacts.period // self.least_period
+        right, left = (int(np.sum(whole.stops == stop)) // parts or -1 for stop in (1, -1))
+        return right, left
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that this is: unresolved where it has not converged, or is not admissible."""
+        if not self.converged:
+            return Motion(kind="unresolved", sticking=False, reason=self.reason)
+        right, left = self.impacts_per_period
+        return Motion(
+            kind="periodic" if self.admissible else "unresolved",
+            period=self.least_period,
+            impacts_right=right,
+            impacts_left=left,
+            symmetric=self.symmetric,
+            sticking=False,
+            certified=self.certified and self.admissible,
+            reason=None if self.admissible else "the orbit is no motion: it is not admissible",
+        )
+
+    @property
+    def label(self) -> str:
+        """``n-pr-ql`` of the least period; -1 for a stop that is not touched."""
+        right, left = self.impacts_per_period
+        return f"{self.least_period}-{right if right > 0 else '(-1)'}r-{left if left > 0 else '(-1)'}l"
+
+
+def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess: ImpactSequence) -> PeriodicOrbit:
+    """Return the periodic orbit near a guess of its impacts.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Forced, every mode damped.
+    omega, clearance : float
+        > 0.
+    guess : ImpactSequence
+        From `impact_sequences.impacts_of`, from another orbit, or created.
+
+    Returns
+    -------
+    PeriodicOrbit
+        One that is not `converged` where there is none of this sequence near the guess; it says why.
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range, or nothing is forced.
+    SteadyMotionError
+        A mode is undamped.
+    ConditioningError
+        The modal model would lose digits.
+    """
+    check_place(omega, clearance)
+    family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
+    steady = family.steady(omega)
+    problem = family.problem(omega, max(abs(steady[0]), clearance), steady)
+    return solved_orbit(family, problem, steady, clearance, guess)
+
+
+def solved_orbit(
+    family: OrbitFamily,
+    problem: OrbitProblem,
+    steady: Complexes,
+    clearance: float,
+    guess: ImpactSequence,
+) -> PeriodicOrbit:
+    """Return the orbit near a guess for a problem that is at hand."""
+    phases, speeds, told = solve_sequences(
+        problem, guess, np.array([clearance]), guess.phases[None], guess.velocities[None]
+    )
+    omega, unit = problem.omega, problem.omega * problem.length
+    shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
+    found = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
+    converged = int(told.status[0]) == CONVERGED
+    count = family.oscillator.size
+    x, v = np.full(count, np.nan), np.full(count, np.nan)
+    state = State(x, v, 0.0)
+    multipliers = np.full(2 * count, np.nan, dtype=np.complex128)
+    phase = math.remainder(float(found.phases[0]), 2.0 * math.pi)
+    if converged:
+        x, v = state_at(family, omega, steady, found, float(found.phases[0]))
+        # mass 1 is on its stop, and strikes it with that velocity, exactly
+        x[0], v[0] = found.stops[0] * clearance, found.velocities[0]
+        state = State(*state_at(family, omega, steady, found, 0.0), 0.0)
+        multipliers = multipliers_of(problem, phases[0], speeds[0], told.before[0])
+    symmetric = converged and found.mirrors()
+    half: Complexes | None = None
+    if guess.symmetric:
+        half, multipliers = multipliers, multipliers * multipliers
+    return PeriodicOrbit(
+        omega=omega,
+        clearance=clearance,
+        impacts=found,
+        converged=converged,
+        reason=REASONS[int(told.status[0])],
+        residual=float(told.residual[0]),
+        steps=int(told.steps[0]),
+        kantorovich=float(told.kantorovich[0]),
+        radius=float(told.radius[0]),
+        displacement=x,
+        velocity=v,
+        phase=phase if phase > -math.pi else math.pi,
+        start=state,
+        multipliers=multipliers,
+        half_multipliers=half,
+        stable=bool(np.all(np.abs(multipliers) < 1.0)),
+        physical=converged and bool(np.all(found.stops * found.velocities > 0.0)),
+        contacts=CONTACTS[int(told.contact[0])],
+        excess=float(told.excess[0]) * problem.length,
+        excess_phase=float(told.phase[0]) - shift,
+        excess_stop=int(told.stop[0]),
+        least_period=found.repeats_after() if converged else found.period,
+        symmetric=symmetric,
+    )

@@ -1,0 +1,156 @@
+"""Periodic motions that are no sequence of impacts: with rests on a stop, or complete chatter; found by simulation.
+
+A trajectory that has settled to one flows in. It is followed until it closes to round-off; out flow its events over one
+period, and the Floquet multipliers of the tangent flow. There are no equations of impact to solve for such a motion
+here, so nothing is proven of it, and it says so.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes
+from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.motion import Motion
+from grazemap_core.simulation.record import Impacts, Sticking
+from grazemap_core.simulation.start import State
+from grazemap_core.simulation.trajectories import Trajectory, trajectory
+
+REASON = (
+    "found by simulation, not from equations of impact: mass 1 rests on a stop; multipliers are those of the tangent "
+    "flow, the residual is by how much the motion does not close, over the clearance"
+)
+"""Why nothing is certified."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedOrbit:
+    """A periodic motion with rests on a stop, as the simulation has it.
+
+    Attributes
+    ----------
+    omega, clearance : float
+    motion : Motion
+        Its name; not certified, and `reason` says why.
+    start : State
+        At forcing phase 0.
+    impacts : Impacts
+        Of one period from there. Of a complete chatter those that are followed one by one, `kind` "chatter" the last;
+        how many that are is no property of the motion.
+    sticking : Sticking
+        Of one period from there; a rest that goes on at its end is two intervals.
+    multipliers : complex (2 N,)
+        Floquet multipliers by the tangent flow, by falling modulus. A rest makes two of them 0, to round-off.
+    closing : float
+        Largest displacement, over the clearance, by which the motion misses its start a period later.
+    """
+
+    omega: float
+    clearance: float
+    motion: Motion
+    start: State
+    impacts: Impacts
+    sticking: Sticking
+    multipliers: Complexes
+    closing: float
+
+    @property
+    def stable(self) -> bool:
+        """Every multiplier has a modulus below 1."""
+        return bool(np.all(np.abs(self.multipliers) < 1.0))
+
+
+def simulated_orbit(
+    oscillator: Oscillator, omega: float, clearance: float, run: Trajectory, max_period: int = 32
+) -> SimulatedOrbit:
+    """Return the motion with rests that a trajectory has settled to.
+
+    Parameters
+    ----------
+    oscillator, omega, clearance
+        Of the trajectory.
+    run : Trajectory
+        Named as a periodic motion.
+    max_period : int
+        Longest period looked for.
+
+    Raises
+    ------
+    ParameterError
+        The trajectory has not settled to a periodic motion that rests on a stop.
+    LinearisationError
+        An impact is a graze, at which the flow has no derivative, or the motion does not close to round-off.
+    """
+    motion, final = run.motion, run.final
+    if motion.kind != "periodic" or motion.period is None or not motion.sticking or final is None:
+        raise ParameterError("trajectory", "has not settled to a periodic motion that rests on a stop")
+    once = trajectory(
+        oscillator,
+        omega,
+        clearance,
+        final.displacement,
+        final.velocity,
+        final.phase,
+        periods=motion.period,
+        samples_per_period=1,
+    )
+    time = _in_flight(once, motion.period * (2.0 * math.pi / omega))
+    x, v = once.at(np.array([time]))
+    settled = monodromy(
+        oscillator, omega, clearance, x[:, 0], v[:, 0], final.phase + omega * time, max_period=max_period
+    )
+    if settled.period != motion.period:
+        raise LinearisationError("the motion has another period when it is followed until it closes to round-off")
+    until = math.fmod(-settled.phase, 2.0 * math.pi) / omega
+    section = np.array([until if until >= 0.0 else until + 2.0 * math.pi / omega])
+    ahead = trajectory(
+        oscillator, omega, clearance, settled.displacement, settled.velocity, settled.phase, periods=2, times=section
+    )
+    start = State(ahead.displacement[:, 0], ahead.velocity[:, 0], 0.0)
+    period = trajectory(
+        oscillator,
+        omega,
+        clearance,
+        start.displacement,
+        start.velocity,
+        0.0,
+        periods=settled.period,
+        samples_per_period=1,
+    )
+    return SimulatedOrbit(
+        omega=omega,
+        clearance=clearance,
+        motion=Motion(
+            kind="periodic",
+            period=motion.period,
+            impacts_right=motion.impacts_right,
+            impacts_left=motion.impacts_left,
+            symmetric=motion.symmetric,
+            sticking=True,
+            reason=REASON,
+        ),
+        start=start,
+        impacts=period.impacts,
+        sticking=period.sticking,
+        multipliers=settled.multipliers,
+        closing=settled.closing,
+    )
+
+
+def _in_flight(run: Trajectory, end: float) -> float:
+    """Return the middle of the longest time of a record in which mass 1 neither strikes a stop nor rests on one."""
+    marks = np.sort(np.concatenate([[0.0, end], run.impacts.time, run.sticking.start, run.sticking.stop_time]))
+    middles, lengths = 0.5 * (marks[1:] + marks[:-1]), np.diff(marks)
+    starts, stops = run.sticking.start[:, None], run.sticking.stop_time[:, None]
+    resting = np.any((starts < middles) & (middles < stops), axis=0)
+    # between the last bounce that is followed and the rest there are all the others
+    chatters = run.impacts.time[run.impacts.kind == "chatter"]
+    resting |= np.isin(marks[:-1], chatters)
+    if np.all(resting):
+        raise ParameterError("trajectory", "rests on a stop for ever")
+    return float(middles[np.argmax(np.where(resting, -1.0, lengths))])

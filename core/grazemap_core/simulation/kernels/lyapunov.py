@@ -1,0 +1,392 @@
+"""How fast neighbours of a trajectory part: multipliers of a periodic motion, Lyapunov exponents of any other.
+
+What flows in is a state that has settled, with the walk's regime, and how many half periods were run for it; out flow
+numbers and a status. Nothing here allocates, so that a map may do it for every point, all scratch being `Tangents`:
+
+    begin_matrix, run_columns over the period, leading_multiplier      of a motion that was named
+    begin_growth, run_columns kept apart, judge_growth                 of one that was not
+
+Growth is measured in the energy norm of the blocks, sum w^2 u^2 + u'^2, half period by half period: QR keeps the
+columns apart (Benettin et al. 1980). The mean over n periods differs from the exponent by c/n from where the columns
+started, and by chance as far as the motion is chaotic. The latter is told by blocking (Flyvbjerg & Petersen 1989): the
+standard error of the mean of block means, for blocks of 1, 2, 4, ... periods, as long as 32 blocks are left. It rises
+with the length until the blocks are independent, and the largest is taken.
+
+References
+----------
+G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9-30.
+H. Flyvbjerg, H. G. Petersen, J. Chem. Phys. 91 (1989) 461-466.
+S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111-4140.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.workspace import OK, Workspace
+from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
+from grazemap_core.simulation.kernels.tangent import HalfPeriod, half_period, run_half_linearised
+from grazemap_core.simulation.tolerances import (
+    EXPONENT_BLOCKS,
+    EXPONENT_MARGIN,
+    GROWTH_BOUND,
+    GROWTH_DRIFT,
+    GROWTH_SURE,
+    ORBIT_EXTENT,
+    ORBIT_LEAST_EXTENT,
+    RANK_ROUNDING,
+)
+
+LEAST_SQUARE = 1e-280
+"""Of squares below it, and above one over it, the sum may have lost digits."""
+
+
+class Tangents(NamedTuple):
+    """Scratch for changes of a state.
+
+    Attributes
+    ----------
+    full, eigen : (2 N, 2 N)
+    pair : (2 N, 2)
+    real, imaginary : (2 N,)
+        Receive the multipliers.
+    growth : (halves, 2)
+        Receives what the two columns grew by in every half period, in logarithms.
+    series : (halves,)
+    moments : (2, 2 N, 2)
+        Of the stroboscopic orbit, in the first and in the second half of the run: sums and sums of squares.
+    began : HalfPeriod
+    """
+
+    full: Floats
+    eigen: Floats
+    pair: Floats
+    real: Floats
+    imaginary: Floats
+    growth: Floats
+    series: Floats
+    moments: Floats
+    began: HalfPeriod
+
+
+def tangents(blocks: int, periods: int = 0) -> Tangents:
+    """Return fresh scratch for an oscillator of `blocks` masses and exponents over so many forcing periods."""
+    size = 2 * blocks
+    return Tangents(
+        full=np.zeros((size, size)),
+        eigen=np.zeros((size, size)),
+        pair=np.zeros((size, 2)),
+        real=np.zeros(size),
+        imaginary=np.zeros(size),
+        growth=np.zeros((2 * periods, 2)),
+        series=np.zeros(2 * periods),
+        moments=np.zeros((2, size, 2)),
+        began=half_period(blocks),
+    )
+
+
+@kernel
+def begin_matrix(scratch: Tangents) -> None:
+    """Set scratch.full to the unit matrix: every change of a state."""
+    size = scratch.full.shape[0]
+    for i in range(size):
+        for j in range(size):
+            scratch.full[i, j] = 1.0 if i == j else 0.0
+
+
+@kernel
+def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents) -> tuple[int, float, float]:
+    """Return the multiplier of largest modulus of a periodic motion of n forcing periods, over these.
+
+    Parameters
+    ----------
+    symmetric : bool
+        Whether the motion is its own mirror image. Half of it then says everything: its multipliers are the squares of
+        those of the half followed by the mirror image.
+    scratch : Tangents
+        With the matrix that `begin_matrix` began and `run_columns` carried over n half periods of a symmetric motion,
+        over 2 n of any other.
+
+    Returns
+    -------
+    status : OK or NOT_CONVERGED.
+    real, imaginary : float
+        The multiplier; of a complex pair the one with positive imaginary part. Both 0 when every change dies out within
+        the period (as those of a single mass do that rests on a stop), NaN unless OK.
+    """
+    size = scratch.full.shape[0]
+    # in the energy norm, in which its entries are of one kind
+    for i in range(size):
+        row = problem.frequency[i // 2] if i % 2 == 0 else 1.0
+        for j in range(size):
+            column = problem.frequency[j // 2] if j % 2 == 0 else 1.0
+            scratch.eigen[i, j] = scratch.full[i, j] * row / column
+    if eigenvalues(scratch.eigen, scratch.real, scratch.imaginary) != OK:
+        return NOT_CONVERGED, np.nan, np.nan
+    largest = 0
+    for i in range(size):
+        if math.hypot(scratch.real[i], scratch.imaginary[i]) > math.hypot(
+            scratch.real[largest], scratch.imaginary[largest]
+        ):
+            largest = i
+    real, imaginary = scratch.real[largest], abs(scratch.imaginary[largest])
+    if symmetric:
+        real, imaginary = (real - imaginary) * (real + imaginary), 2.0 * real * imaginary
+    return OK, real, abs(imaginary)
+
+
+@kernel
+def _length(columns: Floats, c: int) -> float:
+    """Return Euclid's norm of a column; no square of a number overflows or is lost on the way."""
+    square = 0.0
+    for i in range(columns.shape[0]):
+        square += columns[i, c] * columns[i, c]
+    if LEAST_SQUARE < square < 1.0 / LEAST_SQUARE:
+        return math.sqrt(square)
+    length = 0.0
+    for i in range(columns.shape[0]):
+        length = math.hypot(length, columns[i, c])
+    return length
+
+
+@kernel
+def orthonormalise(frequency: Floats, columns: Floats, growth: Floats) -> None:
+    """Make the columns (2 N, k) orthonormal in the energy norm, in place, and write the logarithms of R_jj to growth.
+
+    A column that is zero, or that the others span to round-off, becomes zero and stays so; its logarithm is minus
+    infinity.
+    """
+    size = columns.shape[0]
+    for c in range(columns.shape[1]):
+        for i in range(0, size, 2):
+            columns[i, c] *= frequency[i // 2]  # to coordinates in which the norm is Euclid's
+        before = _length(columns, c)
+        for b in range(c):
+            overlap = 0.0
+            for i in range(size):
+                overlap += columns[i, b] * columns[i, c]
+            for i in range(size):
+                columns[i, c] -= overlap * columns[i, b]
+        length = before if c == 0 else _length(columns, c)
+        lost = not length > RANK_ROUNDING * before
+        growth[c] = -np.inf if lost else math.log(length)
+        for i in range(size):
+            columns[i, c] = 0.0 if lost else columns[i, c] / length
+    for c in range(columns.shape[1]):
+        for i in range(0, size, 2):
+            columns[i, c] /= frequency[i // 2]
+
+
+@kernel
+def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
+    """Set the two columns to a start that no symmetry of the chain singles out, and forget the orbit seen."""
+    size = scratch.pair.shape[0]
+    for i in range(size):
+        scratch.pair[i, 0] = 1.0 / (i + 1.0)
+        scratch.pair[i, 1] = -1.0 if i % 2 == 0 else 1.0
+        if i % 2 == 0:
+            scratch.pair[i, 0] /= problem.frequency[i // 2]
+            scratch.pair[i, 1] /= problem.frequency[i // 2]
+    orthonormalise(problem.frequency, scratch.pair, scratch.growth[0])
+    scratch.moments[:] = 0.0
+
+
+@kernel
+def run_columns(
+    problem: CellProblem,
+    held: HeldProblem,
+    u: Floats,
+    clearance: float,
+    half: int,
+    halves: int,
+    columns: Floats,
+    apart: bool,
+    skipped: int,
+    done: int,
+    work: Workspace,
+    scratch: Tangents,
+) -> tuple[int, int]:
+    """Run on along a trajectory and carry columns along, as they are or kept apart.
+
+    Parameters
+    ----------
+    u : (N, 2)
+        State after `half + done` half periods; carried along in place.
+    half, halves : int
+        Half periods run before this run, and in it. The parity of `half` says which half of the forcing period is next.
+    columns : (2 N, k)
+        Changes of the state: scratch.full, or scratch.pair of `begin_growth`. Changed in place.
+    apart : bool
+        Whether to make them orthonormal after every half period and enter what they grew by into scratch.growth, which
+        has a row for each of the halves, and the orbit into scratch.moments.
+    skipped : int
+        Half periods at the beginning that have no part in the moments.
+    done : int
+        Half periods of this run already done: 0, or what it returned with RECORD_FULL.
+    work : Workspace
+        With room for the events of half a period, in the regime in which the walk that led to u stands: the same one,
+        or cursor and near (and held.state and held.since, where mass 1 rests) of that one.
+
+    Returns
+    -------
+    status : OK, or as `run_half_linearised`: after RECORD_FULL the run may go on with a longer record.
+    done : int
+    """
+    for k in range(done, halves):
+        status = run_half_linearised(problem, held, u, clearance, half + k, work, columns, scratch.began)
+        if status != OK:
+            return status, k
+        if not apart:
+            continue
+        orthonormalise(problem.frequency, columns, scratch.growth[k])
+        if k >= skipped:
+            part = 0 if 2 * (k - skipped) < halves - skipped else 1
+            sign = 1.0 if (half + k) % 2 == 0 else -1.0
+            for i in range(2 * u.shape[0]):
+                z = sign * u[i // 2, i % 2]
+                scratch.moments[part, i, 0] += z
+                scratch.moments[part, i, 1] += z * z
+    return OK, halves
+
+
+@kernel
+def standard_error(values: Floats, count: int) -> float:
+    """Return the standard error of the mean of the first `count` values, a series in time, by blocking; destroys them.
+
+    Infinite for fewer than EXPONENT_BLOCKS values.
+    """
+    largest = 0.0 if count >= EXPONENT_BLOCKS else np.inf
+    while count >= EXPONENT_BLOCKS:
+        mean = 0.0
+        for i in range(count):
+            mean += values[i]
+        mean /= count
+        square = 0.0
+        for i in range(count):
+            square += (values[i] - mean) ** 2
+        largest = max(largest, math.sqrt(square / (count - 1.0) / count))
+        count //= 2
+        for i in range(count):
+            values[i] = 0.5 * (values[2 * i] + values[2 * i + 1])
+    return largest
+
+
+@kernel
+def exponent(scratch: Tangents, column: int, skipped: int, half_time: float) -> tuple[float, float]:
+    """Return an exponent per unit of time and its standard error, from scratch.growth without its first rows.
+
+    Minus infinity, and 0, when the column died out.
+    """
+    halves = scratch.growth.shape[0]
+    total = 0.0
+    for k in range(skipped, halves):
+        total += scratch.growth[k, column]
+    if not np.isfinite(total):
+        return -np.inf, 0.0
+    count = (halves - skipped) // 2
+    for i in range(count):
+        first = skipped + 2 * i
+        scratch.series[i] = (scratch.growth[first, column] + scratch.growth[first + 1, column]) / (2.0 * half_time)
+    return total / ((halves - skipped) * half_time), standard_error(scratch.series, count)
+
+
+@kernel
+def weighted_exponent(scratch: Tangents, skipped: int, half_time: float) -> float:
+    """Return the first exponent as the weighted Birkhoff mean of the growth, the weights falling to 0 at both ends.
+
+    For a periodic or quasi-periodic motion it converges faster than any power of the time (Das et al. 2017), where the
+    plain mean converges as one over it; for a chaotic one it is no better.
+    """
+    total, weights = 0.0, 0.0
+    count = scratch.growth.shape[0] - skipped
+    for k in range(count):
+        share = (k + 0.5) / count
+        weight = math.exp(-1.0 / (share * (1.0 - share)))
+        weights += weight
+        total += weight * scratch.growth[skipped + k, 0]
+    return total / (weights * half_time)
+
+
+@kernel
+def _range(scratch: Tangents, begin: int, end: int) -> float:
+    """Return by how much the sum of the first column's growth varies from half period `begin` to `end`."""
+    total, least, most = 0.0, 0.0, 0.0
+    for k in range(begin, end):
+        total += scratch.growth[k, 0]
+        least, most = min(least, total), max(most, total)
+    return most - least
+
+
+@kernel
+def _extent(problem: CellProblem, scratch: Tangents, part: int, count: int) -> float:
+    """Return the root mean square distance of the stroboscopic orbit from its middle, in one half of the run."""
+    square = 0.0
+    for i in range(scratch.moments.shape[1]):
+        mean = scratch.moments[part, i, 0] / count
+        variance = scratch.moments[part, i, 1] / count - mean * mean
+        square += max(0.0, variance) * problem.closeness[i // 2, i % 2] ** 2
+    return math.sqrt(square)
+
+
+@kernel
+def judge_growth(
+    problem: CellProblem, clearance: float, skipped: int, scratch: Tangents
+) -> tuple[int, float, float, float, float]:
+    """Say what the exponents of a trajectory that did not settle make of it.
+
+    Parameters
+    ----------
+    skipped : int
+        Even number of half periods at the beginning that do not count: in them the columns find their directions.
+    scratch : Tangents
+        As `run_columns` filled it, columns kept apart.
+
+    Returns
+    -------
+    kind : CHAOTIC, QUASI_PERIODIC or GROWTH_UNDECIDED. Both names hold for the time that was looked at: it does not
+        separate a longer chaotic transient from chaos, nor a spiral that shrinks by less than ORBIT_EXTENT from a
+        torus.
+    first, first_error, second, second_error : float
+        The two largest exponents per unit of time, with their standard errors.
+    """
+    half_time = problem.step * (problem.cells // 2)
+    first, first_error = exponent(scratch, 0, skipped, half_time)
+    second, second_error = exponent(scratch, 1, skipped, half_time)
+    halves = scratch.growth.shape[0]
+    middle = skipped + (halves - skipped) // 2
+    if not (np.isfinite(first) and np.isfinite(first_error)):
+        return GROWTH_UNDECIDED, first, first_error, second, second_error
+    early, late = 0.0, 0.0
+    for k in range(skipped, halves):
+        if k < middle:
+            early += scratch.growth[k, 0]
+        else:
+            late += scratch.growth[k, 0]
+    least = min(early / (middle - skipped), late / (halves - middle)) / half_time
+    positive = first > EXPONENT_MARGIN * first_error
+    if (positive and least > EXPONENT_MARGIN * first_error) or min(early, late) > GROWTH_SURE:
+        return CHAOTIC, first, first_error, second, second_error
+    if positive:
+        return GROWTH_UNDECIDED, first, first_error, second, second_error
+    # a bounded sum varies as much in an eighth of the run as in all of it, a random walk by far less
+    counted = halves - skipped
+    whole, least = _range(scratch, skipped, halves), np.inf
+    for k in range(8):
+        least = min(least, _range(scratch, skipped + k * counted // 8, skipped + (k + 1) * counted // 8))
+    bounded = whole <= GROWTH_BOUND * least
+    drifts = abs(weighted_exponent(scratch, skipped, half_time)) * counted * half_time > GROWTH_DRIFT
+    early_extent = _extent(problem, scratch, 0, middle - skipped)
+    late_extent = _extent(problem, scratch, 1, halves - middle)
+    lasts = abs(late_extent - early_extent) <= ORBIT_EXTENT * early_extent
+    apart = early_extent > ORBIT_LEAST_EXTENT * clearance
+    attracts = second < -EXPONENT_MARGIN * (first_error + second_error)
+    kind = QUASI_PERIODIC if bounded and not drifts and lasts and apart and attracts else GROWTH_UNDECIDED
+    return kind, first, first_error, second, second_error

@@ -1,0 +1,287 @@
+"""The linearised flow: how a small change of the state travels along a trajectory that was recorded.
+
+What flows in are the events of half a forcing period, as the walk left them, and the columns of a matrix: changes of
+the state at one moment, the forcing's phase being the same. Out flows the matrix at the end of it. Between the events
+blocks are carried in closed form; at an event a saltation matrix takes the change over, because the changed trajectory
+meets the stop earlier or later. With x1, v1 of a change u before an impact at velocity v and acceleration a, T the
+generator of the blocks and k what a unit velocity of mass 1 adds to them,
+
+    u+ = u - (1 + R) (k (v1 - (a/v) x1) + T k x1)
+
+which has the determinant R^2. The last impact of a complete chatter, or one with R = 0 that mass 1 stays behind, leaves
+masses 2 .. N with what u - T k x1 says of them; mass 1 has no change any more. A release changes nothing, since mass 1
+starts without acceleration.
+
+References
+----------
+A. B. Nordmark, J. Sound Vib. 145 (1991) 279-297; M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk,
+*Piecewise-smooth Dynamical Systems*, Springer 2008, chapter 2.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, turned_gain
+from grazemap_core.contact.kernels.half_period import run_half
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.workspace import (
+    EVENT_COLUMNS,
+    GRAZE,
+    HELD,
+    IMPACT,
+    KIND,
+    OK,
+    RECORD_FULL,
+    RELEASE,
+    ROWS,
+    TIME,
+    UNDECIDED,
+    VELOCITY,
+    Workspace,
+)
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+
+GRAZED = 101
+"""An impact at zero velocity: there the flow has no derivative."""
+
+
+class HalfPeriod(NamedTuple):
+    """Where a half period began, so that it can be run again: scratch of `run_half_linearised`.
+
+    Attributes
+    ----------
+    state : (N, 2)
+    resting : (N - 1, 2)
+    cursor : (4,)
+    floats : (6,)
+    """
+
+    state: Floats
+    resting: Floats
+    cursor: Integers
+    floats: Floats
+
+
+def half_period(blocks: int) -> HalfPeriod:
+    """Return fresh scratch for an oscillator of `blocks` masses."""
+    return HalfPeriod(
+        state=np.zeros((blocks, 2)),
+        resting=np.zeros((blocks - 1, 2)),
+        cursor=np.zeros(4, dtype=np.int64),
+        floats=np.zeros(6),
+    )
+
+
+@kernel
+def flow_tangent(decay: Floats, discriminant: Floats, frequency_squared: Floats, time: float, tangent: Floats) -> None:
+    """Carry changes of n blocks over a time, in the first 2 n rows of tangent, in place."""
+    for j in range(decay.shape[0]):
+        e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time)
+        for c in range(tangent.shape[1]):
+            first, second = tangent[2 * j, c], tangent[2 * j + 1, c]
+            tangent[2 * j, c] = e11 * first + e12 * second
+            tangent[2 * j + 1, c] = e21 * first + e22 * second
+
+
+@kernel
+def _kick_tangent(problem: CellProblem, tangent: Floats, column: int, velocity: float, displacement: float) -> None:
+    """Add k times a velocity and T k times a displacement of mass 1 to one column, in place."""
+    for j in range(problem.decay.shape[0]):
+        k0, k1 = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
+        tangent[2 * j, column] += velocity * k0 + displacement * k1
+        tangent[2 * j + 1, column] += velocity * k1 - displacement * (
+            problem.frequency_squared[j] * k0 + 2.0 * problem.decay[j] * k1
+        )
+
+
+@kernel
+def _of_first_mass(problem: CellProblem, tangent: Floats, column: int) -> tuple[float, float]:
+    """Return the change of x1 and v1 of one column."""
+    x, v = 0.0, 0.0
+    for j in range(problem.decay.shape[0]):
+        first, second = tangent[2 * j, column], tangent[2 * j + 1, column]
+        x += problem.output_row[j, 0] * first + problem.output_row[j, 1] * second
+        v += problem.output_row[j, 2] * first + problem.output_row[j, 3] * second
+    return x, v
+
+
+@kernel
+def strike_tangent(problem: CellProblem, velocity: float, acceleration: float, tangent: Floats) -> None:
+    """Carry changes through an impact, in place: the saltation matrix.
+
+    Parameters
+    ----------
+    velocity, acceleration : float
+        Of mass 1 before the impact; the velocity is not zero.
+    tangent : (2 N, k)
+    """
+    factor = 1.0 + problem.restitution
+    ratio = acceleration / velocity
+    for c in range(tangent.shape[1]):
+        x, v = _of_first_mass(problem, tangent, c)
+        _kick_tangent(problem, tangent, c, -factor * (v - ratio * x), -factor * x)
+
+
+@kernel
+def hold_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> None:
+    """Turn changes of the free state before mass 1 comes to rest into changes of the held one, in place.
+
+    These stand in the first 2 (N - 1) rows of tangent (2 N, k); the last two become zero.
+    """
+    count = problem.decay.shape[0]
+    rest = count - 1
+    physical = held.physical
+    for c in range(tangent.shape[1]):
+        x, _ = _of_first_mass(problem, tangent, c)
+        _kick_tangent(problem, tangent, c, 0.0, -x)
+        for i in range(rest):
+            displacement, velocity = 0.0, 0.0
+            for row in range(2 * count):
+                displacement += held.from_free[1 + i, row] * tangent[row, c]
+                velocity += held.from_free[count + 1 + i, row] * tangent[row, c]
+            physical[i] = displacement
+            physical[rest + i] = velocity
+        for row in range(2 * rest):
+            value = 0.0
+            for i in range(2 * rest):
+                value += held.to_blocks[row, i] * physical[i]
+            tangent[row, c] = value
+        tangent[2 * rest, c] = 0.0
+        tangent[2 * rest + 1, c] = 0.0
+
+
+@kernel
+def release_tangent(held: HeldProblem, tangent: Floats) -> None:
+    """Turn changes of the held state, as `hold_tangent` leaves them, into changes of the free one, in place."""
+    rest = held.state.shape[0]
+    count = rest + 1
+    physical = held.physical
+    for c in range(tangent.shape[1]):
+        for i in range(2 * rest):
+            value = 0.0
+            for row in range(2 * rest):
+                value += held.from_blocks[i, row] * tangent[row, c]
+            physical[i] = value
+        for row in range(2 * count):
+            value = 0.0
+            for i in range(rest):
+                value += held.to_free[row, 1 + i] * physical[i] + held.to_free[row, count + 1 + i] * physical[rest + i]
+            tangent[row, c] = value
+
+
+@kernel
+def carry_tangent(
+    problem: CellProblem, held: HeldProblem, half: int, resting: bool, work: Workspace, tangent: Floats
+) -> int:
+    """Carry changes of the state along the half period that work.events holds, from its first row on.
+
+    Parameters
+    ----------
+    half : int
+        Index of the half period.
+    resting : bool
+        Whether mass 1 rests on a stop at its start.
+    work : Workspace
+        Read only.
+    tangent : (2 N, k)
+        Changes of the free state in block coordinates, at the start and, on return, at the end of the half period;
+        while mass 1 rests, those that leave it there.
+
+    Returns
+    -------
+    status : OK, or GRAZED: tangent is then that before the graze.
+    """
+    first_cell = (half % 2) * (problem.cells // 2)
+    blocks = problem.decay.shape[0]
+    passed = 0.0
+    if resting:
+        # mass 1 moved off the stop falls back at once; all that stays is what the link's damper gave to mass 2
+        hold_tangent(problem, held, tangent)
+    for row in range(work.cursor[ROWS] + 1):
+        last = row == work.cursor[ROWS]
+        time = problem.step * (problem.cells // 2) if last else work.events[row, TIME]
+        if resting:
+            flow_tangent(held.decay, held.discriminant, held.frequency_squared, time - passed, tangent)
+        else:
+            flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, time - passed, tangent)
+        passed = time
+        if last:
+            break
+        if work.events[row, KIND] == RELEASE:
+            release_tangent(held, tangent)
+            resting = False
+        elif work.events[row, KIND] == GRAZE:
+            return GRAZED
+        elif work.events[row, KIND] == IMPACT:
+            velocity = work.events[row, VELOCITY]
+            if velocity == 0.0:
+                return GRAZED
+            behind = work.events[row, EVENT_COLUMNS : EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
+            _, gain_imag = turned_gain(problem, first_cell, time)
+            acceleration = first_acceleration(problem, behind, gain_imag)
+            acceleration -= (
+                held.viscous_term * (1.0 + problem.restitution) * velocity
+            )  # the drag turns with the velocity
+            strike_tangent(problem, velocity, acceleration, tangent)
+        else:
+            hold_tangent(problem, held, tangent)
+            resting = True
+    if resting:
+        release_tangent(held, tangent)
+    return OK
+
+
+@kernel
+def run_half_linearised(
+    problem: CellProblem,
+    held: HeldProblem,
+    u: Floats,
+    clearance: float,
+    half: int,
+    work: Workspace,
+    tangent: Floats,
+    began: HalfPeriod,
+) -> int:
+    """Carry a state, and changes of it, over half a forcing period, both in place.
+
+    Parameters
+    ----------
+    u : (N, 2)
+    half : int
+        Index of the half period; a state that half periods were run for goes on with their number.
+    work : Workspace
+        With room for the events of half a period; the regime in which the walk stands is taken from it and left in it.
+    tangent : (2 N, k)
+        As in `carry_tangent`.
+    began : HalfPeriod
+        Scratch.
+
+    Returns
+    -------
+    status : OK; RECORD_FULL when work.events is too short, everything being as before the call; GRAZED; or the status
+        with which the trajectory ended.
+    """
+    copy_matrix(began.state, u)
+    copy_matrix(began.resting, held.state)
+    copy_vector(began.cursor, work.cursor)
+    copy_vector(began.floats[:3], work.near)
+    copy_vector(began.floats[3:5], held.since)
+    began.floats[5] = work.tally[UNDECIDED]
+    work.cursor[ROWS] = 0
+    status = run_half(problem, held, u, clearance, half, work)
+    if work.cursor[ROWS] > work.events.shape[0]:
+        copy_matrix(u, began.state)
+        copy_matrix(held.state, began.resting)
+        copy_vector(work.cursor, began.cursor)
+        copy_vector(work.near[:3], began.floats)
+        copy_vector(held.since, began.floats[3:5])
+        work.tally[UNDECIDED] = began.floats[5]
+        return RECORD_FULL
+    if status != OK:
+        return status
+    return carry_tangent(problem, held, half, began.cursor[HELD] != 0, work, tangent)

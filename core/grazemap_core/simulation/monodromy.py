@@ -1,0 +1,160 @@
+"""Monodromy matrix and Floquet multipliers: what a small change of a motion becomes after its period."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core import codes
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.contact.kernels.cells import bounds
+from grazemap_core.contact.kernels.half_period import is_free_for_ever
+from grazemap_core.contact.kernels.workspace import ANCHOR
+from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.kernels import period_detection
+from grazemap_core.simulation.linearised_run import LinearisedRun, linearised_run
+from grazemap_core.simulation.motion import REASONS
+from grazemap_core.simulation.tolerances import CLOSING_FLOOR
+
+
+@dataclass(frozen=True, eq=False)
+class Monodromy:
+    """The linearised flow over n forcing periods, at one point of a motion.
+
+    Attributes
+    ----------
+    matrix : (2 N, 2 N)
+        Takes a change of (x_1 .. x_N, v_1 .. v_N) to what it is n periods later. The change is one of the state alone:
+        the forcing's phase is that of the unchanged motion, so a multiplier 1 for a shift in time does not occur.
+    multipliers : complex (2 N,)
+        Its eigenvalues, by falling modulus. Those below about 1e-15 of the matrix's norm are round-off.
+    period : int
+        n.
+    time : float
+        n forcing periods.
+    phase : float
+        Forcing phase at which the matrix is taken, radians.
+    displacement, velocity : (N,)
+        State there.
+    closing : float
+        Largest displacement, in units of the clearance, by which the motion misses that state n periods later. The
+        eigenvalues are Floquet multipliers where this is round-off.
+    """
+
+    matrix: Floats
+    multipliers: Complexes
+    period: int
+    time: float
+    phase: float
+    displacement: Floats
+    velocity: Floats
+    closing: float
+
+    @property
+    def exponent(self) -> float:
+        """Largest Lyapunov exponent of the periodic motion, ln|multiplier|/time.
+
+        Minus infinity when the matrix is zero: then the motion is superstable, and neighbours join it exactly within a
+        period, as those of a single mass do that rests on a stop.
+        """
+        largest = abs(self.multipliers[0])
+        return math.log(largest) / self.time if largest > 0.0 else -math.inf
+
+
+def monodromy(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: float,
+    displacement: Floats | None = None,
+    velocity: Floats | None = None,
+    phase: float = 0.0,
+    period: int | None = None,
+    max_periods: int = 1000,
+    max_period: int = 32,
+) -> Monodromy:
+    """Return the linearised flow over a period of a motion.
+
+    Parameters
+    ----------
+    omega, clearance, displacement, velocity, phase
+        As in `trajectory.trajectory`.
+    period : int or None
+        Forcing periods n, the given state being a point of the motion. None: the motion is followed until it can be
+        named, and on until it closes to round-off; n is its least period.
+    max_periods, max_period : int
+        Forcing periods followed, and longest period looked for, when `period` is None.
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range.
+    LinearisationError
+        The trajectory ends early, an impact is a graze, or the motion did not settle to a periodic one.
+    """
+    for name, value in (("period", period), ("max_periods", max_periods), ("max_period", max_period)):
+        if value is not None and value < 1:
+            raise ParameterError(name, "must be 1 or greater")
+    run = linearised_run(oscillator, omega, clearance, displacement, velocity, phase)
+    count = oscillator.size
+    if period is None:
+        period = _settle(run, max_periods, max_period)
+    start, here = run.state.copy(), run.physical
+    tangent = np.eye(2 * count)
+    run.advance(2 * period, tangent)
+    # eigenvalues in the energy norm, in which the entries of the matrix are of one kind
+    weight = np.stack([run.problem.frequency, np.ones(count)], axis=1).ravel()
+    multipliers = np.linalg.eigvals(tangent * weight[:, None] / weight).astype(np.complex128)
+    order = np.argsort(-np.abs(multipliers), kind="stable")
+    return Monodromy(
+        matrix=run.held.from_free @ tangent @ run.held.to_free,
+        multipliers=multipliers[order],
+        period=period,
+        time=period * run.period,
+        phase=phase,
+        displacement=here[:count],
+        velocity=here[count:],
+        closing=_distance(run, start),
+    )
+
+
+def _distance(run: LinearisedRun, state: Floats) -> float:
+    """Return how far the run stands from a state, in units of the clearance."""
+    return float(np.max(np.abs(run.state - state) * run.problem.closeness)) / run.clearance
+
+
+def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
+    """Follow a run until its motion is named and closes to round-off, and return the least period."""
+    problem, work = run.problem, run.work
+    nothing = np.zeros((run.state.size, 0))
+    ring = period_detection.stroboscopic_history(len(run.state), max_period)
+    period_detection.enter(ring, 0, run.state, work)
+    reason, period = codes.NOT_CLOSED, 0
+    for _ in range(2 * max_periods):
+        run.advance(1, nothing)
+        period_detection.enter(ring, run.halves, run.state, run.work)
+        reach, _ = bounds(problem, run.state)
+        if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), run.clearance):
+            reason, period = codes.NAMED, 1
+        else:
+            halves = run.halves
+            reason, period, *_ = period_detection.name_motion(
+                problem, ring, 0, halves, halves, max_period, run.clearance, reach, 0.0
+            )
+        if reason == codes.NAMED and run.halves % 2 == 0:
+            break
+    else:
+        raise LinearisationError(REASONS[reason] if reason != codes.NAMED else REASONS[codes.NOT_CLOSED])
+    # on until it closes to round-off: until returns are small and have not become smaller for a while
+    best, waited = np.inf, 0
+    for _ in range(max_periods // period):
+        before = run.state.copy()
+        run.advance(2 * period, nothing)
+        distance = _distance(run, before)
+        waited = waited + 1 if distance >= best else 0
+        best = min(best, distance)
+        if distance == 0.0 or (best < CLOSING_FLOOR and waited >= 10):
+            break
+    return period

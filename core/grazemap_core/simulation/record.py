@@ -1,0 +1,182 @@
+"""What is recorded of a trajectory: its events with the states behind them, from which all else is read off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.workspace import (
+    CHATTER,
+    DELAY,
+    EVENT_COLUMNS,
+    GRAZE,
+    HALF,
+    HELD,
+    IMPACT,
+    KIND,
+    RELEASE,
+    REST,
+    ROWS,
+    STOP,
+    TIME,
+    VELOCITY,
+    Workspace,
+)
+from grazemap_core.errors import ParameterError
+from grazemap_core.simulation.kernels.sampling import events_before, sample_motion, split_times
+from grazemap_core.simulation.start import ForcedChain, Start
+from grazemap_core.simulation.tolerances import END_ROUNDING
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
+
+    The kind is "impact"; "chatter": infinitely many more follow that one, in the time up to the start of the next
+    interval of sticking, and none of them is listed; or "graze": mass 1 comes so near the stop that round-off hides
+    whether it touches it. A graze is taken as a touch at zero velocity, which changes nothing.
+
+    The same time without the rounding that a long time has: period (n,), the forcing periods completed since the record
+    began, and phase_time (n,), the time since then.
+    """
+
+    time: Floats
+    period: Integers
+    phase_time: Floats
+    stop: NDArray[np.int8]
+    velocity: Floats
+    kind: NDArray[np.str_]
+
+
+@dataclass(frozen=True, eq=False)
+class Sticking:
+    """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,).
+
+    An interval begins where the impacts of a complete chatter accumulate, at the impact itself when the restitution is
+    0, or with the record; it ends with the release, or with the record.
+    """
+
+    start: Floats
+    stop_time: Floats
+    stop: NDArray[np.int8]
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The events of a trajectory; time counts from where the record begins.
+
+    Attributes
+    ----------
+    problem, held : CellProblem, HeldProblem
+    shape : (N, N, 2)
+        Of the modal model.
+    steady : complex (N,)
+        Steady response of every mass, the initial phase included.
+    clearance : float
+    rows : (1 + events, EVENT_COLUMNS + 2 N)
+        Where the record begins, then every event, as `kernels.sampling` takes them.
+    first_half : int
+        The half period with which the record begins, even.
+    end : float
+        How long it is; minus infinity when the trajectory ended before it began.
+    """
+
+    problem: CellProblem
+    held: HeldProblem
+    shape: Floats
+    steady: Complexes
+    clearance: float
+    rows: Floats
+    first_half: int
+    end: float
+
+    @property
+    def period(self) -> float:
+        """Time of a forcing period."""
+        return 2.0 * math.pi / self.problem.omega
+
+    @property
+    def event_time(self) -> Floats:
+        """Times of the rows, (1 + events,)."""
+        return (self.rows[:, HALF] - self.first_half) * (0.5 * self.period) + self.rows[:, TIME]
+
+    def impacts(self) -> Impacts:
+        """Pick the contacts out of the events."""
+        rows, time = self.rows[1:], self.event_time[1:]
+        there = rows[:, KIND] != RELEASE
+        half = rows[there, HALF].astype(np.int64) - self.first_half
+        return Impacts(
+            time=time[there],
+            period=half // 2,
+            phase_time=(half % 2) * (0.5 * self.period) + rows[there, TIME],
+            stop=rows[there, STOP].astype(np.int8),
+            velocity=rows[there, VELOCITY],
+            kind=np.select([rows[there, KIND] == CHATTER, rows[there, KIND] == GRAZE], ["chatter", "graze"], "impact"),
+        )
+
+    def sticking(self) -> Sticking:
+        """Pick the intervals of rest out of the events."""
+        rows, time = self.rows, self.event_time
+        begins = ~np.isin(rows[:, KIND], (IMPACT, GRAZE, RELEASE)) & (time + rows[:, DELAY] <= self.end)
+        until = np.append(time[1:], self.end)  # the event behind a rest is its release
+        return Sticking(
+            start=(time + rows[:, DELAY])[begins], stop_time=until[begins], stop=rows[begins, STOP].astype(np.int8)
+        )
+
+    def evenly(self, index: Integers, samples_per_period: int) -> tuple[Floats, Floats]:
+        """Return displacement and velocity, each (N, n), at increasing multiples of a share of the forcing period."""
+        part = index % samples_per_period  # of its forcing period
+        half = self.first_half + 2 * (index // samples_per_period)
+        half_time = math.pi / self.problem.omega
+        within = 2.0 * half_time * part / samples_per_period
+        row = events_before(self.rows, half, within, half_time)
+        return self._sampled(row, half, within, 2.0 * math.pi * part / samples_per_period)
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return displacement and velocity, each (N, n), at times (n,) in any order.
+
+        Raises
+        ------
+        ParameterError
+            A time outside the record, or not one list of numbers.
+        """
+        times = np.array(times, dtype=np.float64)
+        if times.ndim != 1 or not np.all((times >= 0.0) & (times <= self.end * END_ROUNDING)):
+            raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
+        whole, within = split_times(times, self.problem.omega)
+        # by the times as they are listed: a sample at that of an impact is behind it
+        row = np.searchsorted(self.event_time[1:], times, side="right").astype(np.int64)
+        return self._sampled(row, self.first_half + 2 * whole, within, self.problem.omega * within)
+
+    def _sampled(self, row: Integers, half: Integers, within: Floats, angle: Floats) -> tuple[Floats, Floats]:
+        moments = (row, half, within, angle)
+        x, v = sample_motion(self.problem, self.held, self.shape, self.steady, self.rows, self.clearance, *moments)
+        return x, v
+
+
+def record_of(chain: ForcedChain, run: Start, rows: Floats, first_half: int, end: float) -> Record:
+    """Return the record of a run that began with `rows`, shape (1 + events, EVENT_COLUMNS + 2 N)."""
+    shape = chain.models.free.shape
+    return Record(run.problem, run.held, shape, run.steady, chain.clearance, rows, first_half, end)
+
+
+def first_row(run: Start, first_half: int) -> Floats:
+    """Return the row with which a record begins where a run stands, shape (1, EVENT_COLUMNS + 2 N)."""
+    work: Workspace = run.work
+    row = np.zeros((1, EVENT_COLUMNS + run.u.size))
+    row[0, HALF] = first_half
+    if work.cursor[HELD] != 0 and work.cursor[ROWS] == 0:
+        half_time = 0.5 * run.problem.cells * run.problem.step
+        since = (run.held.since[0] - first_half) * half_time + run.held.since[1]
+        row[0, [STOP, KIND, DELAY]] = work.cursor[HELD], REST, max(0.0, since)
+        row[0, EVENT_COLUMNS : EVENT_COLUMNS + run.held.state.size] = run.held.state.ravel()
+    else:
+        row[0, [KIND]] = IMPACT
+        row[0, EVENT_COLUMNS:] = run.u.ravel()
+    return row

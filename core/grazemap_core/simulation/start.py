@@ -1,0 +1,206 @@
+"""Where a trajectory starts and where it stands: from given numbers to the kernels' arrays, and back.
+
+A question's numbers are checked here, once for every kind of run that begins with them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.contact.cell_problem import at_phase, cell_problem, free_state, trajectory_models
+from grazemap_core.contact.held_problem import HeldModel
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.event_loop import land
+from grazemap_core.contact.kernels.sticking import rest_behind_impact, start_on_stop
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
+from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+
+EVENTS = 64
+"""Events that a run has room for to begin with."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A moment of a motion: displacement (N,), velocity (N,), and the phase of the forcing in radians."""
+
+    displacement: Floats
+    velocity: Floats
+    phase: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ForcedChain:
+    """An oscillator at one forcing frequency and clearance: what its trajectories from all states share.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    omega, clearance : float
+    models : HeldModel
+    steady : complex (N,)
+        Steady response of every mass at phase 0.
+    """
+
+    oscillator: Oscillator
+    omega: float
+    clearance: float
+    models: HeldModel
+    steady: Complexes
+
+    @cached_property
+    def _unturned(self) -> tuple[CellProblem, HeldProblem]:
+        return cell_problem(self.models, self.steady, self.omega)
+
+    def problems(self, phase: float) -> tuple[CellProblem, HeldProblem]:
+        """Return the kernels' views for a forcing phase at t = 0; what changes in place is the caller's own."""
+        return at_phase(*self._unturned, self.models, self.steady, phase)
+
+
+@dataclass(eq=False)
+class Start:
+    """A trajectory that stands at its start, behind the impact if it moves into a stop there.
+
+    Attributes
+    ----------
+    problem, held : CellProblem, HeldProblem
+    steady : complex (N,)
+        Steady response of every mass, the initial phase included.
+    u : (N, 2)
+        Free state. Changed in place by the kernels, as `held` and `work` are.
+    work : Workspace
+        Its record holds the impact at the start, if there is one.
+    status : int
+        OK, or the status with which the trajectory ends at once.
+    """
+
+    problem: CellProblem
+    held: HeldProblem
+    steady: Complexes
+    u: Floats
+    work: Workspace = field(repr=False)
+    status: int
+
+
+def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> ForcedChain:
+    """Return an oscillator with its forcing frequency and the distance of its stops, both > 0.
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range, or there is no steady motion to refer to.
+    ConditioningError
+    """
+    for name, value in (("omega", omega), ("clearance", clearance)):
+        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    models = trajectory_models(oscillator)
+    steady = forced_response(oscillator, np.array([omega]))[0]
+    return ForcedChain(oscillator, omega, clearance, models, steady)
+
+
+def initial_state(
+    chain: ForcedChain, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
+) -> State:
+    """Return a given state, at rest in the middle where it is None.
+
+    `where` goes before the name of what is refused.
+
+    Raises
+    ------
+    ParameterError
+        A number is not finite, there is not one per mass, or mass 1 is outside the stops.
+    """
+    if not math.isfinite(phase):
+        raise ParameterError(f"{where}phase", "must be finite")
+    count = chain.oscillator.size
+    x = _one_per_mass(f"{where}displacement", displacement, count)
+    v = _one_per_mass(f"{where}velocity", velocity, count)
+    if abs(x[0]) > chain.clearance:
+        raise ParameterError(f"{where}displacement", "mass 1 starts outside the stops")
+    return State(x, v, phase)
+
+
+def _one_per_mass(name: str, values: Floats | None, count: int) -> Floats:
+    if values is None:
+        return np.zeros(count)
+    array = np.array(values, dtype=np.float64)
+    if array.shape != (count,) or not np.all(np.isfinite(array)):
+        raise ParameterError(name, "must be a list of finite numbers, one per mass")
+    return array
+
+
+def start(chain: ForcedChain, state: State) -> Start:
+    """Return the trajectory that starts from a state, as `initial_state` returns it.
+
+    On a stop, moving into it is an impact, and at rest mass 1 stays there if it is pressed.
+    """
+    problem, held = chain.problems(state.phase)
+    u = free_state(chain.models.free, chain.steady, chain.omega, state.displacement, state.velocity, state.phase)
+    work = workspace(chain.oscillator.size, events=EVENTS)
+    steady = chain.steady * np.exp(1j * state.phase)
+    x1, v1 = float(state.displacement[0]), float(state.velocity[0])
+    status = OK
+    if abs(x1) == chain.clearance:
+        status = _start_on_stop(problem, held, u, chain.clearance, x1, v1, work)
+    return Start(problem, held, steady, u, work, status)
+
+
+def _start_on_stop(
+    problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, x1: float, v1: float, work: Workspace
+) -> int:
+    stop = 1 if x1 > 0.0 else -1
+    if v1 == 0.0:
+        return start_on_stop(problem, held, u, clearance, stop, work)
+    if v1 * stop > 0.0:
+        if land(problem, u, stop, v1, problem.steady_table[0, 1], 0, 0.0, work):
+            return int(rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work))
+        return OK
+    work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
+    work.near[:2] = 0.0, abs(v1)
+    return OK
+
+
+def longer_record(work: Workspace) -> Workspace:
+    """Return a workspace with room for four times as many events, and those that are in it."""
+    rows, columns = work.events.shape
+    events = np.zeros((4 * rows, columns))
+    events[:rows] = work.events
+    return work._replace(events=events)
+
+
+def state_at(chain: ForcedChain, run: Start, phase: float) -> State:
+    """Return the state from which a trajectory goes on as `run` does from where it stands, at this forcing phase.
+
+    At rest, on the last bounces before it too, mass 1 is on its stop exactly; near a stop that it has left, its
+    distance and speed are those that the run carries by themselves; and round-off takes it beyond no stop.
+    """
+    count = chain.oscillator.size
+    anchor, resting = int(run.work.cursor[ANCHOR]), int(run.work.cursor[HELD])
+    if resting != 0:
+        physical = np.empty(2 * count)
+        place = resting * chain.clearance
+        held_motion(run.held, run.held.state, place, chain.omega, math.cos(phase), math.sin(phase), physical)
+        return State(physical[:count], physical[count:], phase)
+    turned = chain.steady * np.exp(1j * phase)
+    steady = np.concatenate([turned.imag, chain.omega * turned.real])
+    physical = np.asarray(run.held.from_free @ run.u.ravel() + steady)
+    x, v = physical[:count], physical[count:]
+    if anchor != 0:
+        gap, rate = run.work.near[:2]
+        x[0], v[0] = anchor * (chain.clearance - gap), -anchor * rate
+    x[0] = min(max(x[0], -chain.clearance), chain.clearance)
+    return State(x, v, phase)
+
+
+def wrapped(phase: float) -> float:
+    """Return a phase in (-pi, pi]: itself, or to a rounding what it is modulo a turn."""
+    return phase if abs(phase) <= math.pi else math.atan2(math.sin(phase), math.cos(phase))

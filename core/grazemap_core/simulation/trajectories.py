@@ -1,0 +1,284 @@
+"""Trajectories: every impact and every rest on a stop exact, samples in closed form, and the motion settled to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grazemap_core import codes
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.cells import bounds
+from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
+from grazemap_core.contact.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, RECORD_FULL, ROWS, TIME, UNDECIDED
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.harmonic_response import hidden_by_rounding
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.kernels import period_detection
+from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory
+from grazemap_core.simulation.kernels.recorded_run import run_recorded
+from grazemap_core.simulation.motion import Motion, motion_from_codes
+from grazemap_core.simulation.record import Impacts, Record, Sticking, first_row, record_of
+from grazemap_core.simulation.start import (
+    ForcedChain,
+    Start,
+    State,
+    forced_chain,
+    initial_state,
+    longer_record,
+    start,
+    state_at,
+    wrapped,
+)
+from grazemap_core.simulation.tolerances import END_ROUNDING
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A recorded trajectory; time counts from the start of the recorded part.
+
+    Attributes
+    ----------
+    time : (n,)
+    displacement, velocity : (N, n)
+    impacts : Impacts
+    sticking : Sticking
+    undecided : int
+        Times that round-off left a decision open, from the start of the transient on: grazes, and moments at which the
+        force on a resting mass 1 is zero and may or may not release it (it is taken to stay).
+    motion : Motion
+        Unresolved, with the reason, when the trajectory ended early: the arrays then end there too.
+    final : State or None
+        Where the record ends, the phase in (-pi, pi]: a trajectory started there goes on as this one would. On the last
+        bounces before a rest it is that of the rest. None when the trajectory ended before the record began, or in
+        numbers that are not finite.
+    record : Record
+        What all this is read off.
+    """
+
+    time: Floats
+    displacement: Floats
+    velocity: Floats
+    impacts: Impacts
+    sticking: Sticking
+    undecided: int
+    motion: Motion
+    final: State | None
+    record: Record
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return displacement and velocity, each (N, n), at any times (n,) of the record, in closed form.
+
+        At the time of an impact they are those behind it.
+
+        Raises
+        ------
+        ParameterError
+            A time outside the record.
+        """
+        return self.record.at(times)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is recorded of a trajectory: the parameters of `trajectory` behind the state."""
+
+    periods: int
+    transient_periods: int
+    samples_per_period: int
+    times: Floats | None
+    max_period: int
+
+
+def trajectory(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: float,
+    displacement: Floats | None = None,
+    velocity: Floats | None = None,
+    phase: float = 0.0,
+    periods: int = 1,
+    transient_periods: int = 0,
+    samples_per_period: int = 200,
+    max_period: int = 32,
+    times: Floats | None = None,
+) -> Trajectory:
+    """Follow one trajectory and return samples, impacts and motion.
+
+    Parameters
+    ----------
+    omega, clearance : float
+        Forcing frequency and distance of the stops, > 0.
+    displacement, velocity : (N,), default at rest in the middle
+        State at t = 0.
+    phase : float
+        Forcing phase at t = 0, radians.
+    periods, transient_periods : int
+        Forcing periods recorded, after those that are not.
+    samples_per_period : int
+        Samples are at multiples of the forcing period over this, both ends included.
+    max_period : int
+        Longest period of a motion that is looked for.
+    times : (n,) or None
+        Samples are at these times of the record instead.
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range, or mass 1 starts outside the stops.
+    """
+    chain = forced_chain(oscillator, omega, clearance)
+    plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
+    return _follow(chain, initial_state(chain, displacement, velocity, phase), plan)
+
+
+def trajectories(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: float,
+    states: Sequence[State],
+    periods: int = 1,
+    transient_periods: int = 0,
+    samples_per_period: int = 200,
+    max_period: int = 32,
+    times: Floats | None = None,
+) -> Iterator[Trajectory]:
+    """Follow the trajectories from many states, each when it is asked for; to the bit as `trajectory` would.
+
+    Parameters
+    ----------
+    states : sequence of State
+        All of them are checked before the first is followed.
+
+    Other parameters as in `trajectory`.
+
+    Raises
+    ------
+    ParameterError
+        As `trajectory`; a state's numbers are named, for example, states[3].velocity.
+    """
+    chain = forced_chain(oscillator, omega, clearance)
+    plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
+    checked = [
+        initial_state(chain, state.displacement, state.velocity, state.phase, f"states[{k}].")
+        for k, state in enumerate(states)
+    ]
+    return (_follow(chain, state, plan) for state in checked)
+
+
+def _plan(
+    omega: float,
+    periods: int,
+    transient_periods: int,
+    samples_per_period: int,
+    times: Floats | None,
+    max_period: int,
+) -> Plan:
+    for name, value, least in (
+        ("periods", periods, 1),
+        ("transient_periods", transient_periods, 0),
+        ("samples_per_period", samples_per_period, 1),
+        ("max_period", max_period, 1),
+    ):
+        if value < least:
+            raise ParameterError(name, f"must be {least} or greater")
+    if times is not None:
+        times = np.array(times, dtype=np.float64)
+        end = periods * (2.0 * math.pi / omega)
+        if times.ndim != 1 or not np.all((times >= 0.0) & (times <= end * END_ROUNDING)):
+            raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
+    return Plan(periods, transient_periods, samples_per_period, times, max_period)
+
+
+def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
+    """Follow a trajectory from its start to its end."""
+    run = start(chain, state)
+    ring = period_detection.stroboscopic_history(chain.oscillator.size, plan.max_period)
+    period_detection.enter(ring, 0, run.u, run.work)
+    first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
+    done = 0
+    if run.status == OK:
+        done = _run_transient(run, chain.clearance, first_half, ring)
+    rows = first_row(run, first_half)
+    recorded = run.status == OK
+    if recorded:
+        done = _run_record(run, chain.clearance, first_half, last_half, ring)
+        rows = np.concatenate([rows, run.work.events[: run.work.cursor[ROWS]]])
+
+    period = 2.0 * math.pi / chain.omega
+    end = plan.periods * period
+    if not recorded:
+        end = -math.inf
+    elif run.status != OK:
+        # the trajectory ended with its last event, or where it stood in the half period when none was recorded
+        last = rows[-1]
+        half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
+        end = float((half - first_half) * (0.5 * period) + since)
+    record = record_of(chain, run, rows, first_half, end)
+    if plan.times is not None:
+        time = plan.times if run.status == OK else plan.times[plan.times <= end]
+        x, v = record.at(time)
+    else:
+        count = plan.periods * plan.samples_per_period + 1 if recorded else 0
+        index = np.arange(count, dtype=np.int64)
+        time = np.asarray(index * (period / plan.samples_per_period), dtype=np.float64)
+        if run.status != OK:
+            index, time = index[time <= end], time[time <= end]
+        x, v = record.evenly(index, plan.samples_per_period)
+    return Trajectory(
+        time=time,
+        displacement=x,
+        velocity=v,
+        impacts=record.impacts(),
+        sticking=record.sticking(),
+        undecided=int(run.work.tally[UNDECIDED]),
+        motion=_motion(chain, run, ring, done, plan.max_period),
+        final=_final(chain, state, run, rows) if recorded else None,
+        record=record,
+    )
+
+
+def _run_transient(run: Start, clearance: float, halves: int, ring: StroboscopicHistory) -> int:
+    """Run the part that is not recorded, forgetting its impacts block by block. Returns the halves done."""
+    done = 0
+    while done < halves and run.status == OK:
+        done = _run_record(run, clearance, done, min(done + 64, halves), ring)
+        run.work.cursor[ROWS] = 0
+    return done
+
+
+def _run_record(run: Start, clearance: float, done: int, halves: int, ring: StroboscopicHistory) -> int:
+    """Run on to `halves` half periods, growing the record of impacts as needed. Returns the halves done."""
+    while True:
+        run.status, done = run_recorded(run.problem, run.held, run.u, clearance, done, halves, ring, run.work)
+        if run.status != RECORD_FULL:
+            return done
+        run.work = longer_record(run.work)
+
+
+def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State | None:
+    """Return where the record of a run ends."""
+    phase = wrapped(state.phase)
+    if run.status == NOT_FINITE:
+        return None
+    if run.status != OK:  # it ended at its last event
+        phase = wrapped(phase + rows[-1, HALF] % 2 * math.pi + chain.omega * rows[-1, TIME])
+    return state_at(chain, run, phase)
+
+
+def _motion(chain: ForcedChain, run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
+    """Name the motion at the end of a trajectory."""
+    if run.status != OK:
+        return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
+    problem, clearance = run.problem, chain.clearance
+    if hidden_by_rounding(chain.steady[:1], np.array([clearance]))[0, 0]:
+        return motion_from_codes(codes.HIDDEN, 0, 0, 0, False, False)
+    reach, _ = bounds(problem, run.u)
+    if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
+        return motion_from_codes(codes.NAMED, 1, -1, -1, True, False)
+    reason, period, right, left, symmetric, _, sticking = period_detection.name_motion(
+        problem, ring, 0, halves, halves, max_period, clearance, reach, 0.0
+    )
+    return motion_from_codes(reason, period, right, left, symmetric, sticking)

@@ -1,0 +1,125 @@
+"""Showing how far a job is: a tqdm bar where tqdm is installed, else one plain line on stderr."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, Protocol, TextIO
+
+from grazemap.client.io_effects import Event
+
+
+class Bar(Protocol):
+    """What a progress display must do."""
+
+    def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
+        """Show a state."""
+
+    def close(self) -> None:
+        """Leave the last state on the screen and end the line."""
+
+
+class Listener:
+    """Takes a job's events and shows its progress events; a context manager that closes the display.
+
+    Parameters
+    ----------
+    title : str
+        What is being computed.
+    shown : bool
+        False: nothing is written at all.
+    """
+
+    def __init__(self, title: str, shown: bool = True) -> None:
+        self._title = title
+        self._shown = shown
+        self._bar: Bar | None = None
+        self._furthest = 0
+
+    def __call__(self, event: Event) -> None:
+        """Show a progress event; others are ignored."""
+        if not self._shown or event.name != "progress":
+            return
+        if self._bar is None:
+            self._bar = _bar(self._title)
+        total = max(1, int(event.data.get("total", 1)))
+        # A stream that was taken up again may repeat itself; a bar never goes back.
+        self._furthest = min(total, max(self._furthest, int(event.data.get("done", 0))))
+        self._bar.show(self._furthest, total, str(event.data.get("unit", "tiles")), event.data.get("eta_seconds"))
+
+    def __enter__(self) -> Listener:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+def _bar(title: str) -> Bar:
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        return PlainLine(title, sys.stderr)
+    return _TqdmBar(title, tqdm)
+
+
+# Without tqdm's own guess of the time left: the service knows the tiles' times and the number of workers.
+_FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed}{postfix}]"
+
+
+class _TqdmBar:
+    def __init__(self, title: str, tqdm: Any) -> None:
+        self._title = title
+        self._tqdm = tqdm
+        self._bar: Any = None
+
+    def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
+        if self._bar is None:  # not earlier: a new bar is drawn at once, and would say that it knows no total
+            self._bar = self._tqdm(
+                desc=self._title,
+                total=total,
+                unit=f" {unit}",
+                file=sys.stderr,
+                dynamic_ncols=True,
+                bar_format=_FORMAT,
+            )
+        self._bar.total = total
+        if eta_seconds is not None:
+            self._bar.set_postfix_str(f"about {eta_seconds:.0f} s left", refresh=False)
+        self._bar.update(done - self._bar.n)
+        self._bar.refresh()
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.set_postfix_str("", refresh=False)
+            self._bar.close()
+
+
+class PlainLine:
+    """One line that is written over on a terminal; elsewhere a new line at every tenth part."""
+
+    def __init__(self, title: str, stream: TextIO) -> None:
+        self._title = title
+        self._stream = stream
+        self._shown = -1
+        self._open = False
+
+    def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
+        """Show a state."""
+        share = done / total
+        tenth = int(10 * share)
+        left = f", about {eta_seconds:.0f} s left" if eta_seconds is not None and done < total else ""
+        text = f"{self._title}: {share:4.0%} ({done}/{total} {unit}{left})"
+        if self._stream.isatty():
+            self._stream.write(f"\r{text:<79}")
+            self._open = True
+        elif tenth > self._shown:
+            self._stream.write(text + "\n")
+        self._shown = tenth
+        self._stream.flush()
+
+    def close(self) -> None:
+        """Leave the last state on the screen and end the line."""
+        if self._open:
+            self._stream.write("\n")
+            self._stream.flush()

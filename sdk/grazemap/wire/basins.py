@@ -1,0 +1,86 @@
+"""The request for a basin picture: two initial coordinates, and the values of both."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import model_validator
+
+from grazemap.wire.base import Positive, Request, invalid
+from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
+from grazemap.wire.ranges import CoordinateGrid
+from grazemap.wire.states import InitialState
+
+
+class BasinCoordinate(Request):
+    """One of the two initial coordinates: displacement or velocity of a mass, and its values."""
+
+    quantity: Literal["displacement", "velocity"]
+    """What of the mass is varied."""
+    mass: Count = 1
+    """Which mass, counted from 1."""
+    values: CoordinateGrid
+    """Its values: a range, or an increasing list; of mass 1 strictly between the stops."""
+
+    @property
+    def place(self) -> tuple[str, int]:
+        """Which coordinate it is."""
+        return self.quantity, self.mass
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Its first and last value, without making the others: there may be far too many."""
+        if isinstance(self.values, list):
+            return self.values[0], self.values[-1]
+        return self.values.start, self.values.stop
+
+
+class BasinsRequest(ProcessRequest):
+    """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
+
+    `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0.
+    """
+
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Positive
+    """Distance of each stop from the middle."""
+    horizontal: BasinCoordinate
+    """The initial coordinate along the picture's horizontal axis."""
+    vertical: BasinCoordinate
+    """The one along its vertical axis."""
+    initial: InitialState = InitialState()
+    """All other coordinates, and the phase of the forcing."""
+    max_periods: MaxPeriods = 1000
+    """Forcing periods after which a trajectory that has not settled is given up."""
+    max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
+
+    @model_validator(mode="after")
+    def _coordinates_fit(self) -> BasinsRequest:
+        count = self.oscillator.size
+        for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
+            if coordinate.mass > count:
+                raise invalid(f"{name}.mass is no mass of the oscillator", f"1 to {count}", name, "mass")
+            reaches = not max(abs(end) for end in coordinate.ends) < self.clearance
+            if coordinate.place == ("displacement", 1) and reaches:
+                detail = f"{name}.values of mass 1 reach the stops"
+                raise invalid(detail, "-clearance < values < clearance", name, "values")
+        if self.horizontal.place == self.vertical.place:
+            raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
+        initial = self.initial.fitted(count, self.clearance, ("initial",))
+        # what the rectangle replaces is no part of the question
+        state = {"displacement": list(initial.displacement or ()), "velocity": list(initial.velocity or ())}
+        for coordinate in (self.horizontal, self.vertical):
+            state[coordinate.quantity][coordinate.mass - 1] = 0.0
+        # strictly between the stops: a start on one is a matter of rounding
+        if not abs(state["displacement"][0]) < self.clearance:
+            raise invalid(
+                "initial.displacement of mass 1 lies on a stop",
+                "|displacement[0]| < clearance",
+                "initial",
+                "displacement",
+            )
+        # the model is frozen for others; this is still its validation
+        object.__setattr__(self, "initial", initial.model_copy(update=state))
+        return self

@@ -1,0 +1,58 @@
+"""The request for a bifurcation diagram: one parameter varies, the other is fixed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+
+from grazemap.wire.base import Listable, Positive, invalid
+from grazemap.wire.process import Count, MaxPeriod, ProcessRequest
+from grazemap.wire.ranges import Grid
+
+
+class BifurcationDiagramsRequest(ProcessRequest):
+    """Settled motions along clearance or omega: stroboscopic points, impact velocities and the name of each motion.
+
+    `range` has the values of the one that varies; the other one is given by its name. Trajectories start at rest, or
+    where that of the value below ("sweep-up") or above ("sweep-down") has ended.
+    """
+
+    vary: Literal["clearance", "omega"]
+    """The parameter that varies; the other one is given by its name."""
+    range: Grid
+    """The values of the parameter that varies: a range, or an increasing list."""
+    omega: Positive | None = None
+    """Forcing frequency, where clearance varies."""
+    clearance: Positive | None = None
+    """Distance of each stop from the middle, where omega varies."""
+    policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
+    """Where trajectories start: at rest, or where that of the value below (sweep-up) or above has ended."""
+    transient_periods: Annotated[int, Field(ge=0), Listable] = 300
+    """Forcing periods gone through at each value before those that are shown."""
+    periods: Count = 64
+    """Forcing periods that are shown at each value."""
+    max_period: MaxPeriod = 32
+    """The longest period looked for, in forcing periods."""
+
+    @model_validator(mode="after")
+    def _one_is_fixed(self) -> BifurcationDiagramsRequest:
+        other = "omega" if self.vary == "clearance" else "clearance"
+        if getattr(self, other) is None:
+            raise invalid(f"{other} is missing: it is the one that does not vary", "a finite number > 0", other)
+        if getattr(self, self.vary) is not None:
+            raise invalid(f"{self.vary} varies: its values are the range", "left out", self.vary)
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_what_varies(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = dump(self)
+        fields.pop(self.vary, None)
+        return fields
+
+    @property
+    def fixed(self) -> float:
+        """The value of the parameter that does not vary."""
+        value = self.omega if self.vary == "clearance" else self.clearance
+        assert value is not None  # as validated
+        return value

@@ -1,0 +1,173 @@
+"""From what pydantic says about a request to what a person can act on: pointer, detail, allowed.
+
+The client says the same about a request as the service would, before anything is sent; `errors_of` is the one text
+of both. `allowed` is read off the request model's own JSON schema at the place of the error, so that it cannot
+disagree with what is validated. The service repeats nothing that was sent, names of unknown fields included: of these
+it says the known name that is nearest. The client names them too, to the one who wrote them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel
+
+from grazemap.wire import ProblemError
+
+Schema = Mapping[str, Any]
+MAX_ERRORS = 20
+# No known name is nearly as long, and comparing longer ones takes time.
+_LONGEST_NAME = 64
+# Messages of these types hold no input; every other type gets a sentence of our own.
+_QUOTABLE = {
+    "greater_than",
+    "greater_than_equal",
+    "less_than",
+    "less_than_equal",
+    "too_short",
+    "too_long",
+    "finite_number",
+    "float_type",
+    "int_type",
+    "bool_type",
+    "list_type",
+    "dict_type",
+    "literal_error",
+    "not_allowed",
+}
+_SENTENCES = {
+    "missing": "Field required",
+    "extra_forbidden": "Unknown field",
+    "model_type": "Input should be an object",
+    "model_attributes_type": "Input should be an object",
+}
+# Query parameters have no schema here.
+_PARSED = {"int_parsing": "an integer"}
+
+
+def errors_of(
+    errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None, *, naming: bool = False
+) -> list[ProblemError]:
+    """Return pydantic's errors as the problem's.
+
+    Parameters
+    ----------
+    errors : sequence of mappings
+        What ``ValidationError.errors()`` gives; the first part of each location says where: "body", "query".
+    model : type or None
+        The model of the body, if there is one.
+    naming : bool
+        Whether unknown fields are named, which is for the one who wrote them alone.
+
+    Returns
+    -------
+    list of ProblemError
+        At most `MAX_ERRORS`. Pointers are JSON pointers into the body, ``?name`` for a query parameter.
+    """
+    schema = schema_of(model) if model is not None else {}
+    return [_error(error, schema, naming) for error in errors[:MAX_ERRORS]]
+
+
+@cache
+def schema_of(model: type[BaseModel]) -> Schema:
+    """Return the JSON schema of a model (computed once)."""
+    return model.model_json_schema()
+
+
+def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemError:
+    source, *rest = error["loc"] or ("body",)
+    kind = str(error["type"])
+    unknown = ""
+    if kind == "extra_forbidden":
+        unknown = str(rest.pop())  # the name is the client's: its object is pointed at, with the names that are known
+    # the names of union branches, such as "[range]", are no part of the body
+    where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
+    context = error.get("ctx") or {}
+    where += context.get("at", ())
+    detail = str(error["msg"]) if kind in _QUOTABLE else _SENTENCES.get(kind, "Input is not valid here")
+    here = _at(schema, where)
+    if kind == "extra_forbidden":
+        detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""
+        detail += _meant(unknown, here)
+    allowed = str(context["allowed"]) if "allowed" in context else _describe(here, schema)
+    if source != "body" and not allowed:
+        allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
+    return ProblemError(pointer=_pointer(source, where), detail=detail, allowed=allowed)
+
+
+def _meant(unknown: str, schemas: Sequence[Schema]) -> str:
+    """Return which known field may be meant by an unknown name, without that name; "" where none is near."""
+    known = [name for schema in schemas for name in schema.get("properties", {})]
+    near = get_close_matches(unknown, known, n=1) if len(unknown) <= _LONGEST_NAME else []
+    return f"; did you mean {near[0]}" if near else ""
+
+
+def _pointer(source: Any, where: Iterable[Any]) -> str:
+    parts = [str(part).replace("~", "~0").replace("/", "~1") for part in where]
+    return "".join("/" + part for part in parts) if source == "body" else "?" + ".".join(parts)
+
+
+def _allowed_of_context(context: Mapping[str, Any]) -> str:
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    bounds = [f"{sign} {context[key]}" for key, sign in signs.items() if key in context]
+    return str(context["expected"]) if "expected" in context else ", ".join(bounds)
+
+
+def _resolve(schema: Schema, root: Schema) -> Schema:
+    while "$ref" in schema:
+        schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
+    return schema
+
+
+def _branches(schema: Schema, root: Schema) -> list[Schema]:
+    """Return the alternatives of a schema, one level of union resolved."""
+    schema = _resolve(schema, root)
+    options = schema.get("oneOf") or schema.get("anyOf")
+    return [branch for option in options for branch in _branches(option, root)] if options else [schema]
+
+
+def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
+    """Return the alternatives of the schema at a place in the body; empty when the schema has no such place."""
+    found = _branches(root, root) if root else []
+    for part in where:
+        if isinstance(part, int):
+            below = [schema["items"] for schema in found if "items" in schema]
+        else:
+            below = [schema["properties"][part] for schema in found if part in schema.get("properties", {})]
+        found = [branch for schema in below for branch in _branches(schema, root)]
+    return found
+
+
+def _describe(schemas: Sequence[Schema], root: Schema) -> str:
+    return " or ".join(filter(None, (_describe_one(schema, root) for schema in schemas)))
+
+
+def _describe_one(schema: Schema, root: Schema) -> str:
+    if "const" in schema:
+        return json.dumps(schema["const"])
+    if "enum" in schema:
+        return "one of " + ", ".join(map(json.dumps, schema["enum"]))
+    kind = schema.get("type")
+    if kind in {"number", "integer"}:
+        noun = "an integer" if kind == "integer" else "a finite number"
+        return " ".join(filter(None, (noun, _bounds(schema))))
+    if kind == "array":
+        items = _describe(_branches(schema.get("items", {}), root), root) or "any value"
+        least, most = schema.get("minItems"), schema.get("maxItems")
+        counts = f"{least or 0} to {most}: " if most else f"at least {least}: " if least else ""
+        return f"a list of {counts}{items}"
+    if kind == "object" or "properties" in schema:
+        return "an object with the fields " + ", ".join(schema.get("properties", {}))
+    return str(kind) if kind and kind != "null" else ""
+
+
+def _bounds(schema: Schema) -> str:
+    low = f">= {schema['minimum']:.15g}" if "minimum" in schema else ""
+    low = f"> {schema['exclusiveMinimum']:.15g}" if "exclusiveMinimum" in schema else low
+    high = f"<= {schema['maximum']:.15g}" if "maximum" in schema else ""
+    high = f"< {schema['exclusiveMaximum']:.15g}" if "exclusiveMaximum" in schema else high
+    return " and ".join(filter(None, (low, high)))

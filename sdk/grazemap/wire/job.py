@@ -1,0 +1,119 @@
+"""Jobs, motions and problems as the service answers them."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from grazemap.wire.base import Response
+
+Status = Literal["accepted", "running", "successful", "failed", "dismissed"]
+FINISHED: frozenset[Status] = frozenset({"successful", "failed", "dismissed"})
+
+
+class Progress(Response):
+    """How far a job is, counted in `unit` ("tiles" or "steps")."""
+
+    done: int = 0
+    total: int = 1
+    unit: str = "tiles"
+    eta_seconds: float | None = None
+
+
+class Estimate(Response):
+    """What a job is expected to cost: forcing periods to simulate, tiles, seconds on one core."""
+
+    periods: float = 0.0
+    tiles: int = 1
+    seconds: float = 0.0
+
+
+class ProblemError(Response):
+    """One thing wrong with a request: where (JSON pointer into the body), what, and what is allowed."""
+
+    pointer: str
+    detail: str
+    allowed: str = ""
+
+
+class Problem(Response):
+    """An error after RFC 9457."""
+
+    type: str
+    title: str
+    status: int
+    detail: str = ""
+    errors: list[ProblemError] = []
+
+
+class Link(Response):
+    """A link to something that belongs to a job."""
+
+    href: str
+    rel: str
+    type: str = "application/json"
+
+
+class Job(Response):
+    """A question that was asked, and how far its answer is. Lists of jobs leave out long requests (None).
+
+    `cpu_seconds` is the processor time of computing what is done of it, in all workers together: packing, waiting and
+    tries that failed are not in it. None: from a service that does not count it.
+    """
+
+    id: str
+    process: str
+    request: dict[str, Any] | None
+    status: Status
+    progress: Progress = Progress()
+    estimate: Estimate = Estimate()
+    cpu_seconds: float | None = None
+    core_version: str = ""
+    created: str | None = None
+    started: str | None = None
+    finished: str | None = None
+    problem: Problem | None = None
+    links: list[Link] = []
+
+
+class JobList(Response):
+    """One page of jobs, newest first."""
+
+    jobs: list[Job]
+    links: list[Link] = []
+
+
+INFINITE = -2
+"""Stands for infinitely many impacts in a count of them."""
+
+
+class Motion(Response):
+    """The type of motion n-p_r-q_l that a trajectory settled to.
+
+    `impacts_right` and `impacts_left` count contacts per `period` with stops A and C; -1: the stop is not touched,
+    0: it is touched at zero velocity, INFINITE: infinitely often, in complete chatter. `sticking` says whether mass 1
+    rests on a stop some time in the period. All of them are None when the motion is unresolved, and `reason` says why.
+    """
+
+    kind: Literal["periodic", "quasi-periodic", "chaotic", "unresolved"]
+    period: int | None = None
+    impacts_right: int | None = None
+    impacts_left: int | None = None
+    symmetric: bool | None = None
+    sticking: bool | None = None
+    label: str | None = None
+    certified: bool = False
+    reason: str | None = None
+
+
+def motion_label(period: int, impacts_right: int, impacts_left: int) -> str:
+    """Return the label n-p_r-q_l as plain text, for example "1-2r-2l" or "1-(-1)r-(-1)l".
+
+    INFINITE reads "1-∞r-∞l".
+    """
+
+    def count(impacts: int) -> str:
+        if impacts == INFINITE:
+            return "∞"
+        return f"({impacts})" if impacts < 0 else str(impacts)
+
+    return f"{period}-{count(impacts_right)}r-{count(impacts_left)}l"

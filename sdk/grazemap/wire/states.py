@@ -1,0 +1,57 @@
+"""Where trajectories start: one state, or a list of them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Field, Tag
+
+from grazemap.wire.base import Float, Listable, Request, invalid
+
+
+class InitialState(Request):
+    """Where a trajectory starts; left out: at rest in the middle, forcing phase 0."""
+
+    displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
+    velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
+    phase: Float = 0.0
+    """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
+
+    def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
+        """Return the state with zeros where it was left out, so that the same question is the same text.
+
+        `at` says where it is in the request; what does not fit the oscillator's masses and the stops is refused.
+        """
+        where = ".".join(at)
+        for name in ("displacement", "velocity"):
+            values = getattr(self, name)
+            if values is not None and len(values) != count:
+                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} masses"
+                raise invalid(detail, "one number per mass", *at, name)
+        if self.displacement is not None and abs(self.displacement[0]) > clearance:
+            detail = f"{where}.displacement of mass 1 lies outside the stops"
+            raise invalid(detail, "|displacement[0]| <= clearance", *at, "displacement")
+        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self, name) is None}
+        return self.model_copy(update=rest)
+
+
+def _states_tag(value: Any) -> str | None:
+    if isinstance(value, dict | InitialState):
+        return "[one]"
+    return "[many]" if isinstance(value, list | tuple) else None
+
+
+InitialStates = Annotated[
+    Annotated[InitialState, Tag("[one]")]
+    | Annotated[list[InitialState], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Tag("[many]")],
+    Discriminator(
+        _states_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a state or a list of states",
+        custom_error_context={
+            "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
+        },
+    ),
+]

@@ -1,0 +1,60 @@
+"""From wire models to the core's objects, and from the core's dataclasses to plain records."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grazemap.wire import Oscillator, ProcessRequest
+
+if TYPE_CHECKING:
+    from grazemap_core.model.oscillator import Oscillator as CoreOscillator
+
+Report = Callable[[int, int], object]
+"""Called with (steps done, steps in all) by processes that count steps."""
+
+
+def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
+    """Return the core's oscillator. Raises CoreError when the core's theory does not cover it."""
+    from grazemap_core.model.oscillator import Oscillator as CoreOscillator
+
+    return CoreOscillator.create(
+        oscillator.masses,
+        oscillator.stiffnesses,
+        oscillator.damping,
+        oscillator.forcing,
+        oscillator.restitution,
+        units=oscillator.units,
+    )
+
+
+def record(item: Any) -> Any:
+    """Return a dataclass or named tuple of the core as plain values, a dataclass without its fields that are None."""
+    if dataclasses.is_dataclass(item) and not isinstance(item, type):
+        values = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
+        return {name: record(value) for name, value in values.items() if value is not None}
+    if isinstance(item, tuple) and hasattr(item, "_asdict"):
+        return record(item._asdict())
+    if isinstance(item, dict):
+        return {name: record(value) for name, value in item.items()}
+    if isinstance(item, list | tuple | np.ndarray):
+        return [record(entry) for entry in item]
+    if isinstance(item, np.generic):
+        return item.item()
+    return item
+
+
+def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
+    """Return the JSON pointer of the request's field that an error of the core names, or None."""
+    if name in Oscillator.model_fields:
+        return f"/oscillator/{name}"
+    if name in type(request).model_fields:
+        return f"/{name}"
+    if name in {"displacement", "velocity", "phase"} and "initial" in type(request).model_fields:
+        return f"/initial/{name}"
+    of_many = re.fullmatch(r"states\[(\d+)\]\.(\w+)", name or "")
+    return f"/initial/{of_many[1]}/{of_many[2]}" if of_many else None
