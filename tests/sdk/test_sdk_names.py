@@ -36,7 +36,7 @@ def test_public_names_are_these():
         "errors",
         "load",
         "local",
-        "models",
+        "wire",
     }
     assert all(getattr(grazemap, name) is not None for name in grazemap.__all__)
     assert dir(grazemap) == grazemap.__all__
@@ -79,3 +79,10 @@ def test_both_clients_have_the_same_methods_and_parameters(blocking: type, await
         }
 
     assert signatures(blocking) == signatures(awaited)
+
+
+def test_the_former_name_of_the_wire_models_warns():
+    with pytest.warns(DeprecationWarning, match="grazemap.wire"):
+        from grazemap.models import Oscillator
+
+    assert Oscillator is grazemap.Oscillator

@@ -82,6 +82,10 @@ def test_a_wrong_password_is_said_so(locked: RedisServer) -> None:
         client.close()
     assert trouble(AwayError()) == "Redis is away"
     answer = run(
+        "grazemap_worker.supervision.healthcheck",
+        GRAZEMAP_REDIS_URL=locked.url,
+        GRAZEMAP_REDIS_PASSWORD="wrong",
+    )
         "grazemap_worker.supervision.healthcheck", GRAZEMAP_REDIS_URL=locked.url, GRAZEMAP_REDIS_PASSWORD="wrong"
     )
     assert answer.returncode == 1
