@@ -86,7 +86,5 @@ def test_a_wrong_password_is_said_so(locked: RedisServer) -> None:
         GRAZEMAP_REDIS_URL=locked.url,
         GRAZEMAP_REDIS_PASSWORD="wrong",
     )
-        "grazemap_worker.supervision.healthcheck", GRAZEMAP_REDIS_URL=locked.url, GRAZEMAP_REDIS_PASSWORD="wrong"
-    )
     assert answer.returncode == 1
     assert "refuses the password" in answer.stderr
