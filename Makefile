@@ -76,6 +76,7 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check "$$(ls $(NEWEST)/dist/*.whl)[test]"
 	$(NEWEST)/venv/bin/python -m pip list --disable-pip-version-check
 	$(NEWEST)/venv/bin/python -c "$$OF_THE_WHEEL"
+	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
 	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
