@@ -11,7 +11,7 @@ ARITHMETIC := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes test-newest hardware certify bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -56,6 +56,29 @@ test-arithmetic: $(STAMP)
 test-processes: $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC),--ignore=$(folder))
 
+# What a user's pip installs: the wheel, not these sources, with the newest versions that pyproject.toml admits.
+NEWEST := $(CURDIR)/.cache/newest
+define OF_THE_WHEEL
+import sys, grazemap, grazemap_core, grazemap_service, grazemap_worker, rq
+for module in (grazemap, grazemap_core, grazemap_service, grazemap_worker, rq):
+    if not module.__file__.startswith(sys.prefix):
+        sys.exit(f"not of the wheel's environment: {module.__file__}")
+endef
+test-newest: export OF_THE_WHEEL := $(OF_THE_WHEEL)
+test-newest: export GRAZEMAP_CACHE_DIR = $(NEWEST)/cache
+test-newest: export NUMBA_CACHE_DIR = $(NEWEST)/cache/kernels/numba
+test-newest: export PYTHONPATH =
+test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environment of its own: service, worker, chaos, SDK
+	rm -rf $(NEWEST)
+	mkdir -p -m 700 $(NEWEST)/cache/kernels
+	$(BIN)/python -m hatchling build -t wheel -d $(NEWEST)/dist
+	$(PYTHON) -m venv $(NEWEST)/venv
+	$(NEWEST)/venv/bin/python -m pip install --quiet --disable-pip-version-check "$$(ls $(NEWEST)/dist/*.whl)[test]"
+	$(NEWEST)/venv/bin/python -m pip list --disable-pip-version-check
+	$(NEWEST)/venv/bin/python -c "$$OF_THE_WHEEL"
+	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
+	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk
+
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  ## every kernel compiled for other processors, beside 48-digit arithmetic (eight minutes)
@@ -95,8 +118,8 @@ browser: $(STAMP)  ## tests of the pages in headless Chromium; installs Debian's
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
 	$(BIN)/python -m pytest tests/browser
 
-COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
-lock: $(STAMP)  ## pin every dependency again, with hashes; the image's are a part of them
+COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
+lock: $(STAMP)  ## pin the newest version of every dependency, with hashes; the image's are a part of them
 	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
 	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
 	echo hatchling | $(COMPILE) --extra server --constraint requirements.lock pyproject.toml - -o requirements-server.lock

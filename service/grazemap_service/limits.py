@@ -27,7 +27,7 @@ from grazemap.wire import (
 )
 from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
-from grazemap_worker.queueing import TILE_TIMEOUT
+from grazemap_worker.queue.entries import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
 from grazemap_worker.store.plan import (
     MOST_BORDER_NUMBERS,

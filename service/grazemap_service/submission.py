@@ -20,7 +20,7 @@ from grazemap_service.dependencies import Context, CurrentContext
 from grazemap_service.limits import checked_plan
 from grazemap_service.links import job_path, with_links
 from grazemap_service.logs import bind_job, get_logger
-from grazemap_worker import queueing
+from grazemap_worker.queue import entries
 
 _WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
 
@@ -95,7 +95,7 @@ def _enqueue(context: Context, job: Job, tiles: int) -> None:
     try:
         fingerprint = context.store.fingerprint_of(job.id)
         if fingerprint is not None:
-            queueing.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
+            entries.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
     except redis.exceptions.RedisError:
         # the job is recorded: a reconciler will enqueue it, and the client must not be told that it failed
         get_logger().warning("job not enqueued, left to the reconciler", exc_info=True)

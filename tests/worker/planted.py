@@ -1,7 +1,8 @@
 """A supervisor whose maps are products of their axes: real workers, queues and store, no core.
 
 Run as `python planted.py REDIS_URL WORKERS MODE`. What a tile does besides depends on MODE: "fast"; "slow" (sleeps
-0.6 s); "busy" (computes for BUSY_SECONDS); "endless" (sleeps a minute); "raises"; "dies" (kills its own process).
+0.6 s); "long" (sleeps LONG_SECONDS, while RQ renews its heartbeat); "busy" (computes for BUSY_SECONDS); "endless"
+(sleeps a minute); "raises"; "dies" (kills its own process).
 """
 
 from __future__ import annotations
@@ -13,16 +14,18 @@ import time
 
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
-from grazemap_worker import leased_worker, logs, tasks  # noqa: F401
+from grazemap_worker import logs, tasks
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.processes.unfolding_maps import assemble
+from grazemap_worker.queue import leased_worker  # noqa: F401
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Plan, Tile
 from grazemap_worker.supervision.supervisor import Supervisor
 
 BUSY_SECONDS = 0.1
+LONG_SECONDS = 3.5
 
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
 
@@ -49,6 +52,8 @@ def planted(mode: str) -> Process:
     def tile(request: UnfoldingMapsRequest, rectangle: Tile) -> Document:
         if mode == "slow":
             time.sleep(0.6)
+        elif mode == "long":
+            time.sleep(LONG_SECONDS)
         elif mode == "busy":
             compute_for(BUSY_SECONDS)
         elif mode == "endless":

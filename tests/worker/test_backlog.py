@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
-from grazemap_worker import queueing
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.queue import entries
 from grazemap_worker.store import Plan, QueueFull, Store
 from grazemap_worker.supervision.reconciler import Reconciler
 
@@ -119,7 +119,7 @@ def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
     assert 0 < reconciler.reconcile() < 1500
     for _ in range(8):
         reconciler.reconcile()
-    assert len(queueing.queued(store.redis, "f")) == 1500
+    assert len(entries.queued(store.redis, "f")) == 1500
 
 
 def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,7 +129,7 @@ def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pyte
     store.claim(job.id, 0, "dead", "f", LEASE)
     store.remove_worker("dead")
     Reconciler(store, Numerics("0", "0", "0", "0", "planted", "none", "f"), "me").reconcile()
-    assert queueing.queued(store.redis, "f") == {(job.id, 0)}
+    assert entries.queued(store.redis, "f") == {(job.id, 0)}
 
 
 def test_a_round_ends_when_its_time_is_over(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

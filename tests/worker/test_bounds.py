@@ -11,8 +11,9 @@ from planted import NUMERICS
 from rq.timeouts import JobTimeoutException
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
-from grazemap_worker import leased_worker, queueing, tasks
+from grazemap_worker import tasks
 from grazemap_worker.processes import Process
+from grazemap_worker.queue import entries, leased_worker
 from grazemap_worker.store import Plan, QueueFull, ResultTooLarge, Store, core_version, plan
 
 LEASE = 5.0
@@ -91,8 +92,8 @@ def test_a_work_horse_that_had_to_be_killed_at_its_time_limit_is_not_lost(
     worker = leased_worker.LeasedWorker(store, NUMERICS, "w")
     job = submit(store)
     assert store.claim(job.id, 0, "w", NUMERICS.fingerprint, LEASE)
-    queue = queueing.queue(store.redis, NUMERICS.fingerprint)
-    entry = queue.create_job(queueing.RUN_TILE, args=(job.id, 0), timeout=1)
+    queue = entries.queue(store.redis, NUMERICS.fingerprint)
+    entry = queue.create_job(entries.RUN_TILE, args=(job.id, 0), timeout=1)
 
     def killed(self: object, *_: object) -> None:
         """Like compiled code, which no signal interrupts: RQ kills it a minute after its time."""
@@ -115,7 +116,7 @@ def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
     )
     cut = plan("unfolding-maps", request)
     seconds = cut.tile_rows * cut.tile_columns * request.max_periods / 1e5
-    assert seconds <= queueing.TILE_TIMEOUT / 2
+    assert seconds <= entries.TILE_TIMEOUT / 2
 
 
 def test_records_are_under_a_byte_budget(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

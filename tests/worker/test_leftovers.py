@@ -8,7 +8,7 @@ import pytest
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
-from grazemap_worker import queueing
+from grazemap_worker.queue import entries, leftovers
 from grazemap_worker.store import Plan, Store, WorkerInfo, connect
 
 LEASE = 5.0
@@ -43,7 +43,7 @@ def test_workers_that_are_gone_leave_rqs_lists(store: Store) -> None:
     store.redis.sadd("rq:queues", "rq:queue:grazemap:g", "rq:queue:of somebody else")
     store.redis.sadd("rq:workers:of somebody else", "rq:worker:gone")
     store.register_worker("w", "g", LEASE, "1")
-    queueing.sweep(store.redis, "f")
+    leftovers.sweep(store.redis, "f")
     for name in ("rq:workers", "rq:workers:grazemap:f", "rq:workers:grazemap:g"):
         assert store.redis.smembers(name) == {b"rq:worker:here"}
     assert store.redis.scard("rq:workers:of somebody else") == 1
@@ -52,10 +52,10 @@ def test_workers_that_are_gone_leave_rqs_lists(store: Store) -> None:
 def test_the_queue_of_numerics_that_are_gone_goes_too(store: Store) -> None:
     store.register_worker("w", "here", LEASE, "1")
     for fingerprint in ("here", "gone", "f"):
-        queueing.enqueue(store.redis, ID, range(3), fingerprint)
-    queueing.enqueue(store.redis, ID, [0], "gone")
+        entries.enqueue(store.redis, ID, range(3), fingerprint)
+    entries.enqueue(store.redis, ID, [0], "gone")
     store.redis.sadd("rq:queues", "rq:queue:of somebody else")
-    queueing.sweep(store.redis, "f")
+    leftovers.sweep(store.redis, "f")
     assert len(list(store.redis.scan_iter("rq:job:*"))) == 6
     assert store.redis.smembers("rq:queues") == {
         b"rq:queue:grazemap:here",

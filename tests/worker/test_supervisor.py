@@ -12,20 +12,18 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import psutil
 import pytest
-from rq import Queue
-from rq.job import Job as RqJob
-from rq.webhook import Webhook
+from hostile import hostile_entries
 from watching import living, until
 
 from grazemap.codec import decode_npz
 from grazemap.wire import Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
-from grazemap_worker import queueing
-from grazemap_worker.leased_worker import refusal
+from grazemap_worker.queue import entries
 from grazemap_worker.store import Plan, Store, connect, core_version
 
 PLANTED = Path(__file__).with_name("planted.py")
@@ -33,6 +31,7 @@ REQUEST = UnfoldingMapsRequest.model_validate(
     {"omega": {"start": 1, "stop": 2, "points": 6}, "clearance": {"start": 1, "stop": 3, "points": 4}}
 )
 SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2)
+ONE = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
 
 Start = Callable[..., psutil.Process]
 
@@ -53,8 +52,8 @@ def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
     """Start supervisors; at the end nothing of them may be left."""
     started: list[subprocess.Popen[bytes]] = []
 
-    def begin(mode: str, workers: int = 2, url: str = redis_server.url) -> psutil.Process:
-        process = subprocess.Popen([sys.executable, str(PLANTED), url, str(workers), mode])
+    def begin(mode: str, workers: int = 2, url: str = redis_server.url, log: IO[bytes] | None = None) -> psutil.Process:
+        process = subprocess.Popen([sys.executable, str(PLANTED), url, str(workers), mode], stderr=log)
         started.append(process)
         until(lambda: len(psutil.Process(process.pid).children()) == workers, 15)
         return psutil.Process(process.pid)
@@ -72,12 +71,12 @@ def descendants(pid: int) -> list[psutil.Process]:
     return psutil.Process(pid).children(recursive=True)
 
 
-def submit(store: Store, request: UnfoldingMapsRequest = REQUEST) -> Job:
-    job, created = store.submit("unfolding-maps", request, core_version(), SIX, 1000)
+def submit(store: Store, plan: Plan = SIX) -> Job:
+    job, created = store.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
     assert created
     fingerprint = store.fingerprint_of(job.id)
     if fingerprint:
-        queueing.enqueue(store.redis, job.id, range(SIX.count), fingerprint)
+        entries.enqueue(store.redis, job.id, range(plan.count), fingerprint)
     return job
 
 
@@ -87,7 +86,7 @@ def status(store: Store, identity: str) -> str:
     return job.status
 
 
-def assert_whole(store: Store, identity: str) -> None:
+def assert_whole(store: Store, identity: str, tiles: int = SIX.count) -> None:
     until(lambda: status(store, identity) not in ("accepted", "running"), 25)
     job = store.job(identity)
     assert job is not None
@@ -98,14 +97,27 @@ def assert_whole(store: Store, identity: str) -> None:
     expected = grid_values(REQUEST.clearance)[:, None] * grid_values(REQUEST.omega)
     np.testing.assert_array_equal(document["product"], expected)
     assert meta["numerics"]["fingerprint"] == "planted"
-    assert [event.name for event in store.events(identity)].count("tile") == SIX.count
+    assert [event.name for event in store.events(identity)].count("tile") == tiles
 
 
 def test_a_job_submitted_before_any_worker_is_found(start: Start, store: Store) -> None:
     job = submit(store)
     start("fast")
     assert_whole(store, job.id)
-    assert queueing.queued(store.redis, "planted") == set()
+    assert entries.queued(store.redis, "planted") == set()
+
+
+def test_a_tile_of_seconds_is_computed_at_the_first_try(start: Start, store: Store, tmp_path: Path) -> None:
+    """RQ calls the worker every second meanwhile; an exception there would kill it, and the tile would run again."""
+    with (tmp_path / "log").open("wb") as log:
+        supervisor = start("long", workers=1, log=log)
+        (worker,) = supervisor.children()
+        job = submit(store, ONE)
+        assert_whole(store, job.id, ONE.count)
+    assert supervisor.children() == [worker]
+    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+    records = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    assert [record["event"] for record in records] == ["supervisor started"]
 
 
 def test_a_killed_work_horse_loses_only_its_try(start: Start, store: Store) -> None:
@@ -148,9 +160,9 @@ def test_dismissing_stops_the_work_within_two_seconds(start: Start, store: Store
     job = submit(store)
     until(lambda: len(horses(supervisor)) == 2, 5)
     store.dismiss(job.id)
-    queueing.cancel(store.redis, job.id, "planted")
+    entries.cancel(store.redis, job.id, "planted")
     assert until(lambda: not horses(supervisor), 2) < 2
-    assert queueing.queued(store.redis, "planted") == set()
+    assert entries.queued(store.redis, "planted") == set()
     assert len(supervisor.children()) == 2
 
 
@@ -216,38 +228,17 @@ def test_a_supervisor_that_is_told_to_stop_gives_its_tiles_back(start: Start, st
     assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
 
 
-def hostile_entries(folder: Path, queue: Queue) -> list[RqJob]:
-    """Entries that would make a folder, or post something, if they were performed."""
-
-    def entry(**changes: object) -> RqJob:
-        job = queue.create_job(queueing.RUN_TILE, args=("x", 0), result_ttl=0)
-        for name, value in changes.items():
-            setattr(job, name, value)
-        return job
-
-    return [
-        queue.create_job("os.mkdir", args=(str(folder / "function"),)),
-        queue.create_job("os.mkdir", args=(str(folder / "keywords"),), kwargs={"mode": 0o700}),
-        *(entry(**{f"_{kind}_callback_name": "os.mkdir"}) for kind in ("success", "failure", "stopped")),
-        entry(data=b'["mkdir", "os", ["x"], {}]'),
-        entry(data=b"not JSON"),
-        entry(data=json.dumps([queueing.RUN_TILE, None, [["x"], 0], {}]).encode()),
-        entry(webhooks=[Webhook("http://127.0.0.1:9/", "finished")]),
-    ]
-
-
 def test_what_is_not_ours_is_not_performed(start: Start, store: Store, tmp_path: Path) -> None:
-    queue = queueing.queue(store.redis, "planted")
-    entries = hostile_entries(tmp_path, queue)
-    for entry in entries:
+    queue = entries.queue(store.redis, "planted")
+    hostile = [entry for entry, _ in hostile_entries(tmp_path, queue)]
+    for entry in hostile:
         queue.enqueue_job(entry)
-    assert [refusal(RqJob.fetch(entry.id, store.redis, serializer=queue.serializer)) is None for entry in entries] == [
-        False
-    ] * len(entries)
-    assert refusal(queue.create_job(queueing.RUN_TILE, args=("x", 0))) is None
-    start("fast", workers=1)
+    store.redis.hset(f"rq:job:{hostile[-1].id}", "rate_limit_concurrency", "not a number")
+    supervisor = start("fast", workers=1)
+    (worker,) = supervisor.children()
     job = submit(store)
-    assert_whole(store, job.id)  # the worker goes on
+    assert_whole(store, job.id)
+    assert supervisor.children() == [worker]
     assert list(tmp_path.iterdir()) == []
-    until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in entries), 2)
+    until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in hostile), 2)
     assert store.redis.llen(queue.intermediate_queue_key) == 0

@@ -37,8 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
-    from grazemap_worker import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
     from grazemap_worker.numerics import numerics
+    from grazemap_worker.queue import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
     from grazemap_worker.supervision.supervisor import Supervisor
 
     # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.

@@ -42,17 +42,22 @@ class Numerics:
 def numerics() -> Numerics:
     """Return the numerics of this process; imports numba.
 
-    The fingerprint is the start of a sha256 over the versions, the core's own and its sources included, the name and
-    the features of the processor that code is generated for, and the settings that choose instructions: two machines
-    that share it run the same instructions.
+    The fingerprint is the start of a sha256 over the versions, the core's own and its sources included, whether
+    kernels are compiled with parts, the name and the features of the processor that code is generated for, and the
+    settings that choose instructions: two machines that share it run the same instructions.
     """
     from numba.core import config
     from numba.core.registry import cpu_target
 
     from grazemap_core.kernel_folder import source_fingerprint
+    from grazemap_core.numerics.jit.inlining import PART_COMPILER
 
     versions = {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy")}
-    core = {"core_version": core_version(), "core_sources": source_fingerprint()}
+    core = {
+        "core_version": core_version(),
+        "core_sources": source_fingerprint(),
+        "with_parts": PART_COMPILER is not None,
+    }
     # numba's own word for what it compiles for, its settings (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX ...) taken into account
     triple, cpu, features = cpu_target.target_context.codegen().magic_tuple()
     if config.DISABLE_JIT:  # type: ignore[attr-defined]  # set when numba is imported

@@ -13,7 +13,7 @@ from grazemap_service.links import PREFIX, with_links
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException
 from grazemap_service.submission import job_response
-from grazemap_worker import queueing
+from grazemap_worker.queue import entries
 
 router = APIRouter(tags=["jobs"])
 
@@ -88,7 +88,7 @@ async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
         dismissed = context.store.dismiss(job.id)
         fingerprint = context.store.fingerprint_of(job.id)
         if dismissed is not None and dismissed.status == "dismissed" and fingerprint is not None:
-            queueing.cancel(context.store.redis, job.id, fingerprint)
+            entries.cancel(context.store.redis, job.id, fingerprint)
         return dismissed
 
     dismissed = await context.ask(dismiss)

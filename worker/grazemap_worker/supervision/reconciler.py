@@ -11,8 +11,8 @@ from collections import Counter, defaultdict
 
 import structlog
 
-from grazemap_worker import queueing
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.queue import entries, leftovers
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
@@ -43,20 +43,20 @@ class Reconciler:
             verdict = store.record_failure(job_id, tile, "lost", "lease ran out", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
             if verdict == "retry" and store.fingerprint_of(job_id) == self._fingerprint:
-                queued += queueing.enqueue(store.redis, job_id, [tile], self._fingerprint)
+                queued += entries.enqueue(store.redis, job_id, [tile], self._fingerprint)
         self._cursor, jobs = store.some_unfinished(self._cursor, JOBS_A_ROUND)
         store.bind(self._fingerprint, core_version(), jobs)
-        queueing.sweep(store.redis, self._fingerprint)
+        leftovers.sweep(store.redis, self._fingerprint)
 
-        waiting = queueing.queued(store.redis, self._fingerprint)
+        waiting = entries.queued(store.redis, self._fingerprint)
         missing: dict[str, list[int]] = defaultdict(list)
-        for job_id, tile in store.pending(self._fingerprint, 2 * queueing.QUEUED_AHEAD, jobs):
+        for job_id, tile in store.pending(self._fingerprint, 2 * entries.QUEUED_AHEAD, jobs):
             if (job_id, tile) not in waiting:
                 missing[job_id].append(tile)
         per_job = Counter(job_id for job_id, _ in waiting)
         for job_id, tiles in missing.items():
-            room = max(0, queueing.QUEUED_AHEAD - per_job[job_id])
-            queued += queueing.enqueue(store.redis, job_id, tiles[:room], self._fingerprint)
+            room = max(0, entries.QUEUED_AHEAD - per_job[job_id])
+            queued += entries.enqueue(store.redis, job_id, tiles[:room], self._fingerprint)
             if time.monotonic() > deadline:
                 break
         if queued:

@@ -19,9 +19,9 @@ from types import FrameType
 import structlog
 from redis.exceptions import RedisError
 
-from grazemap_worker import queueing
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import adopt_orphans, die_with_parent
+from grazemap_worker.queue import leftovers
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Store, trouble
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
@@ -126,7 +126,7 @@ class Supervisor:
         """Give back at once what a dead worker held; if Redis is away, its lease runs out by itself."""
         try:
             self._store.remove_worker(name, return_claims=return_claims)
-            queueing.forget_worker(self._store.redis, name, self._numerics.fingerprint)
+            leftovers.forget_worker(self._store.redis, name, self._numerics.fingerprint)
         except RedisError as error:
             self._log.info("a worker's lease is left to run out", worker=name, error=type(error).__name__)
 
@@ -161,7 +161,7 @@ def _ended_child() -> tuple[int, int] | None:
 
 def _be_a_worker(settings: WorkerSettings, numerics: Numerics, name: str, parent: int) -> None:
     """Work until told to stop, in a process of its own."""
-    from grazemap_worker.leased_worker import LeasedWorker
+    from grazemap_worker.queue.leased_worker import LeasedWorker
 
     die_with_parent(parent)
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from numba import types
 from numba.core import cgutils
-from numba.core.imputils import lower_getattr_generic
+from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, lower_builtin, models, register_model, type_callable
 
@@ -54,7 +54,10 @@ class _ReferenceFields(AttributeTemplate):
 def _look_up(context: Any, builder: Any, reference: Reference, pointer: Any, field: str) -> Any:
     index = reference.target.fields.index(field)
     place = cgutils.gep_inbounds(builder, pointer, 0, index)
-    return place if isinstance(reference.target.types[index], types.NamedTuple) else builder.load(place)
+    kind = reference.target.types[index]
+    if isinstance(kind, types.NamedTuple):
+        return place
+    return impl_ret_borrowed(context, builder, kind, builder.load(place))  # counted where kernels have numba's runtime
 
 
 def reference(record: Record) -> Record:

@@ -6,6 +6,7 @@ Without the runtime an allocation does not compile, nor does the assignment of a
 copy the source); `copy_vector` and `copy_matrix` serve for that. What does allocate is compiled with plain `njit`.
 
 A kernel is compiled as a part of those that call it (`parts`), and as a whole, which is cached, when Python calls it.
+Where numba's private interface is not known, a kernel is a plain function of `njit`, with numba's runtime.
 
 A function that is `inlined` has no code of its own: each of its callers has. `fused` ones may contract a product and a
 sum into one operation, which vectors want; where round-off is followed to the last digit that is not allowed.
@@ -17,9 +18,10 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from grazemap_core.numerics.jit.inlining import INTERPRETED, Kernel
+from grazemap_core.numerics.jit.inlining import INTERPRETED, PART_COMPILER, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -27,10 +29,14 @@ _FUSED: dict[str, Any] = {"fastmath": {"contract"}}
 
 
 def _compile(function: Function, **options: Any) -> Function:
-    options |= {"nogil": True, "error_model": "numpy", "_nrt": False}
+    options |= {"nogil": True, "error_model": "numpy"}
     if INTERPRETED:
         return function
-    kernel: Any = Kernel(function, options)
+    kernel: Any
+    if PART_COMPILER is None:
+        kernel = njit(cache=True, **options)(function)
+    else:
+        kernel = Kernel(function, {**options, "_nrt": False})
     compiled: Function = kernel
     return compiled
 

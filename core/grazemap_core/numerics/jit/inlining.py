@@ -7,72 +7,55 @@ calls; that one holds all its parts, and its machine code is cached. Parts for v
 themselves first: merged into a caller before, they are not vectorised. So a loop over all lanes must be in a
 `fused_kernel` that is not inlined.
 
-This uses numba's interface for compiler passes of one's own, and a class behind it that is not documented
-(`JITCodeLibrary`): numba is pinned, and a test compares what is compiled with what is interpreted.
+This uses an interface of numba that is not documented (`part_compiler`). With a version of numba that was not tested,
+or that lacks what is used, kernels are plain functions of `njit` that call one another (`compiled`), and a warning says
+what that costs.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
+import numba
 from numba import njit, types
 from numba.core import config
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import register_pass
-from numba.core.typed_passes import NativeLowering
 from numba.extending import typeof_impl
 
 INTERPRETED = bool(vars(config)["DISABLE_JIT"])
 """Whether numba was told (NUMBA_DISABLE_JIT) to leave functions as they are."""
 
+COST = "kernels are compiled without parts, which takes longer; with numba 0.68 they are not"
+
 _njit: Any = njit  # numba's type stubs know neither private options nor those of wrappers
 
 
-class _PartLibrary(JITCodeLibrary):
-    """Intermediate code of a part and of the parts that it calls; linked into callers, never run."""
-
-    for_vectors = False
-
-    def _optimize_final_module(self) -> None:
-        if self.for_vectors:
-            super()._optimize_final_module()
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
+TESTED = ("0.68",)
+"""Versions of numba with whose private interface parts are tested."""
 
 
-@register_pass(mutates_CFG=True, analysis_only=False)
-class _PartLowering(NativeLowering):
-    """Numba's last pass, without the machine code."""
-
-    _name = "part_lowering"
-
-    def run_pass(self, state: Any) -> bool:
-        library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
-        library.for_vectors = bool(state.flags.fastmath) and not state.flags.forceinline
-        state.library = library
-        state.flags.no_compile = True
-        super().run_pass(state)
-        own: list[Any] = []
-        name = own.append  # numba knows a compiled function by a builtin of its own, to be called from Python
-        state["cr"] = state["cr"]._replace(cfunc=name)
-        state.targetctx.insert_user_function(name, state["cr"].fndesc, [library])
-        return True
+class InliningWarning(RuntimeWarning):
+    """Kernels are compiled without parts."""
 
 
-class _PartCompiler(CompilerBase):
-    """Numba's compiler with the last pass exchanged."""
+def _part_compiler() -> Any:
+    """Return the compiler of parts, or None, with a warning, where numba's private interface may be another."""
+    if not numba.__version__.startswith(tuple(f"{version}." for version in TESTED)):
+        reason = f"numba {numba.__version__} is not a tested version ({', '.join(TESTED)})"
+    else:
+        try:
+            from grazemap_core.numerics.jit.part_compiler import PartCompiler
+        except (ImportError, AttributeError) as error:
+            reason = f"numba {numba.__version__} lacks what is known of it ({error})"
+        else:
+            return PartCompiler
+    warnings.warn(f"{reason}: {COST}", InliningWarning, stacklevel=2)
+    return None
 
-    def define_pipelines(self) -> list[Any]:
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        last = [step for step, _ in passes.passes].index(NativeLowering)
-        passes.passes[last] = (_PartLowering, "native lowering of a part")
-        passes._finalized = False
-        passes.finalize()
-        return [passes]
+
+PART_COMPILER: Any = None if INTERPRETED else _part_compiler()
+"""Numba's compiler of parts; None where kernels are compiled by numba's public interface alone."""
 
 
 class Kernel:
@@ -83,7 +66,7 @@ class Kernel:
         self.py_func = function
         self.targetoptions = options
         wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        self.part = _njit(pipeline_class=_PartCompiler, **wrappers, **options)(function)
+        self.part = _njit(pipeline_class=PART_COMPILER, **wrappers, **options)(function)
         self.whole = _njit(cache=True, **options)(function)
 
     def __call__(self, *args: Any) -> Any:

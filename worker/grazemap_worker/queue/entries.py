@@ -7,21 +7,18 @@ the tile, so a doubled or a lost entry does no harm.
 from __future__ import annotations
 
 import secrets
-import time
 from collections.abc import Iterable
 from itertools import islice
 from typing import Any
 
 from redis import Redis
-from rq import Queue, Worker
+from rq import Queue
 from rq.command import send_stop_job_command
 from rq.exceptions import InvalidJobOperation, NoSuchJobError
-from rq.job import Job
 from rq.serializers import JSONSerializer
-from rq.utils import as_text
-from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
-from grazemap_worker.store.keys import ASSEMBLY, PREFIX, QUEUE_PREFIX, queue_name
+from grazemap_worker.queue import rq_keys
+from grazemap_worker.store.keys import ASSEMBLY, queue_name
 
 RUN_TILE = "grazemap_worker.tasks.run_tile"
 # A tile takes seconds; a long trajectory or a huge curve is one tile. Over this something hangs.
@@ -31,8 +28,6 @@ FAILURE_TTL = 60
 QUEUED_AHEAD = 1000
 # Single tiles that may be put before what waits first; then it has to be taken before more may.
 MOST_OVERTAKING = 8
-# Between taking an entry and beginning it a worker only forks.
-TAKEN_SECONDS = 30.0
 
 
 def queue(redis: Redis, fingerprint: str) -> Queue:
@@ -73,8 +68,8 @@ def _may_overtake(connection: Redis, target: Queue) -> bool:
     it is taken, so that each entry is reached. (Two that ask at once may go before it both: this is no promise.)
     """
     redis: Any = connection  # redis-py's types are those of bytes and of text at once
-    noted = _overtaken_key(target)
-    head = redis.lrange(target.key, 0, 2 * MOST_OVERTAKING)
+    noted = overtaken_key(target)
+    head = redis.lrange(rq_keys.waiting_key(target), 0, 2 * MOST_OVERTAKING)
     overtaken, count = redis.hmget(noted, "entry", "count")
     if not head:
         return False
@@ -87,8 +82,9 @@ def _may_overtake(connection: Redis, target: Queue) -> bool:
     return True
 
 
-def _overtaken_key(target: Queue) -> str:
-    return f"{target.key}:overtaken"
+def overtaken_key(target: Queue) -> str:
+    """Return the key of the note of how many entries went before the first one."""
+    return f"{rq_keys.waiting_key(target)}:overtaken"
 
 
 def queued(redis: Redis, fingerprint: str) -> set[tuple[str, int]]:
@@ -98,7 +94,7 @@ def queued(redis: Redis, fingerprint: str) -> set[tuple[str, int]]:
 
 
 def cancel(redis: Redis, job_id: str, fingerprint: str) -> int:
-    """Take a job's entries out of the queue and stop the running ones; return how many were told.
+    """Take a job's entries out of the queue and stop the running ones; return how many there were.
 
     Dismiss the job first, so that no worker claims another of its tiles.
     """
@@ -107,11 +103,11 @@ def cancel(redis: Redis, job_id: str, fingerprint: str) -> int:
     if waiting:
         pipeline = redis.pipeline(transaction=False)
         for entry in waiting:
-            pipeline.lrem(target.key, 1, entry)
-            pipeline.delete(Job.key_for(entry))
+            pipeline.lrem(rq_keys.waiting_key(target), 1, entry)
+            pipeline.delete(rq_keys.entry_key(entry))
         pipeline.execute()
     stopped = 0
-    for entry in target.started_job_registry.get_job_ids(cleanup=False):
+    for entry in rq_keys.started_entries(target):
         if not _belongs(entry, job_id):
             continue
         try:
@@ -126,83 +122,8 @@ def drop(redis: Redis, entry: str, fingerprint: str) -> None:
     """Forget an entry that a worker has taken and will not perform."""
     target = queue(redis, fingerprint)
     pipeline = redis.pipeline(transaction=False)
-    pipeline.lrem(target.intermediate_queue_key, 1, entry)
-    pipeline.delete(Job.key_for(entry))
-    pipeline.execute()
-
-
-def sweep(connection: Redis, fingerprint: str) -> None:
-    """Remove what killed workers leave in RQ's registries, without performing any of it.
-
-    An entry that a worker took and did not begin within `TAKEN_SECONDS` is forgotten, and so is one whose worker
-    stopped renewing it; the ledger knows which tiles that concerns.
-    """
-    redis: Any = connection  # redis-py's types are those of bytes and of text at once
-    target = queue(connection, fingerprint)
-    now = time.time()
-    started = target.started_job_registry
-    for member in redis.zrangebyscore(started.key, 0, now):
-        composite = as_text(member)
-        entry, _, _execution = composite.partition(":")
-        pipeline = redis.pipeline(transaction=False)
-        pipeline.zrem(started.key, composite)
-        pipeline.delete(f"rq:execution:{composite}", f"rq:executions:{entry}", Job.key_for(entry))
-        pipeline.execute()
-    redis.zremrangebyscore(target.failed_job_registry.key, 0, now)
-
-    seen_key = target.intermediate_queue_key + ":seen"
-    taken = {as_text(member) for member in redis.lrange(target.intermediate_queue_key, 0, -1)}
-    seen = {as_text(member): float(score) for member, score in redis.zrange(seen_key, 0, -1, withscores=True)}
-    for entry, since in seen.items():
-        if entry not in taken:
-            redis.zrem(seen_key, entry)
-        elif now - since > TAKEN_SECONDS:
-            redis.zrem(seen_key, entry)
-            drop(redis, entry, fingerprint)
-    if fresh := dict.fromkeys(taken - seen.keys(), now):
-        redis.zadd(seen_key, fresh, nx=True)
-    _sweep_queues(connection, fingerprint)
-
-
-def _sweep_queues(connection: Redis, fingerprint: str) -> None:
-    """Remove what names workers that are gone, and the queues of numerics that nobody has had for a while."""
-    redis: Any = connection
-    known = {as_text(name) for name in redis.smembers(Queue.redis_queues_keys)}
-    prefix = Queue.redis_queue_namespace_prefix + QUEUE_PREFIX
-    ours = {fingerprint, *(name.removeprefix(prefix) for name in known if name.startswith(prefix))}
-    for found in sorted(ours):
-        members = WORKERS_BY_QUEUE_KEY % queue_name(found)
-        _remove_gone(redis, members)
-        if found == fingerprint or redis.exists(f"{PREFIX}fingerprint:{found}"):
-            continue
-        target = queue(connection, found)
-        seen = target.intermediate_queue_key + ":seen"
-        for entry in redis.lrange(target.intermediate_queue_key, 0, -1):
-            redis.delete(Job.key_for(as_text(entry)))
-        registries = (target.started_job_registry.key, target.failed_job_registry.key)
-        redis.delete(target.intermediate_queue_key, seen, _overtaken_key(target), members, *registries)
-        target.delete()
-    _remove_gone(redis, Worker.redis_workers_keys)
-
-
-def _remove_gone(redis: Any, members: str) -> None:
-    """Remove from a set of names of keys those that are not there."""
-    names = list(redis.smembers(members))
-    pipeline = redis.pipeline(transaction=False)
-    for name in names:
-        pipeline.exists(name)
-    gone = [name for name, there in zip(names, pipeline.execute(), strict=True) if not there]
-    if gone:
-        redis.srem(members, *gone)
-
-
-def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
-    """Remove a worker that is known to be gone from RQ's lists."""
-    pipeline = redis.pipeline(transaction=False)
-    key = Worker.redis_worker_namespace_prefix + name
-    pipeline.srem(Worker.redis_workers_keys, key)
-    pipeline.srem(WORKERS_BY_QUEUE_KEY % queue_name(fingerprint), key)
-    pipeline.delete(key)
+    pipeline.lrem(rq_keys.taken_key(target), 1, entry)
+    pipeline.delete(rq_keys.entry_key(entry))
     pipeline.execute()
 
 

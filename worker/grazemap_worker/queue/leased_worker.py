@@ -8,19 +8,22 @@ put into Redis is performed unless it is a tile of ours.
 from __future__ import annotations
 
 import os
+import signal
 from datetime import UTC, datetime
 from time import monotonic
 from typing import Any
 
 import structlog
 from rq import Queue, Worker
-from rq.exceptions import DeserializationError
+from rq.executions import Execution
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
-from grazemap_worker import queueing, tasks
+from grazemap_worker import tasks
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import die_with_parent
+from grazemap_worker.queue import entries
+from grazemap_worker.queue.refusal import Entry, refusal
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, core_version
 from grazemap_worker.store.records import FailureKind
@@ -49,9 +52,10 @@ class LeasedWorker(Worker):
         self._store = store
         self._numerics = numerics
         super().__init__(
-            [queueing.queue(store.redis, numerics.fingerprint)],
+            [entries.queue(store.redis, numerics.fingerprint)],
             name=name,
             connection=store.redis,
+            job_class=Entry,
             serializer=JSONSerializer,
             worker_ttl=WORKER_TTL,
             job_monitoring_interval=1,
@@ -66,15 +70,23 @@ class LeasedWorker(Worker):
         if not self.is_horse and not self._store.renew(self.name, LEASE_SECONDS):
             self._store.register_worker(self.name, self._numerics.fingerprint, LEASE_SECONDS, core_version())
 
-    def maintain_heartbeats(self, job: Job) -> None:
+    def maintain_heartbeats(self, job: Job, execution: Execution) -> None:
         """Stop the work-horse when its job is no longer wanted; RQ calls this every second while it runs.
 
         The stop command that a dismissal sends is faster; this does not depend on its arrival.
         """
-        super().maintain_heartbeats(job)
+        super().maintain_heartbeats(job, execution)
         if not self._store.wanted(str(job.args[0])):
-            self._stopped_job_id = job.id
-            self.kill_horse()
+            self.request_stop_execution(execution.id)
+
+    def kill_horse(self, sig: signal.Signals = signal.SIGKILL) -> None:
+        """Kill the work-horse if there is one.
+
+        RQ kills the group of process 0 otherwise, which is the worker's own, when a command to stop comes at the end
+        of a tile.
+        """
+        if self.horse_pid:
+            super().kill_horse(sig)
 
     def run_maintenance_tasks(self) -> None:
         """Do nothing: the supervisor sweeps.
@@ -91,12 +103,12 @@ class LeasedWorker(Worker):
         reason = refusal(job)
         if reason is not None:
             structlog.get_logger("grazemap_worker").warning("job refused", rq_job=job.id, reason=reason)
-            queueing.drop(self.connection, job.id, self._numerics.fingerprint)
+            entries.drop(self.connection, job.id, self._numerics.fingerprint)
             return
         began = monotonic()
         super().execute_job(job, queue)
         # compiled code notices no signal: RQ kills such a work-horse some time after its limit
-        kind: FailureKind = "timeout" if monotonic() - began > (job.timeout or queueing.TILE_TIMEOUT) else "lost"
+        kind: FailureKind = "timeout" if monotonic() - began > (job.timeout or entries.TILE_TIMEOUT) else "lost"
         for job_id, tile, holder in self._store.claims_of(self.name):
             self._store.record_failure(job_id, tile, kind, "work-horse ended", holder)
 
@@ -112,22 +124,3 @@ class LeasedWorker(Worker):
         super().teardown()  # type: ignore[no-untyped-call]
         if not self.is_horse:
             self._store.remove_worker(self.name, return_claims=True)
-
-
-def refusal(job: Job) -> str | None:
-    """Return why a job must not be performed, or None.
-
-    A serializer does not protect: a payload may name any function, a method of an instance, callbacks, or
-    addresses to post to.
-    """
-    try:
-        name, arguments, keywords, instance = job.func_name, job.args, job.kwargs, job.instance
-    except DeserializationError:
-        return "unreadable"
-    if name != queueing.RUN_TILE or instance is not None:
-        return "not a function of ours"
-    if job._success_callback_name or job._failure_callback_name or job._stopped_callback_name or job.webhooks:
-        return "carries callbacks"
-    if keywords or len(arguments) != 2 or type(arguments[0]) is not str or type(arguments[1]) is not int:
-        return "not the arguments of a tile"
-    return None

@@ -1,0 +1,72 @@
+"""Names that RQ gives its keys in Redis and does not document: all of them, and the objects that they come from.
+
+They are taken from RQ, never spelled here, so that its RQ_KEY_PREFIX holds. That variable must be the same for every
+service and worker on one Redis.
+"""
+
+from __future__ import annotations
+
+from redis import Redis
+from rq import Queue, Worker
+from rq.executions import WORKER_EXECUTIONS_KEY_TEMPLATE, Execution, ExecutionRegistry
+from rq.job import Job
+from rq.worker_registration import WORKERS_BY_QUEUE_KEY
+
+from grazemap_worker.store.keys import QUEUE_PREFIX, queue_name
+
+ALL_QUEUES = Queue.redis_queues_keys
+"""Set of the keys of all queues, of whichever application."""
+ALL_WORKERS = Worker.redis_workers_keys
+"""Set of the keys of all workers."""
+
+
+def entry_key(entry: str) -> str:
+    """Return the key of the hash that an entry is."""
+    return Job.key_for(entry)
+
+
+def fingerprint_of(queue_key: str) -> str | None:
+    """Return the fingerprint whose queue has this key, or None when it is not one of ours."""
+    prefix = Queue.redis_queue_namespace_prefix + QUEUE_PREFIX
+    return queue_key.removeprefix(prefix) if queue_key.startswith(prefix) else None
+
+
+def waiting_key(target: Queue) -> str:
+    """Return the key of the list of a queue's entries."""
+    return str(target.key)
+
+
+def taken_key(target: Queue) -> str:
+    """Return the key of the list of entries that workers have taken and not begun."""
+    return str(target.intermediate_queue_key)
+
+
+def started_key(target: Queue) -> str:
+    """Return the key of the sorted set of executions ("entry:execution") by the time until which they are renewed."""
+    return str(target.started_job_registry.key)
+
+
+def failed_key(target: Queue) -> str:
+    """Return the key of the sorted set of failed entries by the time until which they are kept."""
+    return str(target.failed_job_registry.key)
+
+
+def started_entries(target: Queue) -> list[str]:
+    """Return the entries that are being performed; nothing is cleaned up on the way."""
+    return list(target.started_job_registry.get_job_ids(cleanup=False))
+
+
+def execution_keys(redis: Redis, composite: str) -> tuple[str, tuple[str, str]]:
+    """Return the entry of an execution ("entry:execution"), and the keys of the execution and of the entry's list."""
+    execution = Execution.from_composite_key(composite, connection=redis)
+    return execution.job_id, (execution.key, ExecutionRegistry(execution.job_id, connection=redis).key)
+
+
+def worker_keys(name: str) -> tuple[str, str]:
+    """Return the keys of a worker: of what it says of itself, and of the set of its executions."""
+    return Worker.redis_worker_namespace_prefix + name, WORKER_EXECUTIONS_KEY_TEMPLATE.format(name)
+
+
+def listeners_key(fingerprint: str) -> str:
+    """Return the key of the set of the workers that listen to a queue."""
+    return str(WORKERS_BY_QUEUE_KEY % queue_name(fingerprint))
