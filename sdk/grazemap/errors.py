@@ -24,9 +24,10 @@ Every one of them survives pickling, so that it can come back from a process poo
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from grazemap.wire import Job, Problem
+if TYPE_CHECKING:
+    from grazemap.wire import Job, Problem
 
 __all__ = [
     "AuthenticationError",

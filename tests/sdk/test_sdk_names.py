@@ -36,7 +36,7 @@ def test_public_names_are_these():
         "errors",
         "load",
         "local",
-        "models",
+        "wire",
     }
     assert all(getattr(grazemap, name) is not None for name in grazemap.__all__)
     assert dir(grazemap) == grazemap.__all__

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.client.validation import parameter_error, validated
 from grazemap.results import PeriodicOrbit, State
-from grazemap.validation import parameter_error, validated
 from grazemap.wire import (
     BasinCoordinate,
     BasinsRequest,

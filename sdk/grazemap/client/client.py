@@ -17,6 +17,7 @@ from grazemap.client.connection import Connection
 from grazemap.client.jobs import JobHandle
 from grazemap.client.progress import Listener
 from grazemap.client.sync_io import Driver
+from grazemap.client.validation import validated
 from grazemap.errors import ProtocolError
 from grazemap.results import (
     Basins,
@@ -33,7 +34,6 @@ from grazemap.results import (
     UnfoldingDiagram,
     UnfoldingMap,
 )
-from grazemap.validation import validated
 from grazemap.wire import ProcessRequest, Status
 
 R = TypeVar("R", bound=Result)

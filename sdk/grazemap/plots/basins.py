@@ -9,10 +9,11 @@ import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, cell_borders, legend_outside, place_text
 from grazemap.plots.palette import UNRESOLVED, motion_colour, motion_text
-from grazemap.results import Basins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import Basins
 
 # Motions with one label have shades of its colour.
 _SHADES = (0.0, 0.35, -0.35, 0.6, -0.6)

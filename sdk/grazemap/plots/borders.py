@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 from grazemap.plots.axes import axes_or_new, label_plane, legend_outside
 from grazemap.plots.curve import BIFURCATIONS
 from grazemap.plots.palette import label_text
-from grazemap.results import BifurcationCurves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import BifurcationCurves
 
 _OTHERS = {"NS": ("o", "#B8860B", "Neimark-Sacker (NS)"), "GR": ("X", "#222222", "graze (GR)")}
 _DASHES = ("-", "--", "-.", ":")

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
-from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
 
 # Recurrences by order, from early to late; the same order has the same colour in every picture.
 _ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF", "#8B4513")

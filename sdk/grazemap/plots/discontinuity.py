@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, legend_outside, place_text
-from grazemap.results import DiscontinuityMapping
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import DiscontinuityMapping
 
 _LEADING, _SECOND = "#0072B2", "#D55E00"
 _RETURNS = ("#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF")

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside, place_text
 from grazemap.plots.palette import label_text
-from grazemap.results import OrbitBranch, PeriodicOrbit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import OrbitBranch, PeriodicOrbit
 
 _LINE, _PALE = "#0072B2", "#B9B9B9"
 _VIRTUAL = 0.3

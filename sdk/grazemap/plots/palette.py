@@ -9,9 +9,13 @@ from __future__ import annotations
 
 import math
 import re
+from typing import TYPE_CHECKING
 
-from grazemap.results import MotionShare
 from grazemap.wire.job import INFINITE
+
+if TYPE_CHECKING:
+    from grazemap.results import MotionShare
+    from grazemap.wire import Motion
 
 UNRESOLVED = "#909090"
 OTHER = "#DCDCDC"
@@ -58,7 +62,7 @@ _CHROMA = 0.09
 _LIGHTNESS = (0.72, 0.48, 0.83, 0.60)
 
 
-def motion_colour(motion: MotionShare) -> str:
+def motion_colour(motion: Motion | MotionShare) -> str:
     """Return the colour of a motion as #RRGGBB; it depends on the label or the kind only."""
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
         return _BY_KIND.get(motion.kind, OTHER)
@@ -66,7 +70,7 @@ def motion_colour(motion: MotionShare) -> str:
     return NAMED.get(key) or _computed(*key)
 
 
-def motion_text(motion: MotionShare) -> str:
+def motion_text(motion: Motion | MotionShare) -> str:
     """Return a motion's label with subscripts, n-p_r-q_l, as mathtext; its kind when it is not periodic."""
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
         return motion.kind

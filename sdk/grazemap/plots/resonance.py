@@ -8,10 +8,11 @@ import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
 from grazemap.plots.curve import BIFURCATIONS
-from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 _FAR = 0.003
 _DASHES = ("-", "--", "-.", ":")

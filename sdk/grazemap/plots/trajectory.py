@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axis_label, new_figure, place_text
 from grazemap.plots.palette import motion_colour, motion_text
-from grazemap.results import MotionShare, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from grazemap.results import Trajectories, Trajectory
 
 _BLUE, _EARLIER, _STOP, _IMPACT = "#0072B2", "#A9C9DD", "#8C8C8C", "#D55E00"
 # More forcing periods than these in the time history would run into each other.
@@ -70,7 +71,7 @@ def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: 
     for trajectory in result.trajectories:
         time, displacement, velocity = with_impacts(trajectory, mass)
         shown = _last_periods(trajectory, time)
-        motion = _named(trajectory)
+        motion = trajectory.motion
         text = motion_text(motion)
         style: dict[str, Any] = {"color": motion_colour(motion), "linewidth": 0.8}
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
@@ -163,18 +164,13 @@ def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, start: fl
     portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
 
 
-def _named(trajectory: Trajectory) -> MotionShare:
-    motion = trajectory.motion
-    return MotionShare("", motion.kind, motion.period, motion.impacts_right, motion.impacts_left, 0, 0.0)
-
-
 def _where(trajectory: Trajectory) -> str:
     request = trajectory.meta["request"]
     return "at " + place_text(trajectory.units, omega=request["omega"], clearance=request["clearance"])
 
 
 def _title(trajectory: Trajectory, mass: int) -> str:
-    named, grazes = motion_text(_named(trajectory)), int(np.sum(trajectory.impacts.kind == "graze"))
+    named, grazes = motion_text(trajectory.motion), int(np.sum(trajectory.impacts.kind == "graze"))
     impacts = len(trajectory.impacts) - grazes
     counts = [
         f"{count} {text[: -1 if count == 1 else None]}"

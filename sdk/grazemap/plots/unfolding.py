@@ -11,10 +11,11 @@ from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, leg
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import OTHER, motion_colour, motion_text
-from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
 
 # A region is named inside the picture when a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05

@@ -10,10 +10,11 @@ from grazemap.plots.axes import INK, cell_borders, legend_outside
 from grazemap.plots.borders import curve_name, curve_style
 from grazemap.plots.curve import draw_curve
 from grazemap.plots.unfolding import plot_unfolding_map
-from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
 _TYPES = ("SN", "PD", "SB", "NS", "GR")
 _COEXISTENCE = "#FFFFFF"

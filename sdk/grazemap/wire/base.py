@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 LEAST_NUMBER = 1e-60
@@ -16,7 +16,10 @@ LARGEST_NUMBER = 1e60
 
 
 class Request(BaseModel):
-    """A request body, or a part of one. The line below a field is its description wherever the API is described."""
+    """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
+
+    The line below a field is its description wherever the API is described.
+    """
 
     model_config = ConfigDict(
         strict=True,
@@ -27,19 +30,6 @@ class Request(BaseModel):
         use_attribute_docstrings=True,
     )
 
-    def __init__(self, /, **fields: Any) -> None:
-        """Check the fields. Raises grazemap.errors.ParameterError, which says what is wrong with which."""
-        try:
-            super().__init__(**fields)
-        except ValidationError as error:
-            # the errors are made of models
-            from grazemap.validation import refusal
-
-            raise refusal(error, type(self)) from None
-
-    # As of BaseModel's own: what validates a body, or a part of one, does without this and has pydantic's errors.
-    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
-
 
 class Response(BaseModel):
     """What the service answers, or a part of it."""
@@ -48,11 +38,12 @@ class Response(BaseModel):
 
 
 def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
-    """Return the error that a validator raises: what is wrong, what would be right, and in which field below.
+    """Return the error that a validator raises: what is wrong, what is allowed, and in which field below.
 
     Neither text may contain the value that was sent.
     """
-    return PydanticCustomError("not_allowed", "{reason}", {"reason": message, "allowed": allowed, "at": at})
+    context = {"reason": message, "allowed": allowed, "at": at}
+    return PydanticCustomError("not_allowed", "{reason} (allowed: {allowed})", context)
 
 
 def _as_list(value: Any) -> Any:

@@ -16,7 +16,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from grazemap.wire import ProblemError
+from grazemap.wire.job import ProblemError
 
 Schema = Mapping[str, Any]
 MAX_ERRORS = 20
@@ -88,7 +88,12 @@ def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemErr
     where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
     context = error.get("ctx") or {}
     where += context.get("at", ())
-    detail = str(error["msg"]) if kind in _QUOTABLE else _SENTENCES.get(kind, "Input is not valid here")
+    # a message of our own ends with what is allowed, which has its own field here
+    detail = (
+        str(context.get("reason", error["msg"]))
+        if kind in _QUOTABLE
+        else _SENTENCES.get(kind, "Input is not valid here")
+    )
     here = _at(schema, where)
     if kind == "extra_forbidden":
         detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""

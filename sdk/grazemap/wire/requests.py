@@ -1,7 +1,7 @@
 """One request model per process, and the table of them.
 
 A model is validated by the service, parsed by the worker and built by the client; its canonical text
-(`canonical.py`) is what a job's id is made from. To add a process, add its model here and to PROCESSES.
+(`process.canonical`) is what a job's id is made from. To add a process, add its model here and to PROCESSES.
 """
 
 from __future__ import annotations

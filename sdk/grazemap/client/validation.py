@@ -1,11 +1,11 @@
-"""Checking a question against its wire model before anything is sent."""
+"""Checks of a request against its wire model, before anything is sent."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from grazemap.errors import ParameterError
 from grazemap.wire import PROCESSES, Problem, ProblemError, ProcessRequest, parse_request
@@ -26,7 +26,7 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
     Raises
     ------
     ParameterError
-        No such process, or values that are not allowed; nothing has been sent.
+        There is no such process, or a value is not allowed.
     """
     if not isinstance(process, str) or process not in PROCESSES:
         raise parameter_error("", "there is no such process", ", ".join(PROCESSES))
@@ -40,16 +40,12 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
     try:
         return parse_request(process, dict(body))
     except ValidationError as error:
-        raise refusal(error, model) from None
-
-
-def refusal(error: ValidationError, model: type[BaseModel]) -> ParameterError:
-    """Return the exception for what pydantic has found wrong with a model's fields."""
-    details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
-    return ParameterError(INVALID_REQUEST.model_copy(update={"errors": errors_of(details, model, naming=True)}))
+        details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
+        errors = errors_of(details, model, naming=True)
+        raise ParameterError(INVALID_REQUEST.model_copy(update={"errors": errors})) from None
 
 
 def parameter_error(pointer: str, detail: str, allowed: str) -> ParameterError:
-    """Return the exception for one thing wrong with the arguments."""
+    """Return the exception for one wrong argument."""
     error = ProblemError(pointer=pointer, detail=detail, allowed=allowed)
     return ParameterError(INVALID_REQUEST.model_copy(update={"errors": [error]}))
