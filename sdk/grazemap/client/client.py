@@ -1,4 +1,5 @@
-"""The blocking client: one method per process, and handles on jobs."""
+# Generated from async_client.py by `make client`: do not edit.
+"""A client of the service: one method per process, and handles on jobs."""
 
 from __future__ import annotations
 
@@ -11,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap import constants
-from grazemap.client import arguments, operations
+from grazemap.client import arguments, jobs
 from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.client.connection import Connection
+from grazemap.client.http import Settings, read_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.progress import Listener
-from grazemap.client.sync_io import Driver
 from grazemap.client.validation import validated
 from grazemap.errors import ProtocolError
 from grazemap.results import (
@@ -40,7 +41,7 @@ R = TypeVar("R", bound=Result)
 
 
 class Client:
-    """Talks to a grazemap service. Nothing is sent before a method is called.
+    """Sends questions to a grazemap service. Nothing is sent before a method is called.
 
     Parameters
     ----------
@@ -71,24 +72,16 @@ class Client:
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._connection = Connection.of(base_url, api_key, cache_dir, timeout, retries)
-        self._http = httpx2.Client(
-            base_url=self._connection.base_url,
-            headers=self._connection.headers,
-            timeout=timeout,
-            transport=transport,
-            trust_env=self._connection.use_environment,
-        )
-        self._driver = Driver(self._http)
+        self._connection = Connection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
         """The address this client talks to."""
-        return self._connection.base_url
+        return self._connection.settings.base_url
 
     def close(self) -> None:
         """Close the connections."""
-        self._http.close()
+        self._connection.close()
 
     def __enter__(self) -> Self:
         return self
@@ -98,10 +91,10 @@ class Client:
 
     def describe(self) -> dict[str, Any]:
         """Return what the service says about itself: versions, processes, limits."""
-        return self._driver.run(operations.describe(self._connection.settings))
+        return read_object(self._connection.send("GET", constants.API_PREFIX))
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
-        """Ask a question without waiting; the same question again gives the same job.
+        """Submit a question without waiting; the same question again gives the same job.
 
         Parameters
         ----------
@@ -116,20 +109,17 @@ class Client:
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        settings = self._connection.settings
-        job = self._driver.run(operations.submit(settings, process, validated(process, request)))
-        return JobHandle(self._driver, settings, job)
+        job = jobs.submit(self._connection, process, validated(process, request))
+        return JobHandle(self._connection, job)
 
     def job(self, job_id: str) -> JobHandle:
         """Return the handle of a job that was submitted before. Raises NotFound."""
-        settings = self._connection.settings
-        return JobHandle(self._driver, settings, self._driver.run(operations.look(settings, job_id)))
+        return JobHandle(self._connection, jobs.look(self._connection, job_id))
 
     def jobs(self, status: Status | None = None, process: str | None = None, limit: int = 50) -> list[JobHandle]:
         """Return up to `limit` jobs, newest first."""
-        settings = self._connection.settings
-        found = self._driver.run(operations.list_jobs(settings, status, process, limit))
-        return [JobHandle(self._driver, settings, job) for job in found]
+        found = jobs.list_jobs(self._connection, status, process, limit)
+        return [JobHandle(self._connection, job) for job in found]
 
     def grazing_curve(
         self,
@@ -390,8 +380,8 @@ class Client:
             Whether points are computed only where neighbours differ, and inferred between those that agree: for large
             maps. The result's `computed` says which were. Not of a sweep.
         preview : bool
-            Whether motions are told by their returns alone, sooner: none with impacts is proven, chaos is not told from
-            what has not settled, and multiplier, lyapunov and lyapunov_error are None.
+            Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
+            chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
 
         Raises
@@ -545,8 +535,9 @@ class Client:
     ) -> OrbitBranch:
         """Follow the branch of a periodic motion over clearance, omega or restitution.
 
-        What lies beyond its special points is a question of its own: ``client.orbit_branch(**point.beyond[0].request,
-        range=...)`` is the branch of twice the period, of lost symmetry, or beyond a graze.
+        The branches beyond its special points are questions of their own: with ``beyond = point.beyond[0].request``,
+        ``client.orbit_branch(**beyond, range=...)`` is the branch of twice the period, of lost symmetry, or
+        beyond a graze.
 
         Parameters
         ----------
@@ -603,8 +594,7 @@ class Client:
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process
         with Listener(process, progress) as listener:
-            flow = operations.answer(self._connection.settings, process, request, constants.PREFER_WAIT)
-            result = self._driver.run(flow, listener)
+            result = jobs.answer(self._connection, process, request, constants.PREFER_WAIT, listener)
         if not isinstance(result, result_class):
             raise ProtocolError("the service answered with the result of another process")
         return result

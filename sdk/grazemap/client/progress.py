@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any, Protocol, TextIO
 
-from grazemap.client.io_effects import Event
+from grazemap.client.events import Event
 
 
 class Bar(Protocol):
