@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +84,7 @@ def dataset(result: Result) -> xarray.Dataset:
     if hasattr(result, "trajectories"):
         attributes["motion"] = json.dumps([path.motion.model_dump(mode="json") for path in result.trajectories])
     elif type(result).__name__ == "Trajectory":
-        attributes["motion"] = result.motion.model_dump_json()
+        attributes["motion"] = cast("Trajectory", result).motion.model_dump_json()
     made = xarray.Dataset(variables, coordinates, attributes)
     for name in made.variables:
         unit = _unit(str(name), result.units)
