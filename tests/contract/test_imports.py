@@ -30,7 +30,7 @@ PLANTS = [
     ("service/grazemap_service/app.py", "from grazemap_worker.tasks import run_tile", SERVICE),
     ("sdk/grazemap/codec.py", "import redis", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap_core import tolerances", SDK),
-    ("sdk/grazemap/wire/base.py", "from grazemap.client import validation", SDK_LAYERS),
+    ("sdk/grazemap/wire/base.py", "from grazemap.client import conversion", SDK_LAYERS),
     ("sdk/grazemap/plots/palette.py", "def late():\n    from grazemap.results import MotionShare", SDK_LAYERS),
     ("sdk/grazemap/errors.py", "from grazemap.wire import Job", SDK_LAYERS),
     ("core/grazemap_core/model/oscillator.py", "from grazemap.wire import Oscillator", CORE),

@@ -13,7 +13,7 @@ from sdk_documents import npz
 
 from grazemap import Oscillator
 from grazemap.client import arguments
-from grazemap.client.validation import validated
+from grazemap.client.conversion import validated
 from grazemap.errors import ParameterError
 from grazemap.results import decode_result
 from grazemap.wire import InitialState, Interval, Range, UnfoldingMapsRequest, canonical, job_id

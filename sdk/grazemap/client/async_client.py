@@ -15,9 +15,9 @@ from grazemap.client import arguments, async_jobs
 from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_jobs import AsyncJobHandle
+from grazemap.client.conversion import validated
 from grazemap.client.http import Settings, read_object
 from grazemap.client.progress import Listener
-from grazemap.client.validation import validated
 from grazemap.errors import ProtocolError
 from grazemap.results import (
     Basins,

@@ -15,10 +15,10 @@ from grazemap import constants
 from grazemap.client import arguments, jobs
 from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.client.connection import Connection
+from grazemap.client.conversion import validated
 from grazemap.client.http import Settings, read_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.progress import Listener
-from grazemap.client.validation import validated
 from grazemap.errors import ProtocolError
 from grazemap.results import (
     Basins,
