@@ -20,7 +20,7 @@ _SHADES = (0.0, 0.35, -0.35, 0.6, -0.6)
 
 
 def plot_basins(result: Basins, ax: Axes | None = None) -> Axes:
-    """Draw the rectangle of initial states; the legend has the attractors with their shares."""
+    """Draw the rectangle of initial states; the legend names the attractors with their shares."""
     from matplotlib.colors import ListedColormap
 
     ax = axes_or_new(ax, 9.0, 6.5)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from grazemap.results import BifurcationDiagram
 
-# The legend names so many motions, those with the most values.
+# Number of motions that the legend names, those with the most values.
 _NAMED = 12
 _NEARLY_WHITE, _STRONGER, _LIGHT, _DARKER = 200, 8.0, 0.7, 0.58
 # What a diagram shows, and the quantity that its axis is labelled with.
@@ -57,7 +57,7 @@ def _by_count(entry: tuple[str, int, int]) -> tuple[int, str]:
 
 
 def _visible(colour: str) -> str:
-    """Return a colour that is seen on white: what is nearly white keeps its hue and gets strong, what is light dark."""
+    """Return a colour that is visible on white: a nearly white one is made stronger, a light one darker."""
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
     if parts.min() > _NEARLY_WHITE:
         parts = 255.0 - np.minimum(255.0, (255.0 - parts) * _STRONGER)

@@ -1,8 +1,8 @@
 """The colours of motions: a function of the label alone, so that a motion looks the same in every picture.
 
 The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it (the greys and
-the ground included) in the least favourable of three views: normal, protan and deutan vision. Other motions get a
-colour computed from their label; those cover small regions, and where there is room the picture names them.
+the background included) in the least favourable of three views: normal, protan and deutan vision. Other motions get a
+colour computed from their label; they cover small regions, and the picture names the regions that are large enough.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def label_text(label: str) -> str:
 
 
 def _computed(period: int, right: int, left: int) -> str:
-    """Return a colour of medium chroma, its hue and lightness turned on by every count of the label."""
+    """Return a colour of medium chroma, its hue and lightness stepped by every count of the label."""
     turns = sum(step * count for step, count in zip(_HUE_STEPS, (period, right, left), strict=True))
     hue = 2 * math.pi * (turns % 1.0)
     lightness = _LIGHTNESS[(period + right + 2 * left) % len(_LIGHTNESS)]

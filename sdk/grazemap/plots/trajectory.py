@@ -63,7 +63,7 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
 def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: int = 1) -> tuple[Axes, Axes]:
     """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
 
-    Parameters, what is returned and Raises as for `plot_trajectory`.
+    Parameters, Returns and Raises as for `plot_trajectory`.
     """
     first = result.trajectories[0]
     history, portrait = _axes(first, figure, mass)
@@ -99,7 +99,7 @@ def _axes(trajectory: Trajectory, figure: Figure | None, mass: int) -> tuple[Axe
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
-    """Say which of some times are in the last periods of a trajectory; it may have none, having ended early."""
+    """Return which times are in the last periods of a trajectory; none where it has ended early."""
     end = time[-1] if len(time) else 0.0
     shown: NDArray[np.bool_] = time >= end - _HISTORY_PERIODS * 2 * np.pi / trajectory.meta["request"]["omega"]
     return shown
@@ -119,7 +119,7 @@ def _put_title(history: Axes, text: str) -> None:
 
 
 def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:
-    """Return time, displacement and velocity of a mass, for mass 1 with both sides of every impact put in.
+    """Return time, displacement and velocity of a mass, for mass 1 with the values before and after every impact.
 
     Between two samples an impact would look like a round corner; with its position and its velocities before and
     after it is the straight jump that it is. Each array has the shape (samples + 2 impacts,), or (samples,).
@@ -131,7 +131,7 @@ def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Flo
     after = -request["oscillator"]["restitution"] * impacts.velocity
     position = impacts.stop * float(request["clearance"])
     time = np.concatenate([trajectory.time, impacts.time, impacts.time])
-    # A sample at the very moment of an impact holds the state after it.
+    # A sample at the time of an impact has the state after it.
     rank = np.repeat([2, 0, 1], [len(trajectory.time), len(impacts), len(impacts)])
     order = np.lexsort([rank, time])
     return (

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
 
-# A region is named inside the picture when a square of this share of the map's shorter side fits into it.
+# A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
 # A map with more points than this is drawn as an image, and its regions are measured on every so many of them.
 _DRAWN_AS_CELLS = 1 << 20
@@ -44,9 +44,9 @@ def plot_unfolding_map(
     points : CodimensionTwoPoints, optional
         Drawn on the curve; left out: the curve's own.
     curves : BifurcationCurves, optional
-        Drawn over the regions, those only that are borders of motions.
+        Drawn over the regions, only those of admissible motions.
     motions : int
-        How many motions get a colour and a line in the legend; the smaller ones are drawn alike as "other".
+        Number of motions with a colour and an entry in the legend; the smaller ones have one colour, as "other".
 
     Returns
     -------

@@ -58,7 +58,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
 
 
 def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
-    """Draw the curves that explain a border, as far as their orbits are motions; the grazing curve is there already."""
+    """Draw the curves that explain a border, where their orbits are admissible; the grazing curve is drawn before."""
     for kind in _TYPES:
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
         style = curve_style(kind, 1.0, halo=True)
@@ -69,7 +69,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
 
 
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
-    """Draw the sides that the cells of pairs of neighbouring points share."""
+    """Draw the sides shared by the cells of pairs of neighbouring points."""
     from matplotlib.collections import LineCollection
     from matplotlib.patheffects import Normal, withStroke
 

@@ -1,4 +1,4 @@
-"""The wire models: the one place that says what travels between client, service and worker."""
+"""The wire models: the requests, jobs and problems that client, service and worker exchange."""
 
 from grazemap.wire.basins import BasinCoordinate, BasinsRequest
 from grazemap.wire.diagrams import BifurcationDiagramsRequest

@@ -1,4 +1,4 @@
-"""What every wire model shares: strict numbers, list fields that take tuples and arrays, names of number types.
+"""What every wire model shares: strict numbers, lists that may be given as tuples and arrays, types of numbers.
 
 Requests refuse unknown fields, responses ignore them, so that an older client reads a newer service.
 """
@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-LEAST_NUMBER = 1e-60
+SMALLEST_NUMBER = 1e-60
 LARGEST_NUMBER = 1e60
 
 
@@ -32,7 +32,7 @@ class Request(BaseModel):
 
 
 class Response(BaseModel):
-    """What the service answers, or a part of it."""
+    """An answer of the service, or a part of one."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -47,7 +47,7 @@ def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
 
 
 def _as_list(value: Any) -> Any:
-    """Let Python callers pass tuples and numpy arrays where JSON has a list, numpy scalars where it has a number."""
+    """Return a list for a tuple or an array, a number for a numpy scalar, and anything else as it is."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple):
@@ -58,8 +58,8 @@ def _as_list(value: Any) -> Any:
 
 
 def _sized(value: float) -> float:
-    """Refuse numbers whose powers would overflow or vanish; no unit makes a mechanical quantity so large or small."""
-    if value != 0.0 and not LEAST_NUMBER <= abs(value) <= LARGEST_NUMBER:
+    """Return a number unless its powers would overflow or underflow; no quantity is so large or small in any unit."""
+    if value != 0.0 and not SMALLEST_NUMBER <= abs(value) <= LARGEST_NUMBER:
         raise invalid("the number is too large or too small to compute with", "0, or 1e-60 to 1e60 in size")
     return value
 

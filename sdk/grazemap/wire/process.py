@@ -24,7 +24,7 @@ class ProcessRequest(Request):
     """What the requests of all processes share."""
 
     oscillator: Oscillator = Oscillator()
-    """The chain of masses; left out, or any of its fields, the paper's example."""
+    """The chain of masses; fields that are left out are those of the paper's example."""
 
 
 def canonical(request: ProcessRequest) -> dict[str, Any]:
