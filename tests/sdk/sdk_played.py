@@ -20,8 +20,15 @@ from grazemap.client.watch import Follower
 class Lines(httpx2.SyncByteStream, httpx2.AsyncByteStream):
     """A streamed body whose lines are taken from a generator one by one."""
 
-    def __init__(self, lines: Iterator[str]) -> None:
+    def __init__(self, lines: Iterator[str], closed: Callable[[], None]) -> None:
         self._lines = lines
+        self._closed = closed
+
+    def close(self) -> None:
+        self._closed()
+
+    async def aclose(self) -> None:
+        self._closed()
 
     def __iter__(self) -> Iterator[bytes]:
         for line in self._lines:
@@ -39,6 +46,7 @@ class Played:
         self.now = 1000.0
         self.slept: list[float] = []
         self.events: list[Event] = []
+        self.listen: Callable[[Event], None] = self.events.append
         self.requests: list[httpx2.Request] = []
         self._answer = answer
         self._awaited = kind == "async"
@@ -88,4 +96,4 @@ class Played:
 
     def follow(self, path: str, timeout: float | None = None, **keywords: Any) -> Any:
         follower = AsyncFollower if self._awaited else Follower
-        return self._run(5, lambda connection: follower(connection, path, timeout, **keywords).run(self.events.append))
+        return self._run(5, lambda connection: follower(connection, path, timeout, **keywords).run(self.listen))

@@ -22,6 +22,7 @@ class Service:
         self.status = status
         self.opened: list[httpx2.Request] = []
         self.done = False
+        self.closed = 0
         self.script = Played(kind, self)
 
     def __call__(self, request):
@@ -32,7 +33,7 @@ class Service:
         self.opened.append(request)
         if not self.streams:
             return httpx2.Response(404)
-        return httpx2.Response(200, headers=STREAM, stream=Lines(self.lines(self.streams.pop(0))))
+        return httpx2.Response(200, headers=STREAM, stream=Lines(self.lines(self.streams.pop(0)), self.close))
 
     def lines(self, stream):
         for line in stream:
@@ -44,6 +45,9 @@ class Service:
             if "successful" in line:
                 self.done = True
             yield line
+
+    def close(self):
+        self.closed += 1
 
     def follow(self, timeout=None, **keywords):
         return self.script.follow("/v1/jobs/j", timeout, **keywords)
@@ -93,6 +97,17 @@ def test_a_finished_job_whose_stream_is_gone_still_ends_with_done(play, streams)
     assert service.names[-2:] == ["progress", "done"]
     assert service.names.count("done") == 1
     assert len(service.opened) <= 1 + constants.STREAM_ATTEMPTS
+
+
+def test_every_stream_is_closed_also_when_whoever_listens_raises(play):
+    service = play([*event(1), ReadError("reset")], event(2), [*event(3), *END])
+    service.follow()
+    assert service.closed == 3
+    stopped = play([*event(1), *event(2), *END])
+    stopped.script.listen = lambda event: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        stopped.follow()
+    assert stopped.closed == 1
 
 
 def test_a_broken_stream_is_taken_up_where_it_ended(play):
