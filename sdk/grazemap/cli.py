@@ -45,17 +45,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code: int = options.command(options)
     except (_Invalid, ParameterError) as error:
-        return _complain(error, INVALID)
+        return _fail(error, INVALID)
     except ConnectionFailed as error:
-        return _complain(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
+        return _fail(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
     except (GrazemapError, _FileError, OSError) as error:
-        return _complain(error, FAILED)
+        return _fail(error, FAILED)
     except KeyboardInterrupt:
         return INTERRUPTED
     return code
 
 
-def _complain(error: Exception | str, code: int) -> int:
+def _fail(error: Exception | str, code: int) -> int:
     print(f"grazemap: {error}", file=sys.stderr)
     return code
 
@@ -200,7 +200,7 @@ def _run(options: argparse.Namespace) -> int:
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
         isinstance(result, OrbitBranch) and result.parameter.size == 0
     ):
-        return _complain(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
+        return _fail(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
     return DONE
 
 

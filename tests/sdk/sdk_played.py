@@ -1,4 +1,4 @@
-"""Both connections on a clock that only pauses move, with answers from a function instead of a network."""
+"""Both clients' connections with a clock that only pauses move, and answers from a function instead of a network."""
 
 from __future__ import annotations
 

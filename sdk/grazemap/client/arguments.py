@@ -1,4 +1,4 @@
-"""Requests: the wire model of a question from the arguments of a client's method."""
+"""Requests: the wire model of a request from the arguments of a client's method."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ from grazemap.wire import (
 R = TypeVar("R", bound=ProcessRequest)
 OscillatorLike = Oscillator | Mapping[str, Any] | None
 StateLike = InitialState | State | Mapping[str, Any]
-"""Where a trajectory starts: the end of another one among them."""
+"""An initial state, for example the `final` of another trajectory."""
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
 
 MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
 """A motion with impacts: (period, stops), the same and phases and velocities as a mapping or a wire model, or an orbit
-that was found; of curves in a window a mapping, or the orbit, says too where in it the motion is."""
+that was found; a mapping or an orbit for curves in a window also has omega and clearance."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
@@ -58,7 +58,7 @@ CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 def grazing_curve(
     oscillator: OscillatorLike, omega: Values, points: int | None, max_order: int, sequence: bool = False
 ) -> GrazingCurvesRequest:
-    """Return the question for a grazing curve. Raises ParameterError."""
+    """Return the request for a grazing curve. Raises ParameterError."""
     body = {"omega": as_grid("omega", omega, points, "points"), "max_order": max_order, "sequence": sequence}
     return _request(GrazingCurvesRequest, "grazing-curves", oscillator, body)
 
@@ -66,7 +66,7 @@ def grazing_curve(
 def codimension_two_points(
     oscillator: OscillatorLike, omega: tuple[float, float], max_order: int, max_multiple: int
 ) -> CodimensionTwoPointsRequest:
-    """Return the question for the codimension-two points of an interval. Raises ParameterError."""
+    """Return the request for the codimension-two points of an interval. Raises ParameterError."""
     body = {"omega": as_interval("omega", omega), "max_order": max_order, "max_multiple": max_multiple}
     return _request(CodimensionTwoPointsRequest, "codimension-two-points", oscillator, body)
 
@@ -79,7 +79,7 @@ def discontinuity_mapping(
     order: str,
     returns: int,
 ) -> DiscontinuityMappingsRequest:
-    """Return the question for a discontinuity mapping; one overshoot may be a number. Raises ParameterError."""
+    """Return the request for a discontinuity mapping; one overshoot may be a number. Raises ParameterError."""
     sizes = plain(overshoot)
     body = {
         "omega": omega,
@@ -101,7 +101,7 @@ def trajectory(
     samples_per_period: int | None,
     times: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> TrajectoriesRequest:
-    """Return the question for a trajectory, or for one from each of several states. Raises ParameterError."""
+    """Return the request for a trajectory, or for one from each of several states. Raises ParameterError."""
     body: dict[str, Any] = {
         "omega": omega,
         "clearance": clearance,
@@ -130,7 +130,7 @@ def unfolding_map(
     adaptive: bool = False,
     preview: bool = False,
 ) -> UnfoldingMapsRequest:
-    """Return the question for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
+    """Return the request for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
     body = {
         **_plane(omega, clearance, shape),
         "policy": policy,
@@ -155,7 +155,7 @@ def unfolding_diagram(
     max_multiple: int,
     borders: bool,
 ) -> UnfoldingDiagramsRequest:
-    """Return the question for an unfolding diagram; shape as of an unfolding map. Raises ParameterError."""
+    """Return the request for an unfolding diagram; shape as for an unfolding map. Raises ParameterError."""
     body = {
         **_plane(omega, clearance, shape),
         "max_periods": max_periods,
@@ -177,7 +177,7 @@ def bifurcation_diagram(
     transient_periods: int,
     max_period: int,
 ) -> BifurcationDiagramsRequest:
-    """Return the question for a bifurcation diagram: one of omega and clearance is a number. Raises ParameterError."""
+    """Return the request for a bifurcation diagram: one of omega and clearance is a number. Raises ParameterError."""
     given = {"omega": omega, "clearance": clearance}
     numbers = [name for name, value in given.items() if isinstance(plain(value), int | float)]
     if len(numbers) != 1:
@@ -208,7 +208,7 @@ def basins(
     max_periods: int,
     max_period: int,
 ) -> BasinsRequest:
-    """Return the question for a basin picture; shape is (vertical points, horizontal points). Raises ParameterError."""
+    """Return the request for basins; shape is (vertical points, horizontal points). Raises ParameterError."""
     rows, columns = as_shape(shape, "(vertical points, horizontal points)")
     body: dict[str, Any] = {
         "omega": omega,
@@ -232,7 +232,7 @@ def periodic_orbit(
     transient_periods: int,
     max_period: int,
 ) -> PeriodicOrbitsRequest:
-    """Return the question for a periodic orbit. Raises ParameterError."""
+    """Return the request for a periodic orbit. Raises ParameterError."""
     body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
     return _request(PeriodicOrbitsRequest, "periodic-orbits", oscillator, body)
 
@@ -249,7 +249,7 @@ def orbit_branch(
     range: tuple[float, float],
     max_points: int,
 ) -> OrbitBranchesRequest:
-    """Return the question for the branch of a periodic orbit. Raises ParameterError."""
+    """Return the request for the branch of a periodic orbit. Raises ParameterError."""
     body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
     body |= {"vary": vary, "range": as_interval("range", range), "max_points": max_points}
     return _request(OrbitBranchesRequest, "orbit-branches", oscillator, body)
@@ -263,7 +263,7 @@ def bifurcation_curves(
     points: int,
     motions: Sequence[MotionLike] | None = None,
 ) -> BifurcationCurvesRequest:
-    """Return the question for the bifurcation curves of a window. Raises ParameterError."""
+    """Return the request for the bifurcation curves of a window. Raises ParameterError."""
     body = {
         "omega": as_interval("omega", omega),
         "clearance": as_interval("clearance", clearance),

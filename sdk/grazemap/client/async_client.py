@@ -40,7 +40,7 @@ R = TypeVar("R", bound=Result)
 
 
 class AsyncClient:
-    """Sends questions to a grazemap service from asyncio. Nothing is sent before a method is called.
+    """Sends requests to a grazemap service from asyncio. Nothing is sent before a method is called.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class AsyncClient:
     timeout : float
         Seconds that a single answer may stay silent. It does not limit the time of a computation.
     retries : int
-        Attempts after the first one on 429, 502, 503, 504 and broken connections. No question is computed twice.
+        Attempts after the first one on 429, 502, 503, 504 and broken connections. No request is computed twice.
     transport : httpx2.AsyncBaseTransport, optional
         A transport of httpx2, for example to an application in the same process.
 
@@ -93,7 +93,7 @@ class AsyncClient:
         return read_object(await self._connection.send("GET", constants.API_PREFIX))
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
-        """Submit a question without waiting; the same question again gives the same job.
+        """Submit a request without waiting; the same request again gives the same job.
 
         Parameters
         ----------
@@ -536,7 +536,7 @@ class AsyncClient:
     ) -> OrbitBranch:
         """Continue the branch of a periodic motion over clearance, omega or restitution.
 
-        The branches beyond its special points are questions of their own: with ``beyond = point.beyond[0].request``,
+        The branches beyond its special points are requests of their own: with ``beyond = point.beyond[0].request``,
         ``await client.orbit_branch(**beyond, range=...)`` is the branch of twice the period, of lost symmetry, or
         beyond a graze.
 

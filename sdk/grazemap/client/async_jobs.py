@@ -28,7 +28,7 @@ class AsyncJobHandle:
 
     @property
     def id(self) -> str:
-        """The content-addressed id: the same question has the same one."""
+        """The content-addressed id: the same request has the same id."""
         return self._job.id
 
     @property
@@ -120,7 +120,7 @@ class AsyncJobHandle:
 
 
 async def submit(connection: AsyncConnection, process: str, request: ProcessRequest, prefer_wait: int = 0) -> Job:
-    """Submit a question and return its job, which may be one that was there before."""
+    """Submit a request and return its job, a new one or the one of an earlier submission."""
     headers = {"content-type": "application/json"}
     if prefer_wait:
         headers["prefer"] = f"wait={prefer_wait}"
@@ -162,7 +162,7 @@ async def answer(
     prefer_wait: int,
     listen: Callable[[Event], None],
 ) -> Result:
-    """Submit a question, follow its job, and return the result. Raises JobFailed, JobDismissed."""
+    """Submit a request, follow its job, and return the result. Raises JobFailed, JobDismissed."""
     job = await submit(connection, process, request, prefer_wait)
     _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listen))
     return await fetch(connection, job.id, listen)

@@ -2,7 +2,7 @@
 """A connection to a service: one request and its answer, with the rules for sending the request again.
 
 Every request may be sent twice: reads change nothing, DELETE is idempotent, and a POST's job is named by its own
-question, so that the second one finds the first one's job and no work is done twice.
+request, so that the second one finds the first one's job and no work is done twice.
 """
 
 from __future__ import annotations

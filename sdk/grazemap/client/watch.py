@@ -87,7 +87,7 @@ class Follower:
             job = self._look()
             broken = 0 if self._seen > before else broken + 1
             if job.status not in FINISHED:
-                self._done = False  # that was the end of an earlier computation of the same question
+                self._done = False  # that was the end of an earlier computation of the same request
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
                 self._connection.sleep(pause(broken - 1))

@@ -69,7 +69,7 @@ class BasinsRequest(ProcessRequest):
         if self.horizontal.varied == self.vertical.varied:
             raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
         initial = self.initial.fitted(count, self.clearance, ("initial",))
-        # what the rectangle replaces is not part of the question
+        # what the rectangle replaces is not part of the request
         state = {"displacement": list(initial.displacement or ()), "velocity": list(initial.velocity or ())}
         for coordinate in (self.horizontal, self.vertical):
             state[coordinate.quantity][coordinate.mass - 1] = 0.0

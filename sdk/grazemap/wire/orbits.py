@@ -185,7 +185,7 @@ class BifurcationCurvesRequest(ProcessRequest):
 
     @model_serializer(mode="wrap")
     def _one_kind_of_curves(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the fields of the other kind of curves: no question has both."""
+        """Leave out the fields of the other kind of curves: no request has both."""
         fields: dict[str, Any] = dump(self)
         for name in ("motions",) if self.motions is None else ("max_multiple", "points"):
             fields.pop(name, None)

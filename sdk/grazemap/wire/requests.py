@@ -121,7 +121,7 @@ class TrajectoriesRequest(ProcessRequest):
 
     @model_serializer(mode="wrap")
     def _one_kind_of_samples(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out times or samples_per_period: no question has both."""
+        """Leave out times or samples_per_period: no request has both."""
         values: dict[str, Any] = handler(self)
         values.pop("times" if self.times is None else "samples_per_period", None)
         return values
@@ -157,7 +157,7 @@ class UnfoldingMapsRequest(ProcessRequest):
     """Forcing periods after which a trajectory that has not settled is unresolved."""
     max_period: MaxPeriod = 32
     """The maximum period looked for, in forcing periods."""
-    # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
+    # Of the policy "ensemble" only; accepted with any policy, but then not part of the request.
     initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
     """Random states at each point, for the policy ensemble; ignored with another policy."""
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
@@ -211,27 +211,27 @@ class UnfoldingDiagramsRequest(ProcessRequest):
 
     @property
     def unfolding_map(self) -> UnfoldingMapsRequest:
-        """The question for the map alone."""
+        """The request for the map alone."""
         names = ("oscillator", "omega", "clearance", "max_periods", "max_period")
         return UnfoldingMapsRequest(**{name: getattr(self, name) for name in names})
 
     @property
     def grazing_curve(self) -> GrazingCurvesRequest:
-        """The question for the curve alone, finer than the map."""
+        """The request for the curve alone, finer than the map."""
         window, points = _window(self.omega), max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
         values = Range(start=window.start, stop=window.stop, points=points)
         return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
 
     @property
     def codimension_two_points(self) -> CodimensionTwoPointsRequest:
-        """The question for the points alone."""
+        """The request for the points alone."""
         names = ("oscillator", "max_order", "max_multiple")
         values = {name: getattr(self, name) for name in names}
         return CodimensionTwoPointsRequest(omega=_window(self.omega), **values)
 
     @property
     def bifurcation_curves(self) -> BifurcationCurvesRequest:
-        """The question for the curves in closed form alone."""
+        """The request for the curves in closed form alone."""
         return BifurcationCurvesRequest(
             oscillator=self.oscillator,
             omega=_window(self.omega),

@@ -20,7 +20,7 @@ class InitialState(Request):
     """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
 
     def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
-        """Return the state with zeros where it was left out, so that the same question has the same text.
+        """Return the state with zeros where it was left out, so that the same request has the same text.
 
         `at` is its place in the request. Raises where it does not fit the number of masses or the stops.
         """

@@ -1,4 +1,4 @@
-"""Following a job, on a clock and a network that are played."""
+"""Following a job until it is finished, with a clock and a network of the test."""
 
 import json
 

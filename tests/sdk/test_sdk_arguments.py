@@ -1,4 +1,4 @@
-"""Keywords become the wire model of a question, or an exception that names the place."""
+"""Arguments become the wire model of a request, or an exception that names the place."""
 
 import itertools
 import math
