@@ -11,7 +11,7 @@ ARITHMETIC := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes test-newest hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: $(shell awk -F: '/^[a-z-]+:/{print $$1}' $(firstword $(MAKEFILE_LIST)))
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -104,12 +104,16 @@ performance: $(STAMP)  ## docs/performance.md and its picture, from the last out
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
-lint: $(STAMP)  ## style, spelling, import contracts, compose file
+lint: $(STAMP)  ## style, spelling, import contracts, import circles, compose file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell $(SOURCES) docs *.md
 	$(BIN)/lint-imports
+	$(BIN)/python tests/import_circles.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
+
+client: $(STAMP)  ## the blocking client, generated from the asynchronous one
+	$(BIN)/python sdk/generate_client.py
 
 types: $(STAMP)  ## mypy, strict
 	$(BIN)/mypy

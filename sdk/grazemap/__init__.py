@@ -5,8 +5,8 @@
     with grazemap.local() as client:
         curve = client.grazing_curve(grazemap.Oscillator(), omega=(0.05, 1.2), points=2000)
 
-The names below are loaded when they are first used, so that the service and the workers, which need only the wire
-models, do not load an HTTP client with them.
+The names below are loaded at their first use: the service and the workers need only the wire models, and do not load
+an HTTP client with them.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from grazemap import errors, wire
     from grazemap.client import Client
     from grazemap.client.async_client import AsyncClient
-    from grazemap.client.io_effects import Event
-    from grazemap.client.jobs import AsyncJobHandle, JobHandle
+    from grazemap.client.async_jobs import AsyncJobHandle
+    from grazemap.client.events import Event
+    from grazemap.client.jobs import JobHandle
     from grazemap.local_stack import local
     from grazemap.results import (
         Basins,
@@ -41,14 +42,14 @@ if TYPE_CHECKING:
 
 _HOME = {
     "AsyncClient": "grazemap.client.async_client",
-    "AsyncJobHandle": "grazemap.client.jobs",
+    "AsyncJobHandle": "grazemap.client.async_jobs",
     "Basins": "grazemap.results",
     "BifurcationCurves": "grazemap.results",
     "BifurcationDiagram": "grazemap.results",
     "Client": "grazemap.client",
     "CodimensionTwoPoints": "grazemap.results",
     "DiscontinuityMapping": "grazemap.results",
-    "Event": "grazemap.client.io_effects",
+    "Event": "grazemap.client.events",
     "GrazingCurve": "grazemap.results",
     "InitialState": "grazemap.wire",
     "JobHandle": "grazemap.client.jobs",

@@ -1,7 +1,7 @@
-"""The command line: keep a stack up, look at one, run a process, draw a result.
+"""The command line: run a stack, show the state of one, run a process, draw a result.
 
 Exit codes: 0 done; 1 it failed (the service, the job, a file); 2 the command or the request is not valid;
-3 it is done, and the answer is that no periodic orbit was found; 130 Ctrl-C.
+3 done, but no periodic orbit was found; 130 Ctrl-C.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
 class _Invalid(Exception):
-    """The command's arguments do not make sense together."""
+    """The command's arguments are not valid together."""
 
 
-class _FileTrouble(Exception):
+class _FileError(Exception):
     """A file cannot be read or written."""
 
 
@@ -45,28 +45,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code: int = options.command(options)
     except (_Invalid, ParameterError) as error:
-        return _complain(error, INVALID)
+        return _fail(error, INVALID)
     except ConnectionFailed as error:
-        return _complain(f"{error}\nStart one with `grazemap up`, or say with --url where one is.", FAILED)
-    except (GrazemapError, _FileTrouble, OSError) as error:
-        return _complain(error, FAILED)
+        return _fail(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
+    except (GrazemapError, _FileError, OSError) as error:
+        return _fail(error, FAILED)
     except KeyboardInterrupt:
         return INTERRUPTED
     return code
 
 
-def _complain(error: Exception | str, code: int) -> int:
+def _fail(error: Exception | str, code: int) -> int:
     print(f"grazemap: {error}", file=sys.stderr)
     return code
 
 
 @contextmanager
 def _files(what: str, path: Path | str) -> Iterator[None]:
-    """Say in plain words which file cannot be used."""
+    """Raise _FileError, which names the file, for an OSError."""
     try:
         yield
     except OSError as error:
-        raise _FileTrouble(f"{what} {path}: {error.strerror or error}") from error
+        raise _FileError(f"{what} {path}: {error.strerror or error}") from error
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     address = f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
 
-    up = commands.add_parser("up", help="keep a service with its workers up on this machine")
+    up = commands.add_parser("up", help="run a service with its workers on this machine")
     host, port = (_setting(name, default) for name, default in _LISTENS.items())
     up.add_argument("--host", default=host, help="address to listen on; wins over GRAZEMAP_HOST (default: %(default)s)")
     # a default that is text goes through the same check as an argument
@@ -88,11 +88,11 @@ def _parser() -> argparse.ArgumentParser:
     up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
     up.set_defaults(command=_up)
 
-    status = commands.add_parser("status", help="what a running service says about itself and its jobs")
+    status = commands.add_parser("status", help="show a running service and its jobs")
     status.add_argument("--url", help=address)
     status.set_defaults(command=_status)
 
-    run = commands.add_parser("run", help="ask a question and write the answer to a file")
+    run = commands.add_parser("run", help="submit a request and write its result to a file")
     run.add_argument("process", choices=sorted(PROCESSES))
     run.add_argument("--json", required=True, metavar="FILE", help="the request as JSON; - reads standard input")
     run.add_argument(
@@ -101,7 +101,7 @@ def _parser() -> argparse.ArgumentParser:
         required=True,
         type=Path,
         metavar="FILE",
-        help="where the answer goes: .npz, .json, .png, .svg or .pdf",
+        help="file of the result: .npz, .json, .png, .svg or .pdf",
     )
     run.add_argument("--url", help="address of a running service (default: GRAZEMAP_URL, else a stack for this run)")
     run.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -161,7 +161,7 @@ def _addresses(line: bytes) -> str:
     try:
         url = json.loads(line)["url"]
     except (ValueError, KeyError, TypeError) as error:
-        raise ProtocolError("the stack did not say where it is") from error
+        raise ProtocolError("the stack did not print its address") from error
     return f"explorer  {url}/\ndocs      {url}/docs\nmetrics   {url}/metrics\nCtrl-C stops it."
 
 
@@ -200,12 +200,12 @@ def _run(options: argparse.Namespace) -> int:
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
         isinstance(result, OrbitBranch) and result.parameter.size == 0
     ):
-        return _complain(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
+        return _fail(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
     return DONE
 
 
 def _check_output(path: Path) -> None:
-    """Raise before hours of computing what would be raised after them."""
+    """Raise for an output that cannot be written, before the computation."""
     if path.is_dir():
         raise _Invalid(f"the output {path} is a folder")
     if not path.parent.is_dir():

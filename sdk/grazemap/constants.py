@@ -9,7 +9,7 @@ API_PREFIX: Final = "/v1"
 
 # Seconds a request may stay silent. Answers of the service take milliseconds; results stream while they are read.
 DEFAULT_TIMEOUT: Final = 30.0
-# Seconds that blocking methods let the service hold a POST: a curve is done by then, a map shows its bar soon.
+# Seconds that the service may hold a POST of a method that waits: a curve is done by then, a map shows its bar soon.
 PREFER_WAIT: Final = 1
 
 # Attempts after the first one. With full jitter the pauses add up to 8 s on average: longer than a service needs
@@ -19,19 +19,19 @@ DEFAULT_RETRIES: Final = 5
 FOLLOW_RETRIES: Final = 8
 BACKOFF_START: Final = 0.5
 BACKOFF_LIMIT: Final = 10.0
-# A longer Retry-After is not waited for: the exception says how long it would have been.
+# A longer Retry-After is not waited for: the exception has it.
 RETRY_AFTER_LIMIT: Final = 60.0
 RETRIED_STATUSES: Final = frozenset({429, 502, 503, 504})
 
 # Seconds of silence after which an event stream counts as broken: the service sends a comment every 15 s.
 STREAM_SILENCE: Final = 45.0
-# Streams in a row that may break without having brought an event before the client goes over to polling.
+# Streams in a row that may break without an event before the client polls instead.
 STREAM_ATTEMPTS: Final = 3
 POLL_START: Final = 0.1
 POLL_LIMIT: Final = 2.0
 POLL_GROWTH: Final = 1.5
 
-# Seconds until an embedded stack must be ready: its first start on a machine compiles every kernel.
+# Seconds until a local stack must be ready: its first start on a machine compiles every kernel.
 LOCAL_START_TIMEOUT: Final = 240.0
-# Seconds an embedded stack gets for an orderly stop before it is killed.
+# Seconds for the orderly stop of a local stack before it is killed.
 LOCAL_STOP_TIMEOUT: Final = 10.0

@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.results import (
-    Basins,
-    BifurcationCurves,
-    BifurcationDiagram,
-    CodimensionTwoPoints,
-    DiscontinuityMapping,
-    GrazingCurve,
-    OrbitBranch,
-    PeriodicOrbit,
-    Result,
-    State,
-    Trajectories,
-    Trajectory,
-    UnfoldingDiagram,
-    UnfoldingMap,
-)
 
 if TYPE_CHECKING:
     import xarray
+
+    from grazemap.results import (
+        Basins,
+        BifurcationCurves,
+        BifurcationDiagram,
+        CodimensionTwoPoints,
+        DiscontinuityMapping,
+        GrazingCurve,
+        OrbitBranch,
+        PeriodicOrbit,
+        Result,
+        State,
+        Trajectories,
+        Trajectory,
+        UnfoldingDiagram,
+        UnfoldingMap,
+    )
 
 _SI_UNITS = {
     "omega": "rad/s",
@@ -79,10 +81,10 @@ def dataset(result: Result) -> xarray.Dataset:
         "core_version": str(result.meta.get("core_version", "")),
         "request": json.dumps(result.meta.get("request", {}), sort_keys=True),
     }
-    if isinstance(result, Trajectory):
-        attributes["motion"] = result.motion.model_dump_json()
-    if isinstance(result, Trajectories):
+    if hasattr(result, "trajectories"):
         attributes["motion"] = json.dumps([path.motion.model_dump(mode="json") for path in result.trajectories])
+    elif type(result).__name__ == "Trajectory":
+        attributes["motion"] = cast("Trajectory", result).motion.model_dump_json()
     made = xarray.Dataset(variables, coordinates, attributes)
     for name in made.variables:
         unit = _unit(str(name), result.units)
@@ -101,37 +103,18 @@ def _unit(name: str, units: str) -> str:
 
 
 def _contents(result: Result) -> tuple[Variables, Variables]:
-    match result:
-        case GrazingCurve():
-            names = ("clearance", "phase", "first_recurrence", "recurrence_stop")
-            variables: Variables = {name: (("omega",), getattr(result, name)) for name in names}
-            if result.xi is not None:
-                variables["xi"] = (("omega", "order"), result.xi)
-            return variables, {"omega": (("omega",), result.omega)}
-        case DiscontinuityMapping():
-            return _discontinuity_mapping(result)
-        case CodimensionTwoPoints():
-            return _points(result)
-        case Trajectory():
-            return _trajectory(result)
-        case Trajectories():
-            return _trajectories(result)
-        case BifurcationDiagram():
-            return _diagram(result)
-        case Basins():
-            return _basins(result)
-        case BifurcationCurves():
-            return _curves(result)
-        case PeriodicOrbit():
-            return _orbit(result)
-        case OrbitBranch():
-            return _branch(result)
-        case UnfoldingMap():
-            return _unfolding_map(result)
-        case UnfoldingDiagram():
-            return _unfolding_diagram(result)
-        case _:
-            raise TypeError(f"no Dataset for a {type(result).__name__}")
+    contents = _CONTENTS.get(type(result).__name__)
+    if contents is None:
+        raise TypeError(f"no Dataset for a {type(result).__name__}")
+    return contents(result)
+
+
+def _curve(result: GrazingCurve) -> tuple[Variables, Variables]:
+    names = ("clearance", "phase", "first_recurrence", "recurrence_stop")
+    variables: Variables = {name: (("omega",), getattr(result, name)) for name in names}
+    if result.xi is not None:
+        variables["xi"] = (("omega", "order"), result.xi)
+    return variables, {"omega": (("omega",), result.omega)}
 
 
 def _discontinuity_mapping(result: DiscontinuityMapping) -> tuple[Variables, Variables]:
@@ -261,10 +244,10 @@ def _events(paths: Sequence[Trajectory]) -> Variables:
     return variables
 
 
-def _final(result: Trajectory) -> State:
+def _final(result: Trajectory) -> State | SimpleNamespace:
     """Return where a trajectory ends, NaN where it has no such state."""
     nothing = np.full(len(result.displacement), np.nan)
-    return result.final or State(nothing, nothing, np.nan)
+    return result.final or SimpleNamespace(displacement=nothing, velocity=nothing, phase=np.nan)
 
 
 def _diagram(result: BifurcationDiagram) -> tuple[Variables, Variables]:
@@ -373,3 +356,19 @@ def _unfolding_map(result: UnfoldingMap) -> tuple[Variables, Variables]:
     if result.computed is not None:
         variables["computed"] = (plane, result.computed)
     return variables, {"omega": (("omega",), result.omega), "clearance": (("clearance",), result.clearance)}
+
+
+_CONTENTS: dict[str, Callable[[Any], tuple[Variables, Variables]]] = {
+    "GrazingCurve": _curve,
+    "DiscontinuityMapping": _discontinuity_mapping,
+    "CodimensionTwoPoints": _points,
+    "Trajectory": _trajectory,
+    "Trajectories": _trajectories,
+    "BifurcationDiagram": _diagram,
+    "Basins": _basins,
+    "BifurcationCurves": _curves,
+    "PeriodicOrbit": _orbit,
+    "OrbitBranch": _branch,
+    "UnfoldingMap": _unfolding_map,
+    "UnfoldingDiagram": _unfolding_diagram,
+}

@@ -11,22 +11,23 @@ GrazemapError
 │   └── ServerError             any other 5xx
 ├── JobError                    .job, as last seen
 │   ├── JobFailed               .problem says why
-│   ├── JobDismissed            somebody cancelled it
+│   ├── JobDismissed            it was cancelled
 │   └── WaitTimeout             unfinished when the time was up; the job goes on (also a TimeoutError)
 ├── ConnectionFailed            no answer after all retries (also a ConnectionError)
-├── ProtocolError               an answer that is not the service's
+├── ProtocolError               an answer that is not one of the service
 ├── ResultFormatError           a file or an answer that is not a result (also a ValueError)
-├── StackError                  the embedded stack did not start; the message ends with its log's last lines
+├── StackError                  the local stack did not start; the message ends with the last lines of its log
 └── MissingExtra                an optional part is not installed (also an ImportError)
 
-Every one of them survives pickling, so that it can come back from a process pool.
+All of them can be pickled, so that they can be returned from a process pool.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from grazemap.wire import Job, Problem
+if TYPE_CHECKING:
+    from grazemap.wire import Job, Problem
 
 __all__ = [
     "AuthenticationError",
@@ -53,11 +54,11 @@ __all__ = [
 
 
 class GrazemapError(Exception):
-    """Base of everything the package raises on purpose."""
+    """Base of the exceptions of the package."""
 
 
 def problem_text(problem: Problem) -> str:
-    """Return a problem in plain words: the title, the detail, and one line per error, no sentence twice."""
+    """Return a problem as text: the title, the detail, and one line per error; no sentence is repeated."""
     lines = [problem.title if not problem.detail else f"{problem.title}: {problem.detail}"]
     for error in problem.errors:
         allowed = f" (allowed: {error.allowed})" if error.allowed else ""
@@ -75,9 +76,9 @@ class ServiceProblem(GrazemapError):
     problem : Problem
         type, title, status, detail and the list of errors (pointer, detail, allowed).
     request_id : str or None
-        The answer's X-Request-Id, to be quoted in a report; None when nothing was sent.
+        The X-Request-Id of the answer, to be quoted in a report; None when nothing was sent.
     retry_after : float or None
-        Seconds after which the service wants to be asked again.
+        Seconds after which the request may be sent again.
     """
 
     def __init__(self, problem: Problem, request_id: str | None = None, retry_after: float | None = None) -> None:
@@ -96,7 +97,7 @@ class ServiceProblem(GrazemapError):
 
 
 class ParameterError(ServiceProblem, ValueError):
-    """The question cannot be asked like this; `problem.errors` says where and what is allowed."""
+    """Arguments are not valid; `problem.errors` has the place of each error and what is allowed."""
 
 
 class AuthenticationError(ServiceProblem):
@@ -112,11 +113,11 @@ class ResultNotReady(ServiceProblem):
 
 
 class QueueFull(ServiceProblem):
-    """The service has as much work as it takes; nothing was queued."""
+    """The queue of the service is full; nothing was queued."""
 
 
 class ServiceUnavailable(ServiceProblem):
-    """The service cannot work at the moment."""
+    """The service is not available at the moment."""
 
 
 class ServerError(ServiceProblem):
@@ -124,7 +125,7 @@ class ServerError(ServiceProblem):
 
 
 class JobError(GrazemapError):
-    """A job that brings no result. `job` is the job as it was last seen."""
+    """A job without a result. `job` is the job as last seen."""
 
     def __init__(self, message: str, job: Job) -> None:
         super().__init__(message)
@@ -148,7 +149,7 @@ class JobDismissed(JobError):
 
 
 class WaitTimeout(JobError, TimeoutError):
-    """The job was unfinished when the time to wait was over; it goes on."""
+    """The job was unfinished at the end of the time to wait; it goes on."""
 
 
 class ConnectionFailed(GrazemapError, ConnectionError):
@@ -156,7 +157,7 @@ class ConnectionFailed(GrazemapError, ConnectionError):
 
 
 class ProtocolError(GrazemapError):
-    """What answered is not a grazemap service, or one of a version this client cannot read."""
+    """The answer is not one of a grazemap service, or of a version that this client cannot read."""
 
 
 class ResultFormatError(GrazemapError, ValueError):
@@ -164,7 +165,7 @@ class ResultFormatError(GrazemapError, ValueError):
 
 
 class StackError(GrazemapError):
-    """The embedded stack did not start."""
+    """The local stack did not start."""
 
 
 class MissingExtra(GrazemapError, ImportError):
@@ -198,6 +199,6 @@ _BY_STATUS: dict[int, type[ServiceProblem]] = {
 def problem_exception(
     problem: Problem, request_id: str | None = None, retry_after: float | None = None
 ) -> ServiceProblem:
-    """Return the exception that stands for a problem."""
+    """Return the exception for a problem."""
     fallback = ServerError if problem.status >= 500 else ServiceProblem
     return _BY_STATUS.get(problem.status, fallback)(problem, request_id, retry_after)

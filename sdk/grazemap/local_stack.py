@@ -1,4 +1,4 @@
-"""`local()`: a whole stack of its own on this machine, for as long as a block lasts."""
+"""`local()`: a private stack on this machine, for the duration of a block."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from grazemap.errors import MissingExtra, StackError
 # What the stack cannot start without, beside the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
 _LOG_LINES_SHOWN = 20
-# Settings of an operator's service that would make another one of a private stack: keys that its client has not,
-# hosts that it does not ask for, another place to listen.
+# Settings of a public service that do not fit a private stack: keys that its client does not have, other hosts,
+# another address to listen at.
 _NOT_INHERITED = frozenset(
     f"GRAZEMAP_{name}" for name in ("API_KEYS", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
 )
 
 
 class LocalClient(Client):
-    """A `Client` that owns the stack it talks to; closing it stops the stack."""
+    """A `Client` of a private stack; closing it stops the stack."""
 
     def __init__(self, stack: Stack) -> None:
         super().__init__(stack.url)
         self._stack = stack
 
     def close(self) -> None:
-        """Close the connections and stop the stack; its temporary data are gone then."""
+        """Close the connections and stop the stack, which removes its temporary data."""
         try:
             super().close()
         finally:
@@ -59,8 +59,8 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     Returns
     -------
     LocalClient
-        To be used in a `with` block or closed: with it everything that was started is gone. It is also gone when
-        this process ends in any way.
+        To be used in a `with` block, or closed: this stops everything that was started. So does the end of this
+        process, however it ends.
 
     Raises
     ------
@@ -97,12 +97,11 @@ class Stack:
         options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent", str(os.getpid())]
         if workers is not None:
             options += ["--workers", str(workers)]
-        if (
-            data is not None
-        ):  # without one the stack has a temporary folder, and removes it even if this process is killed
+        # without a folder the stack has a temporary one, and removes it even if this process is killed
+        if data is not None:
             options += ["--data", str(Path(data).expanduser())]
         command = stack_command(*options)
-        # A file without a name: it too is gone however this process ends.
+        # A file without a name: it is removed however this process ends.
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the stack
         # In a session of its own: Ctrl-C in a notebook or a prompt ends a wait, not the stack.
         self._process = subprocess.Popen(
@@ -136,7 +135,7 @@ class Stack:
             ready: Any = json.loads(line)
             return str(ready["url"])
         except (ValueError, KeyError, TypeError) as error:
-            raise StackError(f"the stack did not say where it is{self._log_tail()}") from error
+            raise StackError(f"the stack did not print its address{self._log_tail()}") from error
 
     def _log_tail(self) -> str:
         self._log.seek(0)
@@ -159,11 +158,11 @@ class Stack:
 
 
 def _environment() -> dict[str, str]:
-    """Return this process's environment without what is meant for an operator's service."""
+    """Return this process's environment without the settings of a public service."""
     # Upper case: the service reads its settings in any case.
     return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 
 def _first_line(stream: IO[bytes], lines: queue.Queue[bytes]) -> None:
-    """Hand on the first line, b"" at the end of the file."""
+    """Put the first line into the queue, b"" at the end of the file."""
     lines.put(stream.readline())

@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("sdk/grazemap", "core/grazemap_core", "worker/grazemap_worker", "service/grazemap_service")
 
 SDK = "The SDK is a light client"
+SDK_LAYERS = "The SDK's packages import only those below them"
 CORE = "The core is numerics only"
 CORE_LAYERS = "The core's packages import only those below them"
 KERNELS = "Kernels import kernels only"
@@ -24,12 +25,29 @@ QUEUE = "RQ is known to the worker's queue package alone"
 SERVICE = "The service never loads the core: it enqueues by name"
 PACKAGE_MODULES = "Nothing is smuggled in by a package's __init__"
 
+CONTRACTS = (
+    SDK,
+    SDK_LAYERS,
+    CORE,
+    CORE_LAYERS,
+    KERNELS,
+    WORKER,
+    STORE,
+    STORE_ALONE,
+    QUEUE,
+    SERVICE,
+    PACKAGE_MODULES,
+)
+
 PLANTS = [
     ("service/grazemap_service/routers/jobs.py", "import numba", SERVICE),
     ("service/grazemap_service/submission.py", "def late():\n    import grazemap_core.model.oscillator", SERVICE),
     ("service/grazemap_service/app.py", "from grazemap_worker.tasks import run_tile", SERVICE),
     ("sdk/grazemap/codec.py", "import redis", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap_core import tolerances", SDK),
+    ("sdk/grazemap/wire/base.py", "from grazemap.client import conversion", SDK_LAYERS),
+    ("sdk/grazemap/plots/palette.py", "def late():\n    from grazemap.results import MotionShare", SDK_LAYERS),
+    ("sdk/grazemap/errors.py", "from grazemap.wire import Job", SDK_LAYERS),
     ("core/grazemap_core/model/oscillator.py", "from grazemap.wire import Oscillator", CORE),
     ("core/grazemap_core/contact/cell_problem.py", "from grazemap_core.simulation import motion", CORE_LAYERS),
     ("core/grazemap_core/orbits/kernels/newton.py", "from grazemap_core.maps.kernels import lanes", CORE_LAYERS),
@@ -47,11 +65,32 @@ PLANTS = [
 ]
 
 
+CIRCLES = [
+    # between modules; inside a function; between two packages whose modules form none
+    ("core/grazemap_core/model/chain.py", "import grazemap_core.model.oscillator", "grazemap_core.model.chain"),
+    ("sdk/grazemap/wire/base.py", "def late():\n    import grazemap.wire.ranges", "grazemap.wire.base"),
+    (
+        "sdk/grazemap/wire/job.py",
+        "import grazemap.client.events",
+        "  grazemap.client, ",
+    ),
+]
+
+
 def lint(folder: Path) -> subprocess.CompletedProcess[str]:
     """Check the packages under a folder against its contracts."""
+    return run(folder, Path(sys.executable).with_name("lint-imports"), "--no-cache")
+
+
+def count_circles(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Count the circles of imports of the packages under a folder."""
+    return run(folder, Path(sys.executable), ROOT / "tests" / "import_circles.py")
+
+
+def run(folder: Path, *command: str | Path) -> subprocess.CompletedProcess[str]:
     paths = os.pathsep.join(str(folder / package.split("/")[0]) for package in PACKAGES)
     return subprocess.run(
-        [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
+        command,
         cwd=folder,
         env={**os.environ, "PYTHONPATH": paths},
         capture_output=True,
@@ -65,7 +104,7 @@ def test_the_contracts_hold() -> None:
     done = lint(ROOT)
     assert done.returncode == 0, done.stdout
     assert "0 broken" in done.stdout
-    for name in (SDK, CORE, CORE_LAYERS, KERNELS, WORKER, STORE, STORE_ALONE, QUEUE, SERVICE, PACKAGE_MODULES):
+    for name in CONTRACTS:
         assert f"{name} KEPT" in done.stdout
 
 
@@ -85,3 +124,24 @@ def test_a_planted_import_is_found(copy: Path, path: str, line: str, contract: s
     done = lint(copy)
     assert done.returncode == 1
     assert f"{contract} BROKEN" in done.stdout
+
+
+def test_there_are_no_import_circles() -> None:
+    done = count_circles(ROOT)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.startswith("0 import circles")
+
+
+@pytest.mark.parametrize(("path", "line", "member"), CIRCLES)
+def test_a_planted_circle_is_found(copy: Path, path: str, line: str, member: str) -> None:
+    target = copy / path
+    target.write_text(target.read_text() + f"\n{line}\n")
+    done = count_circles(copy)
+    assert done.returncode == 1
+    assert member in done.stdout
+
+
+def test_an_import_for_type_checkers_is_no_circle(copy: Path) -> None:
+    target = copy / "sdk/grazemap/wire/base.py"
+    target.write_text(target.read_text() + "\nif TYPE_CHECKING:\n    import grazemap.wire.ranges\n")
+    assert count_circles(copy).returncode == 0

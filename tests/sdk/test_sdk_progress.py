@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from grazemap.client.io_effects import Event
+from grazemap.client.events import Event
 from grazemap.client.progress import Listener, PlainLine
 
 

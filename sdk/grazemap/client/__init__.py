@@ -1,4 +1,8 @@
-"""The clients, blocking and asynchronous: questions in, results out, over HTTP."""
+"""The clients, blocking and asynchronous: requests and results over HTTP.
+
+`async_client.py`, `async_jobs.py`, `async_watch.py` and `async_connection.py` are written; the blocking modules
+`client.py`, `jobs.py`, `watch.py` and `connection.py` are generated from them (`make client`).
+"""
 
 from grazemap.client.async_client import AsyncClient
 from grazemap.client.client import Client

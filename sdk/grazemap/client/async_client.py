@@ -1,4 +1,4 @@
-"""The asynchronous client: the methods of `Client`, to be awaited, over the same flows."""
+"""A client of the service: one method per process, and handles on jobs."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap import constants
-from grazemap.client import arguments, operations
+from grazemap.client import arguments, async_jobs
 from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
-from grazemap.client.async_io import AsyncDriver
-from grazemap.client.connection import Connection
-from grazemap.client.jobs import AsyncJobHandle
+from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.async_jobs import AsyncJobHandle
+from grazemap.client.conversion import validated
+from grazemap.client.http import Settings, read_object
 from grazemap.client.progress import Listener
 from grazemap.errors import ProtocolError
 from grazemap.results import (
@@ -33,14 +34,33 @@ from grazemap.results import (
     UnfoldingDiagram,
     UnfoldingMap,
 )
-from grazemap.validation import validated
 from grazemap.wire import ProcessRequest, Status
 
 R = TypeVar("R", bound=Result)
 
 
 class AsyncClient:
-    """Talks to a grazemap service from asyncio. Parameters and exceptions are those of `Client`."""
+    """Sends requests to a grazemap service from asyncio. Nothing is sent before a method is called.
+
+    Parameters
+    ----------
+    base_url : str
+    api_key : str, optional
+        Sent as a bearer token.
+    cache_dir : path, optional
+        Folder for results; a result is used again when the service confirms its ETag.
+    timeout : float
+        Seconds that a single answer may stay silent. It does not limit the time of a computation.
+    retries : int
+        Attempts after the first one on 429, 502, 503, 504 and broken connections. No request is computed twice.
+    transport : httpx2.AsyncBaseTransport, optional
+        A transport of httpx2, for example to an application in the same process.
+
+    Raises
+    ------
+    ValueError
+        The address is not valid, or another argument is out of range.
+    """
 
     def __init__(
         self,
@@ -51,24 +71,16 @@ class AsyncClient:
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.AsyncBaseTransport | None = None,
     ) -> None:
-        self._connection = Connection.of(base_url, api_key, cache_dir, timeout, retries)
-        self._http = httpx2.AsyncClient(
-            base_url=self._connection.base_url,
-            headers=self._connection.headers,
-            timeout=timeout,
-            transport=transport,
-            trust_env=self._connection.use_environment,
-        )
-        self._driver = AsyncDriver(self._http)
+        self._connection = AsyncConnection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
         """The address this client talks to."""
-        return self._connection.base_url
+        return self._connection.settings.base_url
 
     async def close(self) -> None:
         """Close the connections."""
-        await self._http.aclose()
+        await self._connection.close()
 
     async def __aenter__(self) -> Self:
         return self
@@ -77,27 +89,38 @@ class AsyncClient:
         await self.close()
 
     async def describe(self) -> dict[str, Any]:
-        """As `Client.describe`."""
-        return await self._driver.run(operations.describe(self._connection.settings))
+        """Return what the service says about itself: versions, processes, limits."""
+        return read_object(await self._connection.send("GET", constants.API_PREFIX))
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
-        """As `Client.submit`."""
-        settings = self._connection.settings
-        job = await self._driver.run(operations.submit(settings, process, validated(process, request)))
-        return AsyncJobHandle(self._driver, settings, job)
+        """Submit a request without waiting; the same request again gives the same job.
+
+        Parameters
+        ----------
+        process : str
+            For example "unfolding-maps".
+        request : mapping or wire model
+            The body as the HTTP interface takes it.
+
+        Raises
+        ------
+        ParameterError
+            Values that are not allowed; most are found before anything is sent.
+        QueueFull, ServiceUnavailable, ConnectionFailed
+        """
+        job = await async_jobs.submit(self._connection, process, validated(process, request))
+        return AsyncJobHandle(self._connection, job)
 
     async def job(self, job_id: str) -> AsyncJobHandle:
-        """As `Client.job`."""
-        settings = self._connection.settings
-        return AsyncJobHandle(self._driver, settings, await self._driver.run(operations.look(settings, job_id)))
+        """Return the handle of a job that was submitted before. Raises NotFound."""
+        return AsyncJobHandle(self._connection, await async_jobs.look(self._connection, job_id))
 
     async def jobs(
         self, status: Status | None = None, process: str | None = None, limit: int = 50
     ) -> list[AsyncJobHandle]:
-        """As `Client.jobs`."""
-        settings = self._connection.settings
-        found = await self._driver.run(operations.list_jobs(settings, status, process, limit))
-        return [AsyncJobHandle(self._driver, settings, job) for job in found]
+        """Return up to `limit` jobs, newest first."""
+        found = await async_jobs.list_jobs(self._connection, status, process, limit)
+        return [AsyncJobHandle(self._connection, job) for job in found]
 
     async def grazing_curve(
         self,
@@ -109,7 +132,31 @@ class AsyncClient:
         sequence: bool = False,
         progress: bool = True,
     ) -> GrazingCurve:
-        """As `Client.grazing_curve`."""
+        """Compute the curve clearance = A(omega) on which the steady motion touches both stops.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+            Left out: the paper's example.
+        omega : (start, stop) or increasing list or array
+            Forcing frequency; rad/s in SI.
+        points : int, optional
+            Number of values from start to stop, both included.
+        max_order : int
+            Maximum number of half periods in which recurrence of the graze is looked for.
+        sequence : bool
+            Whether the result has xi_m of every point, for all orders.
+        progress : bool
+            Whether a bar is shown on stderr during the computation.
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+
+        References
+        ----------
+        Equations (16)-(19) for the curve, (33)-(40) for the recurrence.
+        """
         request = arguments.grazing_curve(oscillator, omega, points, max_order, sequence)
         return await self._answer(GrazingCurve, request, progress)
 
@@ -122,7 +169,26 @@ class AsyncClient:
         max_multiple: int = 4,
         progress: bool = True,
     ) -> CodimensionTwoPoints:
-        """As `Client.codimension_two_points`."""
+        """Compute every codimension-two point of the grazing curve over an interval of omega.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega : (start, stop)
+        max_order : int
+            Recurrences up to this number of half periods.
+        max_multiple : int
+            Resonances of motions up to this number of forcing periods.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+
+        References
+        ----------
+        Equations (42), (45), (57), (58).
+        """
         request = arguments.codimension_two_points(oscillator, omega, max_order, max_multiple)
         return await self._answer(CodimensionTwoPoints, request, progress)
 
@@ -137,7 +203,30 @@ class AsyncClient:
         returns: int = 8,
         progress: bool = True,
     ) -> DiscontinuityMapping:
-        """As `Client.discontinuity_mapping`."""
+        """Compute the discontinuity mapping at a graze, the Poincare map made of it, and the next contact.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega : float
+        overshoot : float, or list or array of shape (n,)
+            Displacement of mass 1 beyond the stop, > 0, if there were no stop; m in SI.
+        stop : {"A", "C"}
+            The stop that is grazed.
+        order : {"leading", "exact"}
+            The mapping that gives the mapped states and is iterated; the errors of both are given.
+        returns : int
+            Number of half periods over which the Poincare map is iterated and the motion simulated.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+
+        References
+        ----------
+        Equations (26), (27), (31), (32), (46); xi (33)-(40), (45), (57), (58).
+        """
         request = arguments.discontinuity_mapping(oscillator, omega, overshoot, stop, order, returns)
         return await self._answer(DiscontinuityMapping, request, progress)
 
@@ -184,7 +273,31 @@ class AsyncClient:
         times: Sequence[float] | NDArray[np.float64] | None = None,
         progress: bool = True,
     ) -> Trajectory | Trajectories:
-        """As `Client.trajectory`."""
+        """Compute one trajectory with every impact, or one from each of several states.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float
+        initial : State, InitialState or mapping, or a sequence of up to 1000 of them, optional
+            Displacement and velocity of all masses and the phase of the forcing, for example the `final` of another
+            trajectory; left out: at rest in the middle.
+        periods, transient_periods : int
+            Forcing periods that are recorded, and those of the transient before.
+        samples_per_period : int, optional
+            200 unless `times` are given.
+        times : increasing list or array, optional
+            Times of the samples in the record, instead; s in SI.
+        progress : bool
+
+        Returns
+        -------
+        Trajectory, or Trajectories for a sequence of states
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.trajectory(
             oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
         )
@@ -205,7 +318,27 @@ class AsyncClient:
         max_period: int = 32,
         progress: bool = True,
     ) -> BifurcationDiagram:
-        """As `Client.bifurcation_diagram`."""
+        """Compute the settled motions along clearance or omega.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float, and (start, stop) or increasing list or array
+            The one that is a number is fixed, the other one varies.
+        points : int, optional
+            Number of values from start to stop, both included.
+        policy : {"rest", "sweep-up", "sweep-down"}
+            Where the trajectories start: at rest, or at the final state of the value below, or above.
+        periods, transient_periods : int
+            Forcing periods that are shown, and those of the transient before.
+        max_period : int
+            The maximum period that is looked for, in forcing periods.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.bifurcation_diagram(
             oscillator, omega, clearance, points, policy, periods, transient_periods, max_period
         )
@@ -227,7 +360,35 @@ class AsyncClient:
         preview: bool = False,
         progress: bool = True,
     ) -> UnfoldingMap:
-        """As `Client.unfolding_map`."""
+        """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : (start, stop) or increasing list or array
+        shape : (int, int), optional
+            Numbers of clearances and of omegas, where they are given as (start, stop).
+        policy : {"rest", "sweep-up", "sweep-down", "ensemble"}
+            Where the trajectories start: at rest; at the final state of the clearance below, or above; or at several
+            random states, of which the map has the motion that most of them settle to.
+        max_periods : int
+            Forcing periods after which a motion counts as unresolved.
+        max_period : int
+            The maximum period that is looked for, in forcing periods.
+        initial_conditions, seed : int
+            Random states per point, 1 to 1000, and their seed; for the policy "ensemble" only.
+        adaptive : bool
+            Whether points are computed only where neighbours differ, and inferred between those that agree: for large
+            maps. The result's `computed` is true where a point was computed. Not for a sweep.
+        preview : bool
+            Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
+            chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.unfolding_map(
             oscillator,
             omega,
@@ -257,7 +418,28 @@ class AsyncClient:
         borders: bool = False,
         progress: bool = True,
     ) -> UnfoldingDiagram:
-        """As `Client.unfolding_diagram`."""
+        """Compute an unfolding map with the curves and points drawn over it, and an explanation of its borders.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : (start, stop) or increasing list or array
+        shape : (int, int), optional
+            Numbers of clearances and of omegas; None where they are given as lists or arrays.
+        max_periods, max_period : int
+            As for `unfolding_map`; the trajectories start at rest.
+        max_order, max_multiple : int
+            As for `codimension_two_points`; the curves in closed form are those of motions up to max_multiple.
+        borders : bool
+            Whether every border of the map's regions is explained: by a curve that is continued for it, or as a border
+            of basins of attraction. This takes as long as the map where motions are few, and many times as long
+            where period-adding and chaos make hundreds of them.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.unfolding_diagram(
             oscillator, omega, clearance, shape, max_periods, max_period, max_order, max_multiple, borders
         )
@@ -277,7 +459,27 @@ class AsyncClient:
         max_period: int = 32,
         progress: bool = True,
     ) -> Basins:
-        """As `Client.basins`."""
+        """Compute the motion that every initial state of a rectangle settles to.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float
+        horizontal, vertical : (str, int, values) or mapping
+            Two initial coordinates: "displacement" or "velocity", the mass (1 to N), and (start, stop) or an increasing
+            list or array. Mass 1 must start between the stops.
+        shape : (int, int), optional
+            Numbers of vertical and of horizontal values, where they are given as (start, stop).
+        initial : State, InitialState or mapping, optional
+            All other coordinates, and the phase of the forcing; left out: 0.
+        max_periods, max_period : int
+            As for an unfolding map.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.basins(
             oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
         )
@@ -295,7 +497,25 @@ class AsyncClient:
         max_period: int = 32,
         progress: bool = True,
     ) -> PeriodicOrbit:
-        """As `Client.periodic_orbit`."""
+        """Solve for a periodic motion with impacts.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : float
+        motion : (period, stops), mapping or PeriodicOrbit, optional
+            Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping, or an orbit that was found,
+            also phases and velocities, the initial guess of Newton's method. Left out: the motion that the trajectory
+            from `initial`, or from rest, settles to.
+        initial : State, InitialState or mapping, optional
+        transient_periods, max_period : int
+            Forcing periods in which the trajectory settles, and the maximum period looked for.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.periodic_orbit(oscillator, omega, clearance, motion, initial, transient_periods, max_period)
         return await self._answer(PeriodicOrbit, request, progress)
 
@@ -314,7 +534,26 @@ class AsyncClient:
         max_points: int = 2000,
         progress: bool = True,
     ) -> OrbitBranch:
-        """As `Client.orbit_branch`."""
+        """Continue the branch of a periodic motion over clearance, omega or restitution.
+
+        The branches beyond its special points are requests of their own: with ``beyond = point.beyond[0].request``,
+        ``await client.orbit_branch(**beyond, range=...)`` is the branch of twice the period, of lost symmetry, or
+        beyond a graze.
+
+        Parameters
+        ----------
+        oscillator, omega, clearance, motion, initial, transient_periods, max_period, progress
+            As for `periodic_orbit`: an orbit of the branch.
+        vary : {"clearance", "omega", "restitution"}
+        range : (start, stop)
+            Of the parameter that varies; contains the orbit's value. For restitution within [0, 1].
+        max_points : int
+            Maximum number of points in each direction.
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.orbit_branch(
             oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
         )
@@ -331,15 +570,32 @@ class AsyncClient:
         motions: Sequence[MotionLike] | None = None,
         progress: bool = True,
     ) -> BifurcationCurves:
-        """As `Client.bifurcation_curves`."""
+        """Compute the curves of saddle-nodes, period doublings, symmetry breakings and grazes in a window of the plane.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        omega, clearance : (start, stop)
+        max_multiple : int
+            Maximum period, in forcing periods, of the motions with one impact, or one on each stop.
+        points : int
+            Number of frequencies across the window.
+        motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
+            Motions whose curves are continued instead, with NS. A mapping may have omega and clearance of an orbit in
+            the window, and phases and velocities, the initial guess of Newton's method.
+        progress : bool
+
+        Raises
+        ------
+        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+        """
         request = arguments.bifurcation_curves(oscillator, omega, clearance, max_multiple, points, motions)
         return await self._answer(BifurcationCurves, request, progress)
 
     async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process
         with Listener(process, progress) as listener:
-            flow = operations.answer(self._connection.settings, process, request, constants.PREFER_WAIT)
-            result = await self._driver.run(flow, listener)
+            result = await async_jobs.answer(self._connection, process, request, constants.PREFER_WAIT, listener)
         if not isinstance(result, result_class):
             raise ProtocolError("the service answered with the result of another process")
         return result

@@ -1,8 +1,8 @@
 """Results on the client's disk: by job id, used again only when the service confirms their ETag.
 
-A file is one line of JSON {etag, sha256} and then the npz bytes. It is written beside its place and moved there, so
-that a reader sees a whole file or none; a damaged one counts as absent. A cache is a help and no more: where the
-folder cannot be read or written the results come from the service, and the log says so.
+A file is one line of JSON {etag, sha256} and then the npz bytes. It is written under another name and renamed, so that
+a reader sees a whole file or none; a damaged one counts as absent. Where the folder cannot be read or written, the
+results come from the service, and the log says so.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class CachedResult:
 
 
 class ResultCache:
-    """A folder of results. It is made when the first result is written.
+    """A folder of results, made when the first result is written.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ResultCache:
         self.folder = Path(folder).expanduser()
 
     def read(self, job_id: str) -> CachedResult | None:
-        """Return what is there for a job, or None."""
+        """Return the cached result of a job, or None."""
         try:
             head, _, data = self._path(job_id).read_bytes().partition(b"\n")
         except FileNotFoundError:
@@ -54,7 +54,7 @@ class ResultCache:
         return CachedResult(etag, data) if hashlib.sha256(data).hexdigest() == digest else None
 
     def write(self, job_id: str, etag: str, data: bytes) -> None:
-        """Keep a result, where that can be done."""
+        """Write a result; where that fails, log it."""
         try:
             self._write(job_id, etag, data)
         except OSError as error:

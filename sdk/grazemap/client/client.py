@@ -1,4 +1,5 @@
-"""The blocking client: one method per process, and handles on jobs."""
+# Generated from async_client.py by `make client`: do not edit.
+"""A client of the service: one method per process, and handles on jobs."""
 
 from __future__ import annotations
 
@@ -11,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap import constants
-from grazemap.client import arguments, operations
+from grazemap.client import arguments, jobs
 from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
 from grazemap.client.connection import Connection
+from grazemap.client.conversion import validated
+from grazemap.client.http import Settings, read_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.progress import Listener
-from grazemap.client.sync_io import Driver
 from grazemap.errors import ProtocolError
 from grazemap.results import (
     Basins,
@@ -33,14 +35,13 @@ from grazemap.results import (
     UnfoldingDiagram,
     UnfoldingMap,
 )
-from grazemap.validation import validated
 from grazemap.wire import ProcessRequest, Status
 
 R = TypeVar("R", bound=Result)
 
 
 class Client:
-    """Talks to a grazemap service. Nothing is sent before a method is called.
+    """Sends requests to a grazemap service. Nothing is sent before a method is called.
 
     Parameters
     ----------
@@ -48,18 +49,18 @@ class Client:
     api_key : str, optional
         Sent as a bearer token.
     cache_dir : path, optional
-        Folder for results; one is used again when the service confirms its ETag.
+        Folder for results; a result is used again when the service confirms its ETag.
     timeout : float
-        Seconds that a single answer may stay silent. How long a computation may take is not limited by it.
+        Seconds that a single answer may stay silent. It does not limit the time of a computation.
     retries : int
-        Attempts after the first one on 429, 502, 503, 504 and broken connections. Asking twice never computes twice.
+        Attempts after the first one on 429, 502, 503, 504 and broken connections. No request is computed twice.
     transport : httpx2.BaseTransport, optional
-        Another way to move bytes, for example to an application in the same process.
+        A transport of httpx2, for example to an application in the same process.
 
     Raises
     ------
     ValueError
-        The address is not one of http or https.
+        The address is not valid, or another argument is out of range.
     """
 
     def __init__(
@@ -71,24 +72,16 @@ class Client:
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._connection = Connection.of(base_url, api_key, cache_dir, timeout, retries)
-        self._http = httpx2.Client(
-            base_url=self._connection.base_url,
-            headers=self._connection.headers,
-            timeout=timeout,
-            transport=transport,
-            trust_env=self._connection.use_environment,
-        )
-        self._driver = Driver(self._http)
+        self._connection = Connection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
         """The address this client talks to."""
-        return self._connection.base_url
+        return self._connection.settings.base_url
 
     def close(self) -> None:
         """Close the connections."""
-        self._http.close()
+        self._connection.close()
 
     def __enter__(self) -> Self:
         return self
@@ -98,10 +91,10 @@ class Client:
 
     def describe(self) -> dict[str, Any]:
         """Return what the service says about itself: versions, processes, limits."""
-        return self._driver.run(operations.describe(self._connection.settings))
+        return read_object(self._connection.send("GET", constants.API_PREFIX))
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
-        """Ask a question without waiting; the same question again gives the same job.
+        """Submit a request without waiting; the same request again gives the same job.
 
         Parameters
         ----------
@@ -116,20 +109,17 @@ class Client:
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        settings = self._connection.settings
-        job = self._driver.run(operations.submit(settings, process, validated(process, request)))
-        return JobHandle(self._driver, settings, job)
+        job = jobs.submit(self._connection, process, validated(process, request))
+        return JobHandle(self._connection, job)
 
     def job(self, job_id: str) -> JobHandle:
         """Return the handle of a job that was submitted before. Raises NotFound."""
-        settings = self._connection.settings
-        return JobHandle(self._driver, settings, self._driver.run(operations.look(settings, job_id)))
+        return JobHandle(self._connection, jobs.look(self._connection, job_id))
 
     def jobs(self, status: Status | None = None, process: str | None = None, limit: int = 50) -> list[JobHandle]:
         """Return up to `limit` jobs, newest first."""
-        settings = self._connection.settings
-        found = self._driver.run(operations.list_jobs(settings, status, process, limit))
-        return [JobHandle(self._driver, settings, job) for job in found]
+        found = jobs.list_jobs(self._connection, status, process, limit)
+        return [JobHandle(self._connection, job) for job in found]
 
     def grazing_curve(
         self,
@@ -152,11 +142,11 @@ class Client:
         points : int, optional
             Number of values from start to stop, both included.
         max_order : int
-            Recurrence of the graze is looked for up to this number of half periods.
+            Maximum number of half periods in which recurrence of the graze is looked for.
         sequence : bool
-            Give xi_m of every point too, for all orders.
+            Whether the result has xi_m of every point, for all orders.
         progress : bool
-            Show a bar on stderr while it is computed.
+            Whether a bar is shown on stderr during the computation.
 
         Raises
         ------
@@ -212,20 +202,20 @@ class Client:
         returns: int = 8,
         progress: bool = True,
     ) -> DiscontinuityMapping:
-        """Compute what an impact does to motions that overshoot a grazing stop, and what the motion does next.
+        """Compute the discontinuity mapping at a graze, the Poincare map made of it, and the next contact.
 
         Parameters
         ----------
         oscillator : Oscillator or mapping, optional
         omega : float
         overshoot : float, or list or array of shape (n,)
-            How far beyond the stop mass 1 would go if there were none, > 0; m in SI.
+            Displacement of mass 1 beyond the stop, > 0, if there were no stop; m in SI.
         stop : {"A", "C"}
             The stop that is grazed.
         order : {"leading", "exact"}
-            Which mapping gives the mapped states and is iterated; errors are given in any case.
+            The mapping that gives the mapped states and is iterated; the errors of both are given.
         returns : int
-            Half periods for which the Poincare map, and the motion itself, are followed.
+            Number of half periods over which the Poincare map is iterated and the motion simulated.
         progress : bool
 
         Raises
@@ -289,14 +279,14 @@ class Client:
         oscillator : Oscillator or mapping, optional
         omega, clearance : float
         initial : State, InitialState or mapping, or a sequence of up to 1000 of them, optional
-            displacement and velocity of all masses and the phase of the forcing; left out: at rest in the middle. The
-            `final` of another trajectory is one.
+            Displacement and velocity of all masses and the phase of the forcing, for example the `final` of another
+            trajectory; left out: at rest in the middle.
         periods, transient_periods : int
-            Forcing periods that are recorded, and those that are gone through before.
+            Forcing periods that are recorded, and those of the transient before.
         samples_per_period : int, optional
             200 unless `times` are given.
         times : increasing list or array, optional
-            Samples are at these times of the record instead; s in SI.
+            Times of the samples in the record, instead; s in SI.
         progress : bool
 
         Returns
@@ -327,21 +317,21 @@ class Client:
         max_period: int = 32,
         progress: bool = True,
     ) -> BifurcationDiagram:
-        """Compute what settled motions look like along clearance or omega.
+        """Compute the settled motions along clearance or omega.
 
         Parameters
         ----------
         oscillator : Oscillator or mapping, optional
         omega, clearance : float, and (start, stop) or increasing list or array
-            The number is fixed, the other one varies.
+            The one that is a number is fixed, the other one varies.
         points : int, optional
             Number of values from start to stop, both included.
         policy : {"rest", "sweep-up", "sweep-down"}
-            Where the trajectories start: at rest; or where that of the value below, or above, has ended.
+            Where the trajectories start: at rest, or at the final state of the value below, or above.
         periods, transient_periods : int
-            Forcing periods that are shown, and those that are gone through before.
+            Forcing periods that are shown, and those of the transient before.
         max_period : int
-            The longest period that is looked for, in forcing periods.
+            The maximum period that is looked for, in forcing periods.
         progress : bool
 
         Raises
@@ -378,20 +368,20 @@ class Client:
         shape : (int, int), optional
             Numbers of clearances and of omegas, where they are given as (start, stop).
         policy : {"rest", "sweep-up", "sweep-down", "ensemble"}
-            Where the trajectories start: at rest; where that of the clearance below, or above, has ended; or at several
-            random states, and the motion that most of them lead to counts.
+            Where the trajectories start: at rest; at the final state of the clearance below, or above; or at several
+            random states, of which the map has the motion that most of them settle to.
         max_periods : int
             Forcing periods after which a motion counts as unresolved.
         max_period : int
-            The longest period that is looked for, in forcing periods.
+            The maximum period that is looked for, in forcing periods.
         initial_conditions, seed : int
-            Random states per point, 1 to 1000, and what they are drawn from; of the policy "ensemble" only.
+            Random states per point, 1 to 1000, and their seed; for the policy "ensemble" only.
         adaptive : bool
             Whether points are computed only where neighbours differ, and inferred between those that agree: for large
-            maps. The result's `computed` says which were. Not of a sweep.
+            maps. The result's `computed` is true where a point was computed. Not for a sweep.
         preview : bool
-            Whether motions are told by their returns alone, sooner: none with impacts is proven, chaos is not told from
-            what has not settled, and multiplier, lyapunov and lyapunov_error are None.
+            Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
+            chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
 
         Raises
@@ -427,7 +417,7 @@ class Client:
         borders: bool = False,
         progress: bool = True,
     ) -> UnfoldingDiagram:
-        """Compute an unfolding map and all that is drawn over it: curves, points, and what its borders are.
+        """Compute an unfolding map with the curves and points drawn over it, and an explanation of its borders.
 
         Parameters
         ----------
@@ -436,12 +426,12 @@ class Client:
         shape : (int, int), optional
             Numbers of clearances and of omegas; None where they are given as lists or arrays.
         max_periods, max_period : int
-            As of `unfolding_map`; the trajectories start at rest.
+            As for `unfolding_map`; the trajectories start at rest.
         max_order, max_multiple : int
-            As of `codimension_two_points`; the curves in closed form are those of motions up to max_multiple too.
+            As for `codimension_two_points`; the curves in closed form are those of motions up to max_multiple.
         borders : bool
-            Whether every border of the map's regions is explained: by a curve that is followed for it, or as one of
-            basins of attraction. Takes as long again as the map where motions are few, and many times as long
+            Whether every border of the map's regions is explained: by a curve that is continued for it, or as a border
+            of basins of attraction. This takes as long as the map where motions are few, and many times as long
             where period-adding and chaos make hundreds of them.
         progress : bool
 
@@ -468,7 +458,7 @@ class Client:
         max_period: int = 32,
         progress: bool = True,
     ) -> Basins:
-        """Compute the motion that every initial state of a rectangle leads to.
+        """Compute the motion that every initial state of a rectangle settles to.
 
         Parameters
         ----------
@@ -514,11 +504,11 @@ class Client:
         omega, clearance : float
         motion : (period, stops), mapping or PeriodicOrbit, optional
             Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping, or an orbit that was found,
-            also phases and velocities, where Newton's method begins. Left out: what the trajectory from `initial`, or
-            from rest, settles to.
+            also phases and velocities, the initial guess of Newton's method. Left out: the motion that the trajectory
+            from `initial`, or from rest, settles to.
         initial : State, InitialState or mapping, optional
         transient_periods, max_period : int
-            Forcing periods that the trajectory has to settle, and the longest period looked for.
+            Forcing periods in which the trajectory settles, and the maximum period looked for.
         progress : bool
 
         Raises
@@ -543,10 +533,11 @@ class Client:
         max_points: int = 2000,
         progress: bool = True,
     ) -> OrbitBranch:
-        """Follow the branch of a periodic motion over clearance, omega or restitution.
+        """Continue the branch of a periodic motion over clearance, omega or restitution.
 
-        What lies beyond its special points is a question of its own: ``client.orbit_branch(**point.beyond[0].request,
-        range=...)`` is the branch of twice the period, of lost symmetry, or beyond a graze.
+        The branches beyond its special points are requests of their own: with ``beyond = point.beyond[0].request``,
+        ``client.orbit_branch(**beyond, range=...)`` is the branch of twice the period, of lost symmetry, or
+        beyond a graze.
 
         Parameters
         ----------
@@ -554,9 +545,9 @@ class Client:
             As for `periodic_orbit`: an orbit of the branch.
         vary : {"clearance", "omega", "restitution"}
         range : (start, stop)
-            Of the parameter that varies; holds the orbit's value. Of restitution within [0, 1].
+            Of the parameter that varies; contains the orbit's value. For restitution within [0, 1].
         max_points : int
-            In either direction.
+            Maximum number of points in each direction.
 
         Raises
         ------
@@ -585,12 +576,12 @@ class Client:
         oscillator : Oscillator or mapping, optional
         omega, clearance : (start, stop)
         max_multiple : int
-            Of motions with one impact in up to so many forcing periods, or one on either stop.
+            Maximum period, in forcing periods, of the motions with one impact, or one on each stop.
         points : int
-            Frequencies across the window.
+            Number of frequencies across the window.
         motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
-            The curves of these instead, by continuation, NS too. A mapping may say with omega and clearance where in
-            the window an orbit is, and with phases and velocities where Newton's method begins.
+            Motions whose curves are continued instead, with NS. A mapping may have omega and clearance of an orbit in
+            the window, and phases and velocities, the initial guess of Newton's method.
         progress : bool
 
         Raises
@@ -603,8 +594,7 @@ class Client:
     def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
         process = result_class.process
         with Listener(process, progress) as listener:
-            flow = operations.answer(self._connection.settings, process, request, constants.PREFER_WAIT)
-            result = self._driver.run(flow, listener)
+            result = jobs.answer(self._connection, process, request, constants.PREFER_WAIT, listener)
         if not isinstance(result, result_class):
             raise ProtocolError("the service answered with the result of another process")
         return result

@@ -1,70 +1,105 @@
-"""How both clients reach the service: address, headers, proxies, and what all their flows share."""
+# Generated from async_connection.py by `make client`: do not edit.
+"""A connection to a service: one request and its answer, with the rules for sending the request again.
+
+Every request may be sent twice: reads change nothing, DELETE is idempotent, and a POST's job is named by its own
+request, so that the second one finds the first one's job and no work is done twice.
+"""
 
 from __future__ import annotations
 
-import ipaddress
-import os
-import re
-from dataclasses import dataclass
-from urllib.parse import urlsplit
+import time
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from time import monotonic
 
 import httpx2
 
-from grazemap.client.cache import ResultCache
-from grazemap.client.operations import Settings
-from grazemap.version import __version__
-
-_ADDRESS = "base_url must look like http://host:port or https://host"
-# A header can carry no more than this; an empty key is none.
-_HEADER_TEXT = re.compile(r"[!-~]*")
+from grazemap import constants
+from grazemap.client.http import Settings, failure_of, pause, problem_of
+from grazemap.errors import ConnectionFailed, ServiceProblem
 
 
-@dataclass(frozen=True)
 class Connection:
-    """The checked arguments of a client's constructor."""
+    """Sends the requests of one client over one `httpx2.Client`."""
 
-    base_url: str
-    api_key: str | None
-    timeout: float
-    settings: Settings
+    def __init__(self, settings: Settings, transport: httpx2.BaseTransport | None = None) -> None:
+        self.settings = settings
+        self._http = httpx2.Client(
+            base_url=settings.base_url,
+            headers=settings.headers,
+            timeout=settings.timeout,
+            transport=transport,
+            trust_env=settings.use_environment,
+        )
 
-    @classmethod
-    def of(
-        cls,
-        base_url: str,
-        api_key: str | None,
-        cache_dir: str | os.PathLike[str] | None,
-        timeout: float,
-        retries: int,
-    ) -> Connection:
-        """Check the arguments; nothing is sent. Raises ValueError."""
-        try:
-            parts = httpx2.URL(base_url)
-            port_fits = parts.port is None or parts.port < 1 << 16
-        except (httpx2.InvalidURL, TypeError, ValueError):
-            raise ValueError(_ADDRESS) from None
-        if parts.scheme not in ("http", "https") or not parts.host or not port_fits:
-            raise ValueError(_ADDRESS)
-        if parts.userinfo:
-            raise ValueError("base_url must not hold a user or a password; use api_key")
-        if api_key is not None and not _HEADER_TEXT.fullmatch(api_key):
-            raise ValueError("api_key must be printable ASCII without spaces")
-        if timeout <= 0 or retries < 0:
-            raise ValueError("timeout must be > 0 and retries >= 0")
-        cache = ResultCache(cache_dir) if cache_dir is not None else None
-        return cls(base_url.rstrip("/"), api_key, timeout, Settings(retries, cache))
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
 
-    @property
-    def headers(self) -> dict[str, str]:
-        """Headers of every request."""
-        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json"}
-        return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
+    def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        params: Mapping[str, str | int] | None = None,
+        headers: Mapping[str, str] | None = None,
+        content: bytes | None = None,
+        retries: int | None = None,
+        deadline: float | None = None,
+    ) -> httpx2.Response:
+        """Send a request until it has an answer that counts, and return one with a status below 400.
 
-    @property
-    def use_environment(self) -> bool:
-        """Whether proxies of the environment apply: never to a service on this machine."""
-        host = urlsplit(self.base_url).hostname or ""
-        try:
-            return not ipaddress.ip_address(host).is_loopback
-        except ValueError:
-            return host != "localhost"
+        Parameters
+        ----------
+        method, path, params, headers, content
+            The request.
+        retries : int, optional
+            Attempts after the first one; left out: those of the settings.
+        deadline : float, optional
+            Time of `now` after which no further attempt starts.
+
+        Raises
+        ------
+        ServiceProblem
+            The service's problem, typed.
+        ConnectionFailed
+            No answer after all attempts.
+        ProtocolError
+            An answer that cannot be read.
+        """
+        attempts = 1 + (self.settings.retries if retries is None else retries)
+        for attempt in range(attempts):
+            failure: ServiceProblem | ConnectionFailed
+            retry_after: float | None = None
+            try:
+                response = self._http.request(method, path, params=params, headers=headers, content=content)
+            except httpx2.RequestError as error:
+                failure = failure_of(error)
+                again = not isinstance(error, httpx2.UnsupportedProtocol)
+            else:
+                if response.status_code < 400:
+                    return response
+                failure = problem_of(response)
+                retry_after = failure.retry_after
+                again = response.status_code in constants.RETRIED_STATUSES
+            if not again or attempt + 1 == attempts or (retry_after or 0.0) > constants.RETRY_AFTER_LIMIT:
+                break
+            seconds = pause(attempt) + (retry_after or 0.0)
+            if deadline is not None and self.now() + seconds >= deadline:
+                break
+            self.sleep(seconds)
+        raise failure
+
+    def stream(self, path: str, headers: Mapping[str, str], silence: float) -> AbstractContextManager[httpx2.Response]:
+        """Return the context of a streamed answer, in which up to `silence` seconds may pass without a byte."""
+        usual = self._http.timeout
+        timeout = httpx2.Timeout(connect=usual.connect, read=silence, write=usual.write, pool=usual.pool)
+        return self._http.stream("GET", path, headers=headers, timeout=timeout)
+
+    def now(self) -> float:
+        """Return the seconds of a clock that never goes back."""
+        return monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for some seconds."""
+        time.sleep(seconds)

@@ -1,30 +1,35 @@
-"""Handles on jobs: one for the blocking client, one for the asynchronous one, over the same flows."""
+# Generated from async_jobs.py by `make client`: do not edit.
+"""Jobs of a service: submitting and listing them, their results, and the handle that a client gives for one."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Generator
-from contextlib import aclosing
+import json
+from collections.abc import Callable, Generator
+from contextlib import closing
 from typing import Any
+from urllib.parse import parse_qs, urlsplit
 
-from grazemap.client import operations
-from grazemap.client.async_io import AsyncDriver
-from grazemap.client.io_effects import Event
+from grazemap.client.connection import Connection
+from grazemap.client.events import Event
+from grazemap.client.http import JOB_ID, job_path, read_model
 from grazemap.client.progress import Listener
-from grazemap.client.sync_io import Driver
-from grazemap.results import Result
-from grazemap.wire import Job, Problem, Progress, Status
+from grazemap.client.watch import Follower
+from grazemap.constants import API_PREFIX
+from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
+from grazemap.results import Result, decode_result
+from grazemap.wire import Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
 
 
-class _Handle:
-    """What is known of a job without asking; `refresh` and `wait` bring it up to date."""
+class JobHandle:
+    """A job of an `Client`: what is known of it without asking; `refresh` and `wait` bring it up to date."""
 
-    def __init__(self, settings: operations.Settings, job: Job) -> None:
-        self._settings = settings
+    def __init__(self, connection: Connection, job: Job) -> None:
+        self._connection = connection
         self._job = job
 
     @property
     def id(self) -> str:
-        """The content-addressed id: the same question has the same one."""
+        """The content-addressed id: the same request has the same id."""
         return self._job.id
 
     @property
@@ -60,27 +65,22 @@ class _Handle:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
 
-
-class JobHandle(_Handle):
-    """A job of a `Client`."""
-
-    def __init__(self, driver: Driver, settings: operations.Settings, job: Job) -> None:
-        super().__init__(settings, job)
-        self._driver = driver
-
     def refresh(self) -> JobHandle:
-        """Ask the service how the job is, and return the handle."""
-        self._job = self._driver.run(operations.look(self._settings, self.id))
+        """Ask the service for the job, and return the handle."""
+        self._job = look(self._connection, self.id)
         return self
 
     def events(self, timeout: float | None = None) -> Generator[Event]:
         """Yield the job's events, from its beginning until it is finished. Raises WaitTimeout.
 
-        A finished job tells them again as long as the service has them; at the least there are its last progress
-        and done. Where less time is left than a stream may be silent (45 s), the job is polled: progress and done
-        are all that comes then.
+        The events of a finished job are repeated as long as the service has them; its last progress and done always
+        are. Where less time remains than a stream may be silent (45 s), the job is polled, and only progress and done
+        are yielded.
         """
-        self._job = yield from self._driver.events(operations.watch(self._settings, self.id, timeout, replay=True))
+        follower = Follower(self._connection, job_path(self.id), timeout, replay=True)
+        with closing(follower.events()) as events:
+            yield from events
+        self._job = follower.job or self._job
 
     def wait(self, timeout: float | None = None, progress: bool = False) -> JobHandle:
         """Wait until the job is successful, and return the handle.
@@ -97,62 +97,112 @@ class JobHandle(_Handle):
         JobFailed, JobDismissed, WaitTimeout
         """
         with Listener(self.process, progress) as listener:
-            self._job = self._driver.run(operations.watch(self._settings, self.id, timeout), listener)
-        operations.require_success(self._job)
+            self._job = Follower(self._connection, job_path(self.id), timeout).run(listener)
+        _require_success(self._job)
         return self
 
     def result(self) -> Result:
         """Fetch the result of a finished job.
 
-        One that the service has dropped meanwhile is computed again and waited for.
+        A result that the service has dropped meanwhile is computed again and waited for.
 
         Raises
         ------
         ResultNotReady
             The job is unfinished.
         """
-        return self._driver.run(operations.fetch(self._settings, self.id))
+        return fetch(self._connection, self.id)
 
     def cancel(self) -> JobHandle:
         """Dismiss the job, unless it is finished, and return the handle."""
-        self._job = self._driver.run(operations.cancel(self._settings, self.id))
+        self._job = read_model(Job, self._connection.send("DELETE", job_path(self.id)))
         return self
 
 
-class AsyncJobHandle(_Handle):
-    """A job of an `AsyncClient`: the methods of `JobHandle`, to be awaited."""
+def submit(connection: Connection, process: str, request: ProcessRequest, prefer_wait: int = 0) -> Job:
+    """Submit a request and return its job, a new one or the one of an earlier submission."""
+    headers = {"content-type": "application/json"}
+    if prefer_wait:
+        headers["prefer"] = f"wait={prefer_wait}"
+    body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
+    job = read_model(Job, connection.send("POST", f"{API_PREFIX}/{process}", headers=headers, content=body))
+    if not JOB_ID.fullmatch(job.id):
+        raise ProtocolError("the service answered with an impossible job id")
+    return job
 
-    def __init__(self, driver: AsyncDriver, settings: operations.Settings, job: Job) -> None:
-        super().__init__(settings, job)
-        self._driver = driver
 
-    async def refresh(self) -> AsyncJobHandle:
-        """As `JobHandle.refresh`."""
-        self._job = await self._driver.run(operations.look(self._settings, self.id))
-        return self
+def look(connection: Connection, job_id: str) -> Job:
+    """Return a job as it is now. Raises NotFound."""
+    return read_model(Job, connection.send("GET", job_path(job_id)))
 
-    async def events(self, timeout: float | None = None) -> AsyncGenerator[Event]:
-        """As `JobHandle.events`."""
-        flow = operations.watch(self._settings, self.id, timeout, replay=True)
-        async with aclosing(self._driver.events(flow, self._see)) as events:
-            async for event in events:
-                yield event
 
-    async def wait(self, timeout: float | None = None, progress: bool = False) -> AsyncJobHandle:
-        """As `JobHandle.wait`."""
-        with Listener(self.process, progress) as listener:
-            self._see(await self._driver.run(operations.watch(self._settings, self.id, timeout), listener))
-        operations.require_success(self._job)
-        return self
+def list_jobs(connection: Connection, status: str | None, process: str | None, limit: int) -> list[Job]:
+    """Return up to `limit` jobs, newest first, page by page."""
+    found: list[Job] = []
+    asked = {name: text for name, text in (("status", status), ("process", process)) if text}
+    cursor: str | None = None
+    while len(found) < limit:
+        params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
+        if cursor:
+            params["cursor"] = cursor
+        page = read_model(JobList, connection.send("GET", f"{API_PREFIX}/jobs", params=params))
+        found.extend(page.jobs)
+        # Only the cursor is taken from the link: the address stays the one the client was given.
+        next_links = [link.href for link in page.links if link.rel == "next"]
+        cursor = parse_qs(urlsplit(next_links[0]).query).get("cursor", [""])[0] if next_links else None
+        if not cursor or not page.jobs:
+            break
+    return found[:limit]
 
-    async def result(self) -> Result:
-        """As `JobHandle.result`."""
-        return await self._driver.run(operations.fetch(self._settings, self.id))
 
-    async def cancel(self) -> AsyncJobHandle:
-        """As `JobHandle.cancel`."""
-        self._see(await self._driver.run(operations.cancel(self._settings, self.id)))
-        return self
+def answer(
+    connection: Connection,
+    process: str,
+    request: ProcessRequest,
+    prefer_wait: int,
+    listen: Callable[[Event], None],
+) -> Result:
+    """Submit a request, follow its job, and return the result. Raises JobFailed, JobDismissed."""
+    job = submit(connection, process, request, prefer_wait)
+    _require_success(Follower(connection, job_path(job.id), job=job).run(listen))
+    return fetch(connection, job.id, listen)
 
-    def _see(self, job: Job) -> None:
-        self._job = job
+
+def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
+    """Return a job's result; one that the service has dropped is computed again and waited for.
+
+    Raises
+    ------
+    ResultNotReady, JobFailed, JobDismissed
+    """
+    cache = connection.settings.cache
+    cached = cache.read(job_id) if cache else None
+    headers = {"if-none-match": cached.etag} if cached else {}
+    while True:
+        try:
+            response = connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
+        except ServiceProblem:
+            # A job that ended otherwise has no result; the job itself says best why.
+            _require_success(look(connection, job_id))
+            raise
+        if response.status_code == 304 and cached:
+            return decode_result(cached.data)
+        if response.status_code == 202:
+            _require_success(Follower(connection, job_path(job_id)).run(listen))
+            continue
+        if response.status_code != 200:
+            raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
+        result = decode_result(response.content)
+        etag = response.headers.get("etag")
+        if cache and etag:
+            cache.write(job_id, etag, response.content)
+        return result
+
+
+def _require_success(job: Job) -> None:
+    """Raise JobFailed or JobDismissed unless a job was successful."""
+    if job.status == "failed":
+        reason = problem_text(job.problem) if job.problem else "no reason given"
+        raise JobFailed(f"job {job.id} failed: {reason}", job)
+    if job.status == "dismissed":
+        raise JobDismissed(f"job {job.id} was dismissed", job)

@@ -1,25 +1,25 @@
-"""Showing how far a job is: a tqdm bar where tqdm is installed, else one plain line on stderr."""
+"""The progress display of a job: a tqdm bar where tqdm is installed, else one plain line on stderr."""
 
 from __future__ import annotations
 
 import sys
 from typing import Any, Protocol, TextIO
 
-from grazemap.client.io_effects import Event
+from grazemap.client.events import Event
 
 
 class Bar(Protocol):
-    """What a progress display must do."""
+    """A progress display."""
 
     def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        """Show a state."""
+        """Show a state: `done` of `total` in some unit, and the seconds left, if they are known."""
 
     def close(self) -> None:
         """Leave the last state on the screen and end the line."""
 
 
 class Listener:
-    """Takes a job's events and shows its progress events; a context manager that closes the display.
+    """Shows the progress events among a job's events; a context manager that closes the display.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Listener:
         if self._bar is None:
             self._bar = _bar(self._title)
         total = max(1, int(event.data.get("total", 1)))
-        # A stream that was taken up again may repeat itself; a bar never goes back.
+        # A resumed stream may repeat events; a bar never goes back.
         self._furthest = min(total, max(self._furthest, int(event.data.get("done", 0))))
         self._bar.show(self._furthest, total, str(event.data.get("unit", "tiles")), event.data.get("eta_seconds"))
 
@@ -63,7 +63,7 @@ def _bar(title: str) -> Bar:
     return _TqdmBar(title, tqdm)
 
 
-# Without tqdm's own guess of the time left: the service knows the tiles' times and the number of workers.
+# Without tqdm's own estimate of the time left: the service knows the tiles' times and the number of workers.
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed}{postfix}]"
 
 
@@ -74,7 +74,7 @@ class _TqdmBar:
         self._bar: Any = None
 
     def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        if self._bar is None:  # not earlier: a new bar is drawn at once, and would say that it knows no total
+        if self._bar is None:  # not earlier: a new bar is drawn at once, and would show no total
             self._bar = self._tqdm(
                 desc=self._title,
                 total=total,
@@ -96,7 +96,7 @@ class _TqdmBar:
 
 
 class PlainLine:
-    """One line that is written over on a terminal; elsewhere a new line at every tenth part."""
+    """One line that is overwritten on a terminal; elsewhere a new line at every tenth part."""
 
     def __init__(self, title: str, stream: TextIO) -> None:
         self._title = title
@@ -105,7 +105,7 @@ class PlainLine:
         self._open = False
 
     def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        """Show a state."""
+        """Show a state: `done` of `total` in some unit, and the seconds left, if they are known."""
         share = done / total
         tenth = int(10 * share)
         left = f", about {eta_seconds:.0f} s left" if eta_seconds is not None and done < total else ""

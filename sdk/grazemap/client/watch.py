@@ -1,124 +1,134 @@
-"""Following a job until it is finished: its event stream while that works, polling where it does not."""
+# Generated from async_watch.py by `make client`: do not edit.
+"""Following a job until it is finished: by its event stream while that works, else by polling."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
+from contextlib import closing
+
+import httpx2
+
 from grazemap import constants
-from grazemap.client.event_stream import EventDecoder
-from grazemap.client.io_effects import (
-    CloseStream,
-    Event,
-    Flow,
-    LinkBroken,
-    NextLine,
-    Now,
-    OpenStream,
-    Reply,
-    Send,
-    Sleep,
-)
-from grazemap.client.retry import exchange, pause, read_model
+from grazemap.client.connection import Connection
+from grazemap.client.events import Event, EventDecoder
+from grazemap.client.http import pause, read_model
 from grazemap.errors import ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
 
 
-def follow(path: str, retries: int, timeout: float | None, job: Job | None = None, replay: bool = False) -> Flow[Job]:
-    """Hand on a job's events until it is finished, and return it as it is then.
+class Follower:
+    """Follows one job over all the connections that it takes to see its end.
 
-    A broken stream is taken up again where it ended (Last-Event-ID). A stream cannot be left between two of its
-    lines, so when less time is left than a stream may be silent the rest is polled, and `timeout` is kept.
+    A stream that breaks is resumed where it ended (Last-Event-ID). A stream cannot be left between two of its lines,
+    so when less time remains than a stream may be silent the job is polled, and `timeout` is kept.
 
     Parameters
     ----------
+    connection : Connection
     path : str
         The job's address.
-    retries : int
-        Attempts after the first one for each plain request; a running job gets more patience, unless it is 0.
-    timeout : float or None
+    timeout : float, optional
         Seconds to wait for the end.
     job : Job, optional
-        The job as it was a moment ago.
+        The job as it was a moment ago; left out: the service is asked first.
     replay : bool
-        Hand on the events of a finished job too, as far as the service still has them; else there is nothing to
-        wait for, and its end is all that is told.
+        Also yield the events of a finished job, as far as the service still has them; otherwise there is nothing to
+        wait for, and its last progress and its end are the only events.
 
-    Raises
-    ------
-    WaitTimeout
+    Attributes
+    ----------
+    job : Job or None
+        The job as last seen.
     """
-    deadline = None if timeout is None else (yield Now()) + timeout
-    follower = _Follower(path, max(retries, constants.FOLLOW_RETRIES) if retries else 0, deadline)
-    if job is None:
-        job = yield from follower.look()
-    broken = 0
-    while job.status not in FINISHED or (replay and not follower.done):
-        if broken >= constants.STREAM_ATTEMPTS or (yield from follower.near_deadline()):
-            return (yield from follower.poll(job))
-        before = follower.heard
-        yield from follower.listen()
-        job = yield from follower.look()
-        broken = 0 if follower.heard > before else broken + 1
-        if job.status not in FINISHED:
-            follower.done = False  # that was the end of an earlier computation of the same question
-        retried = not follower.done and 0 < broken < constants.STREAM_ATTEMPTS
-        if retried and not (yield from follower.near_deadline()):
-            yield Sleep(pause(broken - 1))
-    if not follower.done:
-        yield Event("", "progress", job.progress.model_dump())
-        yield Event("", "done", {"status": job.status})
-    return job
 
-
-class _Follower:
-    """One job over all the connections that it takes to see its end."""
-
-    def __init__(self, path: str, retries: int, deadline: float | None) -> None:
-        self.heard = 0
-        self.done = False
+    def __init__(
+        self,
+        connection: Connection,
+        path: str,
+        timeout: float | None = None,
+        job: Job | None = None,
+        replay: bool = False,
+    ) -> None:
+        self.job = job
+        self._connection = connection
         self._path = path
-        self._retries = retries
-        self._deadline = deadline
+        self._replay = replay
+        self._deadline = None if timeout is None else connection.now() + timeout
+        # a running job is worth more attempts than a plain request, unless there are to be none
+        retries = connection.settings.retries
+        self._retries = max(retries, constants.FOLLOW_RETRIES) if retries else 0
+        self._done = False
+        self._seen = 0
         self._last_id = ""
 
-    def look(self) -> Flow[Job]:
-        return read_model(Job, (yield from exchange(Send("GET", self._path), self._retries, self._deadline)))
+    def run(self, listen: Callable[[Event], None] | None = None) -> Job:
+        """Follow the job to its end, call `listen` with each event, and return the job. Raises WaitTimeout."""
+        with closing(self.events()) as events:
+            for event in events:
+                if listen is not None:
+                    listen(event)
+        assert self.job is not None  # the first of the events came after it
+        return self.job
 
-    def near_deadline(self) -> Flow[bool]:
-        if self._deadline is None:
-            return False
-        now: float = yield Now()
-        return self._deadline - now < constants.STREAM_SILENCE
+    def events(self) -> Generator[Event]:
+        """Yield the job's events until it is finished. Raises WaitTimeout."""
+        job = self.job or self._look()
+        broken = 0
+        while job.status not in FINISHED or (self._replay and not self._done):
+            if broken >= constants.STREAM_ATTEMPTS or self._near_deadline():
+                with closing(self._poll(job)) as events:
+                    for event in events:
+                        yield event
+                return
+            before = self._seen
+            with closing(self._listen()) as events:
+                for event in events:
+                    yield event
+            job = self._look()
+            broken = 0 if self._seen > before else broken + 1
+            if job.status not in FINISHED:
+                self._done = False  # that was the end of an earlier computation of the same request
+            again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
+            if again and not self._near_deadline():
+                self._connection.sleep(pause(broken - 1))
+        if not self._done:
+            for event in _last_events(job):
+                yield event
 
-    def listen(self) -> Flow[None]:
-        """Follow one connection until it ends, breaks, or the last stretch of the time begins."""
+    def _look(self) -> Job:
+        response = self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
+        self.job = read_model(Job, response)
+        return self.job
+
+    def _near_deadline(self) -> bool:
+        return self._deadline is not None and self._deadline - self._connection.now() < constants.STREAM_SILENCE
+
+    def _listen(self) -> Generator[Event]:
+        """Yield the events of one connection until it ends or breaks, or the deadline is near."""
         headers = {"accept": "text/event-stream", "cache-control": "no-store"}
         if self._last_id:
             headers["last-event-id"] = self._last_id
-        try:
-            reply: Reply = yield OpenStream(self._path + "/events", headers, constants.STREAM_SILENCE)
-            if reply.status == 200 and reply.headers.get("content-type", "").startswith("text/event-stream"):
-                yield from self._read()
-        except (LinkBroken, ProtocolError):
-            # Nothing is lost: the caller looks at the job itself, comes back, and in the end does without a stream.
-            pass
-        yield CloseStream()
-
-    def _read(self) -> Flow[None]:
         decoder = EventDecoder(self._last_id)
-        while not self.done:
-            line: str | None = yield NextLine()
-            if line is None:
-                return
-            event = decoder.feed(line)
-            if event is not None:
-                self.heard += 1
-                self._last_id = event.id
-                self.done = event.name == "done"
-                yield event
-            if (yield from self.near_deadline()):
-                return
+        try:
+            with self._connection.stream(self._path + "/events", headers, constants.STREAM_SILENCE) as response:
+                kind = response.headers.get("content-type", "")
+                if response.status_code != 200 or not kind.startswith("text/event-stream"):
+                    return
+                for line in response.iter_lines():
+                    event = decoder.feed(line)
+                    if event is not None:
+                        self._seen += 1
+                        self._last_id = event.id
+                        self._done = event.name == "done"
+                        yield event
+                    if self._done or self._near_deadline():
+                        return
+        except (httpx2.RequestError, ProtocolError):
+            # Nothing is lost: the caller asks for the job itself, opens another stream, and in the end polls.
+            pass
 
-    def poll(self, job: Job) -> Flow[Job]:
-        """Look at the job at growing intervals until it is finished."""
+    def _poll(self, job: Job) -> Generator[Event]:
+        """Ask for the job at growing intervals until it is finished, and yield its progress."""
         seconds = constants.POLL_START
         seen = None
         while job.status not in FINISHED:
@@ -126,13 +136,15 @@ class _Follower:
                 seen = job.progress
                 yield Event("", "progress", seen.model_dump())
             if self._deadline is not None:
-                left = self._deadline - (yield Now())
+                left = self._deadline - self._connection.now()
                 if left <= 0:
                     raise WaitTimeout(f"job {job.id} is still {job.status}; it goes on", job)
                 seconds = min(seconds, left)
-            yield Sleep(seconds)
+            self._connection.sleep(seconds)
             seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)
-            job = yield from self.look()
-        yield Event("", "progress", job.progress.model_dump())
-        yield Event("", "done", {"status": job.status})
-        return job
+            job = self._look()
+        yield from _last_events(job)
+
+
+def _last_events(job: Job) -> list[Event]:
+    return [Event("", "progress", job.progress.model_dump()), Event("", "done", {"status": job.status})]

@@ -1,4 +1,4 @@
-"""Pictures of results on matplotlib axes, without pyplot: nothing is kept behind the caller's back.
+"""Pictures of results on matplotlib axes, without pyplot: no figure stays open.
 
 Each function draws on the axes it is given or makes a figure of its own, and returns the axes;
 ``axes.figure.savefig("picture.png")`` writes it. Needs the extra "plot".
@@ -9,38 +9,19 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from grazemap.results import (
-    Basins,
-    BifurcationCurves,
-    BifurcationDiagram,
-    CodimensionTwoPoints,
-    DiscontinuityMapping,
-    GrazingCurve,
-    OrbitBranch,
-    PeriodicOrbit,
-    Result,
-    Trajectories,
-    Trajectory,
-    UnfoldingDiagram,
-    UnfoldingMap,
-)
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import Result
 
 
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path decides the format."""
-    match result:
-        case GrazingCurve() | CodimensionTwoPoints() | DiscontinuityMapping() | BifurcationCurves():
-            axes = result.plot()
-        case BifurcationDiagram() | UnfoldingMap() | UnfoldingDiagram() | Basins() | PeriodicOrbit() | OrbitBranch():
-            axes = result.plot()
-        case Trajectory() | Trajectories():
-            axes, _ = result.plot()
-        case _:
-            raise TypeError(f"no picture of a {type(result).__name__}")
-    save_axes(axes, path)
+    if not hasattr(result, "plot"):
+        raise TypeError(f"no picture of a {type(result).__name__}")
+    drawn = result.plot()
+    # a trajectory has two axes, in one figure
+    save_axes(drawn[0] if isinstance(drawn, tuple) else drawn, path)
 
 
 def save_axes(axes: Axes, path: str | PathLike[str]) -> None:

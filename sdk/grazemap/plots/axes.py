@@ -47,7 +47,7 @@ def axis_label(quantity: str, units: str, mass: int = 1) -> str:
 
 
 def place_text(units: str, **values: float) -> str:
-    """Return where in the plane a picture is, omega and clearance as far as they are given, with their units in SI."""
+    """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$"}
     unit = {name: f" {_QUANTITIES[name][1]}" if units == "SI" else "" for name in signs}
     return ", ".join(f"{signs[name]} = {value:g}{unit[name]}" for name, value in values.items())
@@ -60,13 +60,13 @@ def label_plane(ax: Axes, units: str) -> None:
 
 
 def legend_outside(ax: Axes, **options: object) -> None:
-    """Put the legend, if there is anything to explain, to the right of the axes, where it hides nothing."""
+    """Put the legend, if it has entries, to the right of the axes."""
     if not ax.get_legend_handles_labels()[0]:
         return
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8, **options)
 
 
 def cell_borders(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the borders of the cells round increasing values, shape (values + 1,)."""
+    """Return the borders of the cells around increasing values, shape (values + 1,)."""
     middle = (values[1:] + values[:-1]) / 2
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])

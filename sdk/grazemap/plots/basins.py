@@ -9,17 +9,18 @@ import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, cell_borders, legend_outside, place_text
 from grazemap.plots.palette import UNRESOLVED, motion_colour, motion_text
-from grazemap.results import Basins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import Basins
 
 # Motions with one label have shades of its colour.
 _SHADES = (0.0, 0.35, -0.35, 0.6, -0.6)
 
 
 def plot_basins(result: Basins, ax: Axes | None = None) -> Axes:
-    """Draw the rectangle of initial states; the legend has the attractors with their shares."""
+    """Draw the rectangle of initial states; the legend names the attractors with their shares."""
     from matplotlib.colors import ListedColormap
 
     ax = axes_or_new(ax, 9.0, 6.5)

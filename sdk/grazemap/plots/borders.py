@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any
 from grazemap.plots.axes import axes_or_new, label_plane, legend_outside
 from grazemap.plots.curve import BIFURCATIONS
 from grazemap.plots.palette import label_text
-from grazemap.results import BifurcationCurves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import BifurcationCurves
 
 _OTHERS = {"NS": ("o", "#B8860B", "Neimark-Sacker (NS)"), "GR": ("X", "#222222", "graze (GR)")}
 _DASHES = ("-", "--", "-.", ":")
 
 
 def plot_bifurcation_curves(result: BifurcationCurves, ax: Axes | None = None, admissible: bool = True) -> Axes:
-    """Draw the curves; with `admissible` those only that are borders of motions."""
+    """Draw the curves; with `admissible` only those of admissible motions."""
     ax = axes_or_new(ax)
     draw_bifurcation_curves(ax, result, admissible)
     label_plane(ax, result.units)
@@ -36,7 +37,7 @@ def plot_bifurcation_curves(result: BifurcationCurves, ax: Axes | None = None, a
 def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: bool = True, halo: bool = False) -> None:
     """Add the curves to axes: a colour for each type, a dash for each period, thin for symmetric motions.
 
-    With `halo` they have a white rim, so that they read on coloured ground.
+    With `halo` they have a white rim, so that they are legible on colours.
     """
     seen: set[str] = set()
     for curve in result.curves:
@@ -52,12 +53,12 @@ def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: boo
 
 
 def curve_name(type: str) -> str:
-    """Return what a type of curve is called."""
+    """Return the name of a type of curve."""
     return (BIFURCATIONS | _OTHERS)[type][2]
 
 
 def curve_style(type: str, width: float, halo: bool) -> dict[str, Any]:
-    """Return how a curve of a type is drawn, as keywords of `Axes.plot`."""
+    """Return the style of a type of curve, as keywords of `Axes.plot`."""
     from matplotlib.patheffects import Normal, withStroke
 
     return {

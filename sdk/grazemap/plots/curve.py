@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
-from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
 
 # Recurrences by order, from early to late; the same order has the same colour in every picture.
 _ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF", "#8B4513")
@@ -61,7 +62,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
     halo : bool
         Give the line a white rim and leave the band out, so that it reads on coloured ground.
     dashed : bool
-        Dash the line, so that it is told from solid ones.
+        Draw the line dashed, so that it differs from solid ones.
     """
     from matplotlib.patheffects import Normal, withStroke
 
@@ -95,7 +96,7 @@ def draw_points(
     """Add codimension-two points to axes, with a legend entry per kind.
 
     Recurrences are asterisks: coloured by order where they are active, small and grey where a smaller order recurs
-    already. Resonant points are told apart by bifurcation, filled for one-sided and hollow for symmetric motions.
+    already. Resonant points are distinguished by bifurcation, filled for one-sided and hollow for symmetric motions.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def draw_points(
         Give the symbols a white rim, so that they read on coloured ground.
     """
     inside = [point for point in points if span is None or span[0] <= point.omega <= span[1]]
-    # Many symbols are drawn smaller, so that the curve under them is still seen.
+    # Many symbols are drawn smaller, so that the curve under them stays visible.
     size = max(0.6, min(1.0, (_ROOMY / max(1, len(inside))) ** 0.5))
     recurrences = [point for point in inside if point.kind == "recurrence"]
     passive = [point for point in recurrences if not point.active]

@@ -8,41 +8,41 @@ import numpy as np
 
 from grazemap.plots.axes import axes_or_new, axis_label, legend_outside, place_text
 from grazemap.plots.palette import motion_colour, motion_text
-from grazemap.results import BifurcationDiagram, MotionShare
-from grazemap.results.diagrams import QUANTITIES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# The legend names so many motions, those with the most values.
+    from grazemap.results import BifurcationDiagram
+
+# Number of motions that the legend names, those with the most values.
 _NAMED = 12
 _NEARLY_WHITE, _STRONGER, _LIGHT, _DARKER = 200, 8.0, 0.7, 0.58
+# What a diagram shows, and the quantity that its axis is labelled with.
+_QUANTITIES = {"displacement": "displacement", "velocity": "velocity", "impact_velocity": "velocity"}
 
 
 def plot_bifurcation_diagram(
     result: BifurcationDiagram, ax: Axes | None = None, quantity: str = "displacement"
 ) -> Axes:
     """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity."""
-    if quantity not in QUANTITIES:
-        raise ValueError(f"the quantity is one of {', '.join(QUANTITIES)}")
+    if quantity not in _QUANTITIES:
+        raise ValueError(f"the quantity is one of {', '.join(_QUANTITIES)}")
     ax = axes_or_new(ax, 10.0, 5.5)
     labels = np.array(result.labels())
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
     named = set(names[np.argsort(-counts, kind="stable")][:_NAMED].tolist())
     for name, index, count in sorted(zip(names.tolist(), first.tolist(), counts.tolist(), strict=True), key=_by_count):
         motion = result.sections[index].motion
-        share = MotionShare(name, motion.kind, motion.period, motion.impacts_right, motion.impacts_left, count, 0.0)
         members = [result.sections[i] for i in np.flatnonzero(labels == name)]
         columns = [getattr(section, quantity) for section in members]
         place = np.repeat(result.parameter[labels == name], [len(column) for column in columns])
-        entry = f"{motion_text(share)} ({count} value{'s' if count > 1 else ''})" if name in named else None
+        entry = f"{motion_text(motion)} ({count} value{'s' if count > 1 else ''})" if name in named else None
         style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        ax.plot(place, np.concatenate(columns), color=_visible(motion_colour(share)), **style, rasterized=True)
-        ax.plot([], [], "s", markersize=6, color=_visible(motion_colour(share)), label=entry or "_")
-    kind = {"displacement": "displacement", "velocity": "velocity", "impact_velocity": "velocity"}[quantity]
+        ax.plot(place, np.concatenate(columns), color=_visible(motion_colour(motion)), **style, rasterized=True)
+        ax.plot([], [], "s", markersize=6, color=_visible(motion_colour(motion)), label=entry or "_")
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
     ax.set_xlabel(axis_label(result.vary, result.units))
-    ax.set_ylabel(f"{axis_label(kind, result.units)}, {what}")
+    ax.set_ylabel(f"{axis_label(_QUANTITIES[quantity], result.units)}, {what}")
     request = result.meta["request"]
     other = "omega" if result.vary == "clearance" else "clearance"
     fixed = place_text(result.units, **{other: request[other]})
@@ -57,7 +57,7 @@ def _by_count(entry: tuple[str, int, int]) -> tuple[int, str]:
 
 
 def _visible(colour: str) -> str:
-    """Return a colour that is seen on white: what is nearly white keeps its hue and gets strong, what is light dark."""
+    """Return a colour that is visible on white: a nearly white one is made stronger, a light one darker."""
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
     if parts.min() > _NEARLY_WHITE:
         parts = 255.0 - np.minimum(255.0, (255.0 - parts) * _STRONGER)

@@ -1,4 +1,4 @@
-"""How far a discontinuity mapping, and the map made of it, are from the motion itself."""
+"""Errors of a discontinuity mapping, and of the map made of it, against the simulated motion."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, legend_outside, place_text
-from grazemap.results import DiscontinuityMapping
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import DiscontinuityMapping
 
 _LEADING, _SECOND = "#0072B2", "#D55E00"
 _RETURNS = ("#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF")
 
 
 def plot_mapping_error(result: DiscontinuityMapping, ax: Axes | None = None) -> Axes:
-    """Draw errors over the overshoot, in logarithms: of the mapping, with the next order, and of the first returns."""
+    """Draw errors over the overshoot, logarithmically: of the mapping, of the next order, and of the first returns."""
     ax = axes_or_new(ax)
     order = np.argsort(result.overshoot)
     overshoot = result.overshoot[order]

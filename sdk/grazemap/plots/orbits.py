@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside, place_text
 from grazemap.plots.palette import label_text
-from grazemap.results import OrbitBranch, PeriodicOrbit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import OrbitBranch, PeriodicOrbit
 
 _LINE, _PALE = "#0072B2", "#B9B9B9"
 _VIRTUAL = 0.3
@@ -43,7 +44,7 @@ def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
 def plot_branch_multipliers(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     """Draw the multipliers of all orbits of a branch and the unit circle, coloured by the parameter.
 
-    Pale are those of orbits that are no motions. Those far outside of the circle, as next to a graze, are not shown.
+    Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
     """
     ax = _unit_circle(ax)
     request = result.meta["request"]
@@ -72,7 +73,7 @@ def _unit_circle(ax: Axes | None) -> Axes:
 
 
 def _fixed(result: OrbitBranch) -> str:
-    """Say at which omega and clearance a branch is; not the one that varies."""
+    """Return the text of the parameters of a branch that do not vary."""
     request = result.meta["request"]
     fixed = {name: request[name] for name in ("omega", "clearance") if name != request["vary"]}
     return place_text(result.units, **fixed)
@@ -81,7 +82,7 @@ def _fixed(result: OrbitBranch) -> str:
 def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
-    Stable motions are solid, unstable ones dashed, orbits that are no motions pale; special points are on all impacts.
+    Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts.
     """
     ax = axes_or_new(ax, 9.0, 5.5)
     speeds = result.velocities * result.stops if len(result.parameter) else np.zeros((0, 0))
@@ -93,7 +94,7 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     for chosen, style, text in kinds:
         if not chosen.any():
             continue
-        # with the point before and behind each stretch, so that stretches meet
+        # with the point before and after each stretch, so that stretches meet
         reach = chosen | np.append(chosen[1:], False) | np.append(False, chosen[:-1])
         shown = chosen if text == "stable" else reach
         for impact in range(speeds.shape[1]):

@@ -1,17 +1,21 @@
 """The colours of motions: a function of the label alone, so that a motion looks the same in every picture.
 
 The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it (the greys and
-the ground included) in the least favourable of three views: normal, protan and deutan vision. Other motions get a
-colour computed from their label; those cover small regions, and where there is room the picture names them.
+the background included) in the least favourable of three views: normal, protan and deutan vision. Other motions get a
+colour computed from their label; they cover small regions, and the picture names the regions that are large enough.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from typing import TYPE_CHECKING
 
-from grazemap.results import MotionShare
 from grazemap.wire.job import INFINITE
+
+if TYPE_CHECKING:
+    from grazemap.results import MotionShare
+    from grazemap.wire import Motion
 
 UNRESOLVED = "#909090"
 OTHER = "#DCDCDC"
@@ -58,7 +62,7 @@ _CHROMA = 0.09
 _LIGHTNESS = (0.72, 0.48, 0.83, 0.60)
 
 
-def motion_colour(motion: MotionShare) -> str:
+def motion_colour(motion: Motion | MotionShare) -> str:
     """Return the colour of a motion as #RRGGBB; it depends on the label or the kind only."""
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
         return _BY_KIND.get(motion.kind, OTHER)
@@ -66,7 +70,7 @@ def motion_colour(motion: MotionShare) -> str:
     return NAMED.get(key) or _computed(*key)
 
 
-def motion_text(motion: MotionShare) -> str:
+def motion_text(motion: Motion | MotionShare) -> str:
     """Return a motion's label with subscripts, n-p_r-q_l, as mathtext; its kind when it is not periodic."""
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
         return motion.kind
@@ -86,7 +90,7 @@ def label_text(label: str) -> str:
 
 
 def _computed(period: int, right: int, left: int) -> str:
-    """Return a colour of medium chroma, its hue and lightness turned on by every count of the label."""
+    """Return a colour of medium chroma, its hue and lightness stepped by every count of the label."""
     turns = sum(step * count for step, count in zip(_HUE_STEPS, (period, right, left), strict=True))
     hue = 2 * math.pi * (turns % 1.0)
     lightness = _LIGHTNESS[(period + right + 2 * left) % len(_LIGHTNESS)]

@@ -1,4 +1,4 @@
-"""What leaves the grazing curve at its resonant points, drawn against the curve itself."""
+"""Local unfoldings: the curves that leave the grazing curve at its resonant points, relative to it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
 from grazemap.plots.curve import BIFURCATIONS
-from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 _FAR = 0.003
 _DASHES = ("-", "--", "-.", ":")
@@ -117,7 +118,7 @@ def _draw(
 
 
 def _label_sides(ax: Axes, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]) -> None:
-    """Say with arrows on which side of the grazing curve the motions of each family begin, beside its saddle-nodes."""
+    """Draw arrows on the side of the grazing curve on which the motions of each family exist, at its saddle-nodes."""
     _, colour, _ = BIFURCATIONS["SN"]
     saddle_nodes = [(point, unfolding) for point, unfolding in resonant if point.bifurcation == "SN"]
     if saddle_nodes:

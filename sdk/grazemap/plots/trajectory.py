@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axis_label, new_figure, place_text
 from grazemap.plots.palette import motion_colour, motion_text
-from grazemap.results import MotionShare, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from grazemap.results import Trajectories, Trajectory
 
 _BLUE, _EARLIER, _STOP, _IMPACT = "#0072B2", "#A9C9DD", "#8C8C8C", "#D55E00"
 # More forcing periods than these in the time history would run into each other.
@@ -62,7 +63,7 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
 def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: int = 1) -> tuple[Axes, Axes]:
     """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
 
-    Parameters, what is returned and Raises as for `plot_trajectory`.
+    Parameters, Returns and Raises as for `plot_trajectory`.
     """
     first = result.trajectories[0]
     history, portrait = _axes(first, figure, mass)
@@ -70,7 +71,7 @@ def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: 
     for trajectory in result.trajectories:
         time, displacement, velocity = with_impacts(trajectory, mass)
         shown = _last_periods(trajectory, time)
-        motion = _named(trajectory)
+        motion = trajectory.motion
         text = motion_text(motion)
         style: dict[str, Any] = {"color": motion_colour(motion), "linewidth": 0.8}
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
@@ -98,7 +99,7 @@ def _axes(trajectory: Trajectory, figure: Figure | None, mass: int) -> tuple[Axe
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
-    """Say which of some times are in the last periods of a trajectory; it may have none, having ended early."""
+    """Return which times are in the last periods of a trajectory; none where it has ended early."""
     end = time[-1] if len(time) else 0.0
     shown: NDArray[np.bool_] = time >= end - _HISTORY_PERIODS * 2 * np.pi / trajectory.meta["request"]["omega"]
     return shown
@@ -118,7 +119,7 @@ def _put_title(history: Axes, text: str) -> None:
 
 
 def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:
-    """Return time, displacement and velocity of a mass, for mass 1 with both sides of every impact put in.
+    """Return time, displacement and velocity of a mass, for mass 1 with the values before and after every impact.
 
     Between two samples an impact would look like a round corner; with its position and its velocities before and
     after it is the straight jump that it is. Each array has the shape (samples + 2 impacts,), or (samples,).
@@ -130,7 +131,7 @@ def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Flo
     after = -request["oscillator"]["restitution"] * impacts.velocity
     position = impacts.stop * float(request["clearance"])
     time = np.concatenate([trajectory.time, impacts.time, impacts.time])
-    # A sample at the very moment of an impact holds the state after it.
+    # A sample at the time of an impact has the state after it.
     rank = np.repeat([2, 0, 1], [len(trajectory.time), len(impacts), len(impacts)])
     order = np.lexsort([rank, time])
     return (
@@ -163,18 +164,13 @@ def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, start: fl
     portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
 
 
-def _named(trajectory: Trajectory) -> MotionShare:
-    motion = trajectory.motion
-    return MotionShare("", motion.kind, motion.period, motion.impacts_right, motion.impacts_left, 0, 0.0)
-
-
 def _where(trajectory: Trajectory) -> str:
     request = trajectory.meta["request"]
     return "at " + place_text(trajectory.units, omega=request["omega"], clearance=request["clearance"])
 
 
 def _title(trajectory: Trajectory, mass: int) -> str:
-    named, grazes = motion_text(_named(trajectory)), int(np.sum(trajectory.impacts.kind == "graze"))
+    named, grazes = motion_text(trajectory.motion), int(np.sum(trajectory.impacts.kind == "graze"))
     impacts = len(trajectory.impacts) - grazes
     counts = [
         f"{count} {text[: -1 if count == 1 else None]}"

@@ -11,12 +11,13 @@ from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, leg
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import OTHER, motion_colour, motion_text
-from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# A region is named inside the picture when a square of this share of the map's shorter side fits into it.
+    from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, MotionShare, UnfoldingMap
+
+# A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
 # A map with more points than this is drawn as an image, and its regions are measured on every so many of them.
 _DRAWN_AS_CELLS = 1 << 20
@@ -43,9 +44,9 @@ def plot_unfolding_map(
     points : CodimensionTwoPoints, optional
         Drawn on the curve; left out: the curve's own.
     curves : BifurcationCurves, optional
-        Drawn over the regions, those only that are borders of motions.
+        Drawn over the regions, only those of admissible motions.
     motions : int
-        How many motions get a colour and a line in the legend; the smaller ones are drawn alike as "other".
+        Number of motions with a colour and an entry in the legend; the smaller ones have one colour, as "other".
 
     Returns
     -------

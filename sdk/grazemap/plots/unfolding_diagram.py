@@ -10,10 +10,11 @@ from grazemap.plots.axes import INK, cell_borders, legend_outside
 from grazemap.plots.borders import curve_name, curve_style
 from grazemap.plots.curve import draw_curve
 from grazemap.plots.unfolding import plot_unfolding_map
-from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
 _TYPES = ("SN", "PD", "SB", "NS", "GR")
 _COEXISTENCE = "#FFFFFF"
@@ -57,7 +58,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
 
 
 def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
-    """Draw the curves that explain a border, as far as their orbits are motions; the grazing curve is there already."""
+    """Draw the curves that explain a border, where their orbits are admissible; the grazing curve is drawn before."""
     for kind in _TYPES:
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
         style = curve_style(kind, 1.0, halo=True)
@@ -68,7 +69,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
 
 
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
-    """Draw the sides that the cells of pairs of neighbouring points share."""
+    """Draw the sides shared by the cells of pairs of neighbouring points."""
     from matplotlib.collections import LineCollection
     from matplotlib.patheffects import Normal, withStroke
 

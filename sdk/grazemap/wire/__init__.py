@@ -1,7 +1,6 @@
-"""The wire models: the one place that says what travels between client, service and worker."""
+"""The wire models: the requests, jobs and problems that client, service and worker exchange."""
 
 from grazemap.wire.basins import BasinCoordinate, BasinsRequest
-from grazemap.wire.canonical import canonical, job_id
 from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import (
     FINISHED,
@@ -25,7 +24,7 @@ from grazemap.wire.orbits import (
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.process import ProcessRequest
+from grazemap.wire.process import ProcessRequest, canonical, job_id
 from grazemap.wire.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.wire.requests import (
     PROCESSES,

@@ -1,4 +1,4 @@
-"""What every wire model shares: strict numbers, list fields that take tuples and arrays, names of number types.
+"""What every wire model shares: strict numbers, lists that may be given as tuples and arrays, types of numbers.
 
 Requests refuse unknown fields, responses ignore them, so that an older client reads a newer service.
 """
@@ -8,15 +8,18 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-LEAST_NUMBER = 1e-60
+SMALLEST_NUMBER = 1e-60
 LARGEST_NUMBER = 1e60
 
 
 class Request(BaseModel):
-    """A request body, or a part of one. The line below a field is its description wherever the API is described."""
+    """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
+
+    The line below a field is its description wherever the API is described.
+    """
 
     model_config = ConfigDict(
         strict=True,
@@ -27,36 +30,24 @@ class Request(BaseModel):
         use_attribute_docstrings=True,
     )
 
-    def __init__(self, /, **fields: Any) -> None:
-        """Check the fields. Raises grazemap.errors.ParameterError, which says what is wrong with which."""
-        try:
-            super().__init__(**fields)
-        except ValidationError as error:
-            # the errors are made of models
-            from grazemap.validation import refusal
-
-            raise refusal(error, type(self)) from None
-
-    # As of BaseModel's own: what validates a body, or a part of one, does without this and has pydantic's errors.
-    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
-
 
 class Response(BaseModel):
-    """What the service answers, or a part of it."""
+    """An answer of the service, or a part of one."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
 
 def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
-    """Return the error that a validator raises: what is wrong, what would be right, and in which field below.
+    """Return the error that a validator raises: what is wrong, what is allowed, and in which field below.
 
     Neither text may contain the value that was sent.
     """
-    return PydanticCustomError("not_allowed", "{reason}", {"reason": message, "allowed": allowed, "at": at})
+    context = {"reason": message, "allowed": allowed, "at": at}
+    return PydanticCustomError("not_allowed", "{reason} (allowed: {allowed})", context)
 
 
 def _as_list(value: Any) -> Any:
-    """Let Python callers pass tuples and numpy arrays where JSON has a list, numpy scalars where it has a number."""
+    """Return a list for a tuple or an array, a number for a numpy scalar, and anything else as it is."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple):
@@ -67,8 +58,8 @@ def _as_list(value: Any) -> Any:
 
 
 def _sized(value: float) -> float:
-    """Refuse numbers whose powers would overflow or vanish; no unit makes a mechanical quantity so large or small."""
-    if value != 0.0 and not LEAST_NUMBER <= abs(value) <= LARGEST_NUMBER:
+    """Return a number unless its powers would overflow or underflow; no quantity is so large or small in any unit."""
+    if value != 0.0 and not SMALLEST_NUMBER <= abs(value) <= LARGEST_NUMBER:
         raise invalid("the number is too large or too small to compute with", "0, or 1e-60 to 1e60 in size")
     return value
 

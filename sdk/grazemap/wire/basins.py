@@ -1,4 +1,4 @@
-"""The request for a basin picture: two initial coordinates, and the values of both."""
+"""The request for basins of attraction: two initial coordinates, and the values of both."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ class BasinCoordinate(Request):
     """One of the two initial coordinates: displacement or velocity of a mass, and its values."""
 
     quantity: Literal["displacement", "velocity"]
-    """What of the mass is varied."""
+    """The quantity of the mass that varies."""
     mass: Count = 1
-    """Which mass, counted from 1."""
+    """The mass, counted from 1."""
     values: CoordinateGrid
     """Its values: a range, or an increasing list; of mass 1 strictly between the stops."""
 
     @property
-    def place(self) -> tuple[str, int]:
-        """Which coordinate it is."""
+    def varied(self) -> tuple[str, int]:
+        """The quantity and the mass."""
         return self.quantity, self.mass
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Its first and last value, without making the others: there may be far too many."""
+        """Its first and last value; the others may be too many to compute here."""
         if isinstance(self.values, list):
             return self.values[0], self.values[-1]
         return self.values.start, self.values.stop
@@ -46,13 +46,13 @@ class BasinsRequest(ProcessRequest):
     clearance: Positive
     """Distance of each stop from the middle."""
     horizontal: BasinCoordinate
-    """The initial coordinate along the picture's horizontal axis."""
+    """The initial coordinate along the horizontal axis."""
     vertical: BasinCoordinate
-    """The one along its vertical axis."""
+    """The initial coordinate along the vertical axis."""
     initial: InitialState = InitialState()
     """All other coordinates, and the phase of the forcing."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled is given up."""
+    """Forcing periods after which a trajectory that has not settled is unresolved."""
     max_period: MaxPeriod = 32
     """The longest period looked for, in forcing periods."""
 
@@ -63,13 +63,13 @@ class BasinsRequest(ProcessRequest):
             if coordinate.mass > count:
                 raise invalid(f"{name}.mass is no mass of the oscillator", f"1 to {count}", name, "mass")
             reaches = not max(abs(end) for end in coordinate.ends) < self.clearance
-            if coordinate.place == ("displacement", 1) and reaches:
+            if coordinate.varied == ("displacement", 1) and reaches:
                 detail = f"{name}.values of mass 1 reach the stops"
                 raise invalid(detail, "-clearance < values < clearance", name, "values")
-        if self.horizontal.place == self.vertical.place:
+        if self.horizontal.varied == self.vertical.varied:
             raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
         initial = self.initial.fitted(count, self.clearance, ("initial",))
-        # what the rectangle replaces is no part of the question
+        # what the rectangle replaces is not part of the request
         state = {"displacement": list(initial.displacement or ()), "velocity": list(initial.velocity or ())}
         for coordinate in (self.horizontal, self.vertical):
             state[coordinate.quantity][coordinate.mass - 1] = 0.0
@@ -81,6 +81,6 @@ class BasinsRequest(ProcessRequest):
                 "initial",
                 "displacement",
             )
-        # the model is frozen for others; this is still its validation
+        # the model is frozen, but this is still its validation
         object.__setattr__(self, "initial", initial.model_copy(update=state))
         return self

@@ -14,8 +14,8 @@ from grazemap.wire.ranges import Grid
 class BifurcationDiagramsRequest(ProcessRequest):
     """Settled motions along clearance or omega: stroboscopic points, impact velocities and the name of each motion.
 
-    `range` has the values of the one that varies; the other one is given by its name. Trajectories start at rest, or
-    where that of the value below ("sweep-up") or above ("sweep-down") has ended.
+    `range` has the values of the parameter that varies; the other one is given by its name. Trajectories start at rest,
+    or at the final state of the value below ("sweep-up") or above ("sweep-down").
     """
 
     vary: Literal["clearance", "omega"]
@@ -27,19 +27,19 @@ class BifurcationDiagramsRequest(ProcessRequest):
     clearance: Positive | None = None
     """Distance of each stop from the middle, where omega varies."""
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
-    """Where trajectories start: at rest, or where that of the value below (sweep-up) or above has ended."""
+    """Where trajectories start: at rest, or at the final state of the value below (sweep-up) or above."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 300
-    """Forcing periods gone through at each value before those that are shown."""
+    """Forcing periods of the transient at each value, before those that are shown."""
     periods: Count = 64
     """Forcing periods that are shown at each value."""
     max_period: MaxPeriod = 32
-    """The longest period looked for, in forcing periods."""
+    """The maximum period looked for, in forcing periods."""
 
     @model_validator(mode="after")
     def _one_is_fixed(self) -> BifurcationDiagramsRequest:
         other = "omega" if self.vary == "clearance" else "clearance"
         if getattr(self, other) is None:
-            raise invalid(f"{other} is missing: it is the one that does not vary", "a finite number > 0", other)
+            raise invalid(f"{other} is missing: it is the parameter that does not vary", "a finite number > 0", other)
         if getattr(self, self.vary) is not None:
             raise invalid(f"{self.vary} varies: its values are the range", "left out", self.vary)
         return self

@@ -1,9 +1,8 @@
-"""From what pydantic says about a request to what a person can act on: pointer, detail, allowed.
+"""Errors of a request, from those of pydantic: pointer, detail, and what is allowed.
 
-The client says the same about a request as the service would, before anything is sent; `errors_of` is the one text
-of both. `allowed` is read off the request model's own JSON schema at the place of the error, so that it cannot
-disagree with what is validated. The service repeats nothing that was sent, names of unknown fields included: of these
-it says the known name that is nearest. The client names them too, to the one who wrote them.
+Client and service use the same texts. `allowed` is taken from the JSON schema of the request's model at the place of
+the error, so it cannot disagree with the validation. The service repeats nothing that was sent: for an unknown field
+it gives the known name that is closest. The client also names the unknown field, since its user wrote it.
 """
 
 from __future__ import annotations
@@ -16,13 +15,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from grazemap.wire import ProblemError
+from grazemap.wire.job import ProblemError
 
 Schema = Mapping[str, Any]
 MAX_ERRORS = 20
-# No known name is nearly as long, and comparing longer ones takes time.
+# No known name is nearly as long, and a comparison of longer names takes time.
 _LONGEST_NAME = 64
-# Messages of these types hold no input; every other type gets a sentence of our own.
+# Messages of these types contain no input; every other type has a sentence below.
 _QUOTABLE = {
     "greater_than",
     "greater_than_equal",
@@ -57,11 +56,11 @@ def errors_of(
     Parameters
     ----------
     errors : sequence of mappings
-        What ``ValidationError.errors()`` gives; the first part of each location says where: "body", "query".
+        As from ``ValidationError.errors()``; each location begins with "body" or "query".
     model : type or None
         The model of the body, if there is one.
     naming : bool
-        Whether unknown fields are named, which is for the one who wrote them alone.
+        Whether unknown fields are named; the service does not repeat them.
 
     Returns
     -------
@@ -83,24 +82,29 @@ def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemErr
     kind = str(error["type"])
     unknown = ""
     if kind == "extra_forbidden":
-        unknown = str(rest.pop())  # the name is the client's: its object is pointed at, with the names that are known
-    # the names of union branches, such as "[range]", are no part of the body
+        unknown = str(rest.pop())  # the pointer is that of its object: the name was sent by the client
+    # the names of union branches, such as "[range]", are not in the body
     where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
     context = error.get("ctx") or {}
     where += context.get("at", ())
-    detail = str(error["msg"]) if kind in _QUOTABLE else _SENTENCES.get(kind, "Input is not valid here")
+    # a message of our own ends with what is allowed, which has its own field here
+    detail = (
+        str(context.get("reason", error["msg"]))
+        if kind in _QUOTABLE
+        else _SENTENCES.get(kind, "Input is not valid here")
+    )
     here = _at(schema, where)
     if kind == "extra_forbidden":
         detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""
-        detail += _meant(unknown, here)
+        detail += _suggestion(unknown, here)
     allowed = str(context["allowed"]) if "allowed" in context else _describe(here, schema)
     if source != "body" and not allowed:
         allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
     return ProblemError(pointer=_pointer(source, where), detail=detail, allowed=allowed)
 
 
-def _meant(unknown: str, schemas: Sequence[Schema]) -> str:
-    """Return which known field may be meant by an unknown name, without that name; "" where none is near."""
+def _suggestion(unknown: str, schemas: Sequence[Schema]) -> str:
+    """Return a suggestion of a known field for an unknown name, or "" where none is similar."""
     known = [name for schema in schemas for name in schema.get("properties", {})]
     near = get_close_matches(unknown, known, n=1) if len(unknown) <= _LONGEST_NAME else []
     return f"; did you mean {near[0]}" if near else ""
@@ -131,7 +135,7 @@ def _branches(schema: Schema, root: Schema) -> list[Schema]:
 
 
 def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
-    """Return the alternatives of the schema at a place in the body; empty when the schema has no such place."""
+    """Return the alternatives of the schema at a place in the body, none where the schema has no such place."""
     found = _branches(root, root) if root else []
     for part in where:
         if isinstance(part, int):
@@ -157,8 +161,8 @@ def _describe_one(schema: Schema, root: Schema) -> str:
         return " ".join(filter(None, (noun, _bounds(schema))))
     if kind == "array":
         items = _describe(_branches(schema.get("items", {}), root), root) or "any value"
-        least, most = schema.get("minItems"), schema.get("maxItems")
-        counts = f"{least or 0} to {most}: " if most else f"at least {least}: " if least else ""
+        minimum, maximum = schema.get("minItems"), schema.get("maxItems")
+        counts = f"{minimum or 0} to {maximum}: " if maximum else f"at least {minimum}: " if minimum else ""
         return f"a list of {counts}{items}"
     if kind == "object" or "properties" in schema:
         return "an object with the fields " + ", ".join(schema.get("properties", {}))

@@ -11,7 +11,7 @@ FINISHED: frozenset[Status] = frozenset({"successful", "failed", "dismissed"})
 
 
 class Progress(Response):
-    """How far a job is, counted in `unit` ("tiles" or "steps")."""
+    """Progress of a job, counted in `unit` ("tiles" or "steps")."""
 
     done: int = 0
     total: int = 1
@@ -20,7 +20,7 @@ class Progress(Response):
 
 
 class Estimate(Response):
-    """What a job is expected to cost: forcing periods to simulate, tiles, seconds on one core."""
+    """Expected cost of a job: forcing periods to simulate, tiles, seconds on one core."""
 
     periods: float = 0.0
     tiles: int = 1
@@ -28,7 +28,7 @@ class Estimate(Response):
 
 
 class ProblemError(Response):
-    """One thing wrong with a request: where (JSON pointer into the body), what, and what is allowed."""
+    """One error in a request: JSON pointer into the body, what is wrong, and what is allowed."""
 
     pointer: str
     detail: str
@@ -54,10 +54,10 @@ class Link(Response):
 
 
 class Job(Response):
-    """A question that was asked, and how far its answer is. Lists of jobs leave out long requests (None).
+    """A request that was submitted, and its progress. Lists of jobs leave out long requests (None).
 
-    `cpu_seconds` is the processor time of computing what is done of it, in all workers together: packing, waiting and
-    tries that failed are not in it. None: from a service that does not count it.
+    `cpu_seconds` is the processor time spent on the finished part in all workers together, without packing, waiting
+    and failed attempts. It is None from a service that does not count it.
     """
 
     id: str
@@ -83,15 +83,15 @@ class JobList(Response):
 
 
 INFINITE = -2
-"""Stands for infinitely many impacts in a count of them."""
+"""The count of infinitely many impacts."""
 
 
 class Motion(Response):
-    """The type of motion n-p_r-q_l that a trajectory settled to.
+    """The motion n-p_r-q_l that a trajectory settles to.
 
     `impacts_right` and `impacts_left` count contacts per `period` with stops A and C; -1: the stop is not touched,
-    0: it is touched at zero velocity, INFINITE: infinitely often, in complete chatter. `sticking` says whether mass 1
-    rests on a stop some time in the period. All of them are None when the motion is unresolved, and `reason` says why.
+    0: it is touched at zero velocity, INFINITE: infinitely often, in complete chatter. `sticking` is whether mass 1
+    rests on a stop at some time in the period. All of them are None when the motion is unresolved; `reason` says why.
     """
 
     kind: Literal["periodic", "quasi-periodic", "chaotic", "unresolved"]

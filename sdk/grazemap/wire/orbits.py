@@ -14,34 +14,34 @@ from grazemap.wire.process import MaxPeriod, ProcessRequest
 from grazemap.wire.ranges import Interval
 from grazemap.wire.states import InitialState
 
-MOST_IMPACTS = 256
+MAX_IMPACTS = 256
 Stop = Annotated[Literal[1, -1], Listable]
 
 
 class OrbitMotion(Request):
     """A motion by its period and the stops of its impacts in order.
 
-    Phases and velocities are where Newton's method begins: omega t of the impacts with the forcing f sin(omega t), in
-    radians, and the signed velocities before them. Left out, an orbit in closed form is taken, or trajectories are
-    tried that settle to such a motion. A `label` n-p_r-q_l adds nothing, and must be that of the period and the stops.
+    Phases and velocities are the initial guess of Newton's method: omega t of the impacts with the forcing
+    f sin(omega t), in radians, and the signed velocities before them. Left out, the guess is an orbit in closed form,
+    or that of a trajectory that settles to such a motion. A `label` n-p_r-q_l must agree with the period and the stops.
     """
 
     period: MaxPeriod
     """In forcing periods."""
-    stops: Annotated[list[Stop], Field(min_length=1, max_length=MOST_IMPACTS, fail_fast=True), Listable]
+    stops: Annotated[list[Stop], Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True), Listable]
     """The stops of a period's impacts in order: 1 is A (right), -1 is C (left)."""
     phases: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
-    """Of the impacts, omega t in radians, increasing: where Newton's method begins; with velocities or not at all."""
+    """Of the impacts, omega t in radians, increasing: initial guess of Newton's method; given with velocities only."""
     velocities: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
-    """Of mass 1 before each impact, signed; with phases or not at all."""
+    """Of mass 1 before each impact, signed; given with phases only."""
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
-    """The motion's name n-p_r-q_l; adds nothing, and must be that of the period and the stops."""
+    """The motion's name n-p_r-q_l; it must agree with the period and the stops."""
 
     @model_validator(mode="after")
     def _label_fits(self) -> OrbitMotion:
         right, left = (self.stops.count(stop) or -1 for stop in (1, -1))
         if self.label not in (None, motion_label(self.period, right, left)):
-            detail = "the label is not that of the period and the stops"
+            detail = "the label does not agree with the period and the stops"
             raise invalid(detail, "period-(stops 1)r-(stops -1)l, (-1) for none of them; or none", "label")
         return self
 
@@ -66,8 +66,8 @@ class OrbitMotion(Request):
 class PeriodicOrbitsRequest(ProcessRequest):
     """A periodic motion with impacts, solved for by Newton's method from the equations of its impacts.
 
-    It is looked for near `motion`, or near what the trajectory from `initial` settles to within `transient_periods`;
-    left out both, near what the one from rest does.
+    It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
+    `transient_periods`. Where both are left out, the trajectory starts at rest.
     """
 
     omega: Positive
@@ -77,19 +77,19 @@ class PeriodicOrbitsRequest(ProcessRequest):
     motion: OrbitMotion | None = None
     """The motion that is looked for; instead of initial."""
     initial: InitialState | None = None
-    """Where a trajectory starts whose motion is solved for; left out, at rest."""
+    """Initial state of the trajectory whose motion is solved for; left out, at rest."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 1000
     """Forcing periods in which that trajectory settles."""
     max_period: MaxPeriod = 32
-    """The longest period looked for in it, in forcing periods."""
+    """The maximum period looked for in it, in forcing periods."""
 
     @model_validator(mode="after")
-    def _one_beginning(self) -> PeriodicOrbitsRequest:
+    def _one_guess(self) -> PeriodicOrbitsRequest:
         if self.motion is not None and self.initial is not None:
-            raise invalid("motion and initial are two ways to say the same", "one of them", "initial")
+            raise invalid("both motion and initial are given", "one of them", "initial")
         if self.motion is None:
             state = (self.initial or InitialState()).fitted(self.oscillator.size, self.clearance, ("initial",))
-            # the model is frozen for others; this is still its validation
+            # the model is frozen, but this is still its validation
             object.__setattr__(self, "initial", state)
         return self
 
@@ -98,9 +98,9 @@ class BranchInterval(Request):
     """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
 
     start: NonNegative
-    """The least value, included."""
+    """The minimum value, included."""
     stop: Positive
-    """The greatest value, included."""
+    """The maximum value, included."""
 
     @model_validator(mode="after")
     def _ordered(self) -> BranchInterval:
@@ -112,54 +112,54 @@ class BranchInterval(Request):
 class OrbitBranchesRequest(PeriodicOrbitsRequest):
     """The branch of a periodic orbit over clearance, omega or restitution, with its special points.
 
-    `range` is the interval of the parameter that varies, and holds the value of the orbit.
+    `range` is the interval of the parameter that varies; it contains the orbit's value.
     """
 
     vary: Literal["clearance", "omega", "restitution"] = "clearance"
     """The parameter along which the branch is followed."""
     range: BranchInterval
-    """The interval of that parameter; it holds the value of the orbit."""
+    """The interval of that parameter; it contains the orbit's value."""
     max_points: Annotated[int, Field(ge=1, le=20_000), Listable] = 2000
-    """Points of the branch at most, either way from the orbit."""
+    """The maximum number of points in each direction from the orbit."""
 
     @model_validator(mode="after")
     def _orbit_in_range(self) -> OrbitBranchesRequest:
         if self.vary == "restitution" and self.range.stop > 1.0:
-            raise invalid("no restitution is greater than 1", "start >= 0, stop <= 1", "range", "stop")
+            raise invalid("restitution is at most 1", "start >= 0, stop <= 1", "range", "stop")
         if self.vary != "restitution" and not self.range.start > 0.0:
             raise invalid(f"{self.vary} is greater than 0", "start > 0", "range", "start")
         value = self.oscillator.restitution if self.vary == "restitution" else getattr(self, self.vary)
         if not self.range.start <= value <= self.range.stop:
-            raise invalid(f"the range does not hold {self.vary} of the orbit", "start <= value <= stop", "range")
+            raise invalid(f"the range does not contain {self.vary} of the orbit", "start <= value <= stop", "range")
         return self
 
 
 class CurveMotion(OrbitMotion):
-    """A motion whose curves are looked for, and where in the window an orbit of it is.
+    """A motion whose curves are looked for, and the point of the window at which an orbit of it is known.
 
-    Left out, omega and clearance are looked for too, at several places of the window. Phases and velocities are those
-    of an orbit at some place, so they come with it.
+    Where omega and clearance are left out, an orbit is looked for at several points of the window. Phases and
+    velocities are those of an orbit at one point, so they need omega and clearance.
     """
 
     omega: Positive | None = None
-    """Where an orbit of the motion is, inside the window; left out, it is looked for."""
+    """Of an orbit of the motion, inside the window; left out, it is looked for."""
     clearance: Positive | None = None
-    """Where an orbit of the motion is, inside the window; left out, it is looked for."""
+    """Of an orbit of the motion, inside the window; left out, it is looked for."""
 
     @model_validator(mode="after")
     def _phases_have_a_place(self) -> CurveMotion:
         for name in ("omega", "clearance"):
             if self.phases is not None and getattr(self, name) is None:
-                raise invalid(f"phases are given, and {name} is missing", "that of the orbit", name)
+                raise invalid(f"phases are given, and {name} is missing", f"{name} of the orbit", name)
         return self
 
 
 class BifurcationCurvesRequest(ProcessRequest):
     """Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
 
-    Of motions with one impact in up to `max_multiple` forcing periods, or one on either stop: those that leave the
-    grazing curve at its resonant points, in closed form at `points` frequencies across the window. With `motions`
-    those of these motions instead, Neimark-Sacker curves too, by continuation.
+    Without `motions`: the curves of motions with one impact, or one on each stop, in up to `max_multiple` forcing
+    periods, in closed form at `points` frequencies; they bifurcate from the grazing curve at its resonant points.
+    With `motions`: the curves of these motions by continuation, with Neimark-Sacker curves.
     """
 
     omega: Interval
@@ -167,11 +167,11 @@ class BifurcationCurvesRequest(ProcessRequest):
     clearance: Interval
     """The window's clearances."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
-    """Of curves in closed form: the longest period of their motions, in forcing periods."""
+    """Of curves in closed form: the maximum period of their motions, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
     """Of curves in closed form: frequencies across the window."""
     motions: Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None = None
-    """The motions whose curves are looked for by continuation; left out, those in closed form are taken."""
+    """The motions whose curves are continued; left out, the curves in closed form are computed."""
 
     @model_validator(mode="after")
     def _motions_in_window(self) -> BifurcationCurvesRequest:
@@ -185,7 +185,7 @@ class BifurcationCurvesRequest(ProcessRequest):
 
     @model_serializer(mode="wrap")
     def _one_kind_of_curves(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what is for the other kind of curves: no question has both."""
+        """Leave out the fields of the other kind of curves: no request has both."""
         fields: dict[str, Any] = dump(self)
         for name in ("motions",) if self.motions is None else ("max_multiple", "points"):
             fields.pop(name, None)

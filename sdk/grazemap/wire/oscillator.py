@@ -10,7 +10,7 @@ from grazemap.wire.base import Float, Listable, NonNegative, Positive, Request, 
 
 
 def _damping_tag(value: Any) -> str:
-    # an array without dimensions is a number, though it has __len__
+    # an array without dimensions is a number, although it has __len__
     several = hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0
     return "[per link]" if several else "[proportional]"
 
@@ -26,7 +26,7 @@ _DESCRIPTION = """\
 A chain of N masses. Mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
 
 Link i, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; what
-is left out has its default, in SI too.
+is left out has its default, also in SI.
 """
 
 
@@ -52,13 +52,13 @@ class Oscillator(Request):
     restitution : float in [0, 1]
     """
 
-    # This docstring is for Python, and would be one paragraph where the API is described.
+    # The docstring is for Python; in the API's document it would be one paragraph.
     model_config = ConfigDict(json_schema_extra={"description": _DESCRIPTION})
 
     units: Literal["nondimensional", "SI"] = "nondimensional"
-    """How all numbers are meant; "SI": kg, N/m, N, m, s, rad/s. Nothing is rescaled."""
+    """Units of all numbers; "SI": kg, N/m, N, m, s, rad/s. Nothing is rescaled."""
     masses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 10.0, 10.0]
-    """N masses, from mass 1, which hits the stops, on; kg in SI."""
+    """N masses; mass 1 hits the stops; kg in SI."""
     stiffnesses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 5.0, 5.0]
     """N stiffnesses: link i joins mass i to mass i + 1, the last one to the ground; N/m in SI."""
     damping: Damping = 0.05
@@ -66,7 +66,7 @@ class Oscillator(Request):
     forcing: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] = [1.0, 0.0, 0.0]
     """Amplitude of the force on each of the N masses; N in SI."""
     restitution: Annotated[float, Field(ge=0, le=1), Listable] = 0.8
-    """Speed of mass 1 after an impact over that before it."""
+    """Speed of mass 1 after an impact over the speed before it."""
 
     @model_validator(mode="after")
     def _lengths_agree(self) -> Oscillator:

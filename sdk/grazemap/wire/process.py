@@ -1,8 +1,13 @@
-"""What the requests of all processes share, and the numbers that several of them take."""
+"""What the requests of all processes share: fields, numbers, their canonical text and the job id made from it.
+
+The same request has the same id: defaults are filled in, 1 is 1.0, -0.0 is 0.0, and the order of keys is gone.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+import hashlib
+import json
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -19,4 +24,31 @@ class ProcessRequest(Request):
     """What the requests of all processes share."""
 
     oscillator: Oscillator = Oscillator()
-    """The chain of masses; left out, or any of its fields, the paper's example."""
+    """The chain of masses; fields that are left out are those of the paper's example."""
+
+
+def canonical(request: ProcessRequest) -> dict[str, Any]:
+    """Return the request as plain JSON values with every default filled in."""
+    folded: dict[str, Any] = _folded(request.model_dump(mode="json"))
+    return folded
+
+
+def job_id(process: str, request: ProcessRequest, core_version: str) -> str:
+    """Return the content-addressed id: the sha256, in hex, of process, core version and canonical request."""
+    text = json.dumps(
+        {"process": process, "core_version": core_version, "request": canonical(request)},
+        sort_keys=True,
+        separators=(",", ":"),
+        allow_nan=False,
+    )
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _folded(value: Any) -> Any:
+    if isinstance(value, float):
+        return value + 0.0
+    if isinstance(value, list):
+        return [_folded(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _folded(item) for key, item in value.items()}
+    return value

@@ -16,9 +16,9 @@ class Interval(Request):
     """An interval of a positive parameter, both ends included."""
 
     start: Positive
-    """The least value, included."""
+    """The minimum value, included."""
     stop: Positive
-    """The greatest value, included."""
+    """The maximum value, included."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Interval:
@@ -31,7 +31,7 @@ class Range(Interval):
     """Equally spaced values of a positive parameter, both ends included."""
 
     points: Annotated[int, Field(ge=2), Listable]
-    """How many values, both ends counted."""
+    """Number of values, both ends included."""
 
 
 def _increasing(values: list[float]) -> list[float]:
@@ -66,11 +66,11 @@ class CoordinateRange(Request):
     """Equally spaced values of an initial coordinate, of any sign, both ends included."""
 
     start: Float
-    """The least value, included."""
+    """The minimum value, included."""
     stop: Float
-    """The greatest value, included."""
+    """The maximum value, included."""
     points: Annotated[int, Field(ge=2), Listable]
-    """How many values, both ends counted."""
+    """Number of values, both ends included."""
 
     @model_validator(mode="after")
     def _ordered(self) -> CoordinateRange:
@@ -104,12 +104,12 @@ CoordinateGrid = Annotated[
 
 
 def grid_points(grid: Range | CoordinateRange | list[float]) -> int:
-    """Return how many values a range or an explicit list has."""
+    """Return the number of values of a range or of a list."""
     return len(grid) if isinstance(grid, list) else grid.points
 
 
 def grid_values(grid: Range | CoordinateRange | list[float]) -> NDArray[np.float64]:
-    """Return the values of a range or of an explicit list, shape (points,), increasing."""
+    """Return the values of a range or of a list, shape (points,), increasing."""
     if not isinstance(grid, list):
         return np.linspace(grid.start, grid.stop, grid.points)
     return np.asarray(grid, dtype=np.float64)

@@ -1,7 +1,7 @@
 """One request model per process, and the table of them.
 
-A model is validated by the service, parsed by the worker and built by the client; its canonical text
-(`canonical.py`) is what a job's id is made from. To add a process, add its model here and to PROCESSES.
+The client builds a model, the service validates it and the worker parses it; a job's id is made from its canonical
+text (`process.canonical`). To add a process, add its model here and to PROCESSES.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 # The end of a record has three roundings, and a given time its own; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
-# Curves over a map: values of omega at least, and for each column of the map.
+# Curves over a map: the minimum number of values of omega, and the number for each column of the map.
 _CURVE_POINTS = 400
 _CURVE_FINER = 2
 
@@ -37,7 +37,7 @@ class GrazingCurvesRequest(ProcessRequest):
     omega: Grid
     """Forcing frequencies: a range, or an increasing list."""
     max_order: Order = 8
-    """Up to how many half periods after the graze an impact that recurs is looked for."""
+    """The maximum number of half periods after the graze in which a recurring impact is looked for."""
     sequence: bool = False
     """Whether the result has xi_m of every point, whose signs say where an impact recurs."""
 
@@ -50,26 +50,26 @@ class CodimensionTwoPointsRequest(ProcessRequest):
     max_order: Order = 8
     """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
-    """The longest period of the motions that leave at a resonant point, in forcing periods."""
+    """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
 
 
 class DiscontinuityMappingsRequest(ProcessRequest):
-    """What an impact does to motions that overshoot a grazing stop, equation (27), and the map made of it, (26).
+    """The discontinuity mapping (27) of states that overshoot a grazing stop, and the Poincare map made of it, (26).
 
-    Mass 1 is taken straight beyond the stop by each overshoot, all else as in the graze. `order` says which mapping
-    gives the mapped states and is iterated; `returns` is for how many half periods.
+    In each state mass 1 lies beyond the stop by one overshoot, and all else is as in the graze. `order` selects the
+    mapping that gives the mapped states and is iterated, over `returns` half periods.
     """
 
     omega: Positive
     """Forcing frequency."""
     overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable]
-    """How far mass 1 is taken beyond the stop, as displacements: one state for each."""
+    """Displacements of mass 1 beyond the stop: one state for each."""
     stop: Literal["A", "C"] = "A"
     """The stop that is grazed: A at +clearance, C at -clearance."""
     order: Literal["leading", "exact"] = "exact"
     """The mapping that is applied and iterated: exact, or its leading term."""
     returns: Annotated[int, Field(ge=1, le=100), Listable] = 8
-    """How many half periods the motion is followed for."""
+    """Number of half periods over which the map is iterated."""
 
 
 class TrajectoriesRequest(ProcessRequest):
@@ -80,7 +80,7 @@ class TrajectoriesRequest(ProcessRequest):
     clearance: Positive
     """Distance of each stop from the middle."""
     initial: InitialStates = InitialState()
-    """Where the trajectory starts: a state, or a list of 1 to 1000; what is left out of one is 0."""
+    """The initial state, or a list of 1 to 1000; what is left out of one is 0."""
     periods: Count
     """Forcing periods that are recorded."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 0
@@ -107,21 +107,21 @@ class TrajectoriesRequest(ProcessRequest):
         if self.times is None:
             return self
         if "samples_per_period" in self.model_fields_set:
-            raise invalid("times are given, and samples_per_period too", "one of them", "samples_per_period")
-        # an integer may have thousands of digits, a float has not
+            raise invalid("both times and samples_per_period are given", "one of them", "samples_per_period")
+        # an integer may be too large for a float
         end = min(self.periods, 10**60) * (2.0 * math.pi / self.omega)
         for k, time in enumerate(self.times):
             if k > 0 and not time > self.times[k - 1]:
                 raise invalid("the times must increase", "an increasing list of numbers >= 0", "times", str(k))
             if not time <= end * _END_ROUNDING:
                 raise invalid(
-                    "a time lies behind the end of the record", "at most periods * 2 pi/omega", "times", str(k)
+                    "a time lies after the end of the record", "at most periods * 2 pi/omega", "times", str(k)
                 )
         return self
 
     @model_serializer(mode="wrap")
-    def _one_way_to_sample(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the way of sampling that is not asked for: no question has both."""
+    def _one_kind_of_samples(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out times or samples_per_period: no request has both."""
         values: dict[str, Any] = handler(self)
         values.pop("times" if self.times is None else "samples_per_period", None)
         return values
@@ -133,18 +133,18 @@ class TrajectoriesRequest(ProcessRequest):
 
     @property
     def samples(self) -> int:
-        """How many samples each trajectory has."""
+        """Number of samples of each trajectory."""
         return self.periods * self.samples_per_period if self.times is None else len(self.times)
 
 
 class UnfoldingMapsRequest(ProcessRequest):
     """The motion that each point of a rectangle of (omega, clearance) settles to.
 
-    Trajectories start at rest; where the one of the clearance below or above has ended (a sweep follows a motion for as
-    long as it lasts); or, of an ensemble, at random states, and the motion that most of them lead to counts.
+    Trajectories start at rest; or, in a sweep, at the final state of the clearance below or above; or, in an ensemble,
+    at random states, and the map has the motion that most of them settle to.
 
-    An adaptive map is computed where neighbours differ and inferred between those that agree. A preview has the names
-    of periodic motions alone, sooner.
+    An adaptive map is computed where neighbours differ and inferred between those that agree. A preview names periodic
+    motions only, and takes less time.
     """
 
     omega: Grid
@@ -152,25 +152,27 @@ class UnfoldingMapsRequest(ProcessRequest):
     clearance: Grid
     """Clearances, the map's rows: a range, or an increasing list."""
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
-    """Where trajectories start: at rest, where a neighbour's has ended, or at several random states."""
+    """Where trajectories start: at rest, at the final state of a neighbour, or at several random states."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled is given up."""
+    """Forcing periods after which a trajectory that has not settled is unresolved."""
     max_period: MaxPeriod = 32
-    """The longest period looked for, in forcing periods."""
-    # Of the policy "ensemble" only; accepted with any policy, but then not part of the question.
+    """The maximum period looked for, in forcing periods."""
+    # Of the policy "ensemble" only; accepted with any policy, but then not part of the request.
     initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
-    """Random states at each point; of the policy ensemble only, counts for nothing with another."""
+    """Random states at each point, for the policy ensemble; ignored with another policy."""
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
-    """What those are drawn from; of the policy ensemble only, counts for nothing with another."""
+    """Seed of the random states, for the policy ensemble; ignored with another policy."""
     adaptive: bool = False
-    """Whether points are inferred where all neighbours agree, and computed elsewhere only; not of a sweep."""
+    """Whether points are inferred where all neighbours agree, and computed elsewhere only; not for a sweep."""
     preview: bool = False
-    """Whether motions are told by their returns alone, sooner: no proofs, no multipliers and exponents, no chaos."""
+    """Whether motions are classified by their returns alone: faster, not verified, no multipliers, no chaos."""
 
     @model_validator(mode="after")
-    def _neighbours_are_free(self) -> UnfoldingMapsRequest:
+    def _no_adaptive_sweep(self) -> UnfoldingMapsRequest:
         if self.adaptive and self.policy.startswith("sweep"):
-            raise invalid("a sweep follows its neighbours: every point is computed", "rest or ensemble", "policy")
+            raise invalid(
+                "a sweep cannot be adaptive: each point starts from its neighbour", "rest or ensemble", "policy"
+            )
         return self
 
     @model_serializer(mode="wrap")
@@ -186,10 +188,10 @@ class UnfoldingMapsRequest(ProcessRequest):
 
 
 class UnfoldingDiagramsRequest(ProcessRequest):
-    """An unfolding map, from rest, with all that is drawn over it.
+    """An unfolding map from rest, with the curves and points that are drawn over it.
 
-    The grazing curve, its codimension-two points, the bifurcation curves in closed form and, with `borders`, the curves
-    that explain the borders of the map's regions.
+    These are the grazing curve, its codimension-two points, the bifurcation curves in closed form and, with `borders`,
+    the curves that explain the borders of the map's regions.
     """
 
     omega: Grid
@@ -197,39 +199,39 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     clearance: Grid
     """Clearances, the map's rows: a range, or an increasing list."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled is given up."""
+    """Forcing periods after which a trajectory that has not settled is unresolved."""
     max_period: MaxPeriod = 32
-    """The longest period looked for, in forcing periods."""
+    """The maximum period looked for, in forcing periods."""
     max_order: Order = 8
     """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
-    """The longest period of the motions that leave at a resonant point, in forcing periods."""
+    """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
     borders: Annotated[bool, Listable] = False
-    """Whether every border of the map's regions is explained; takes a few times as long, or many times."""
+    """Whether every border of the map's regions is explained; this takes a few times as long, or many times."""
 
     @property
     def unfolding_map(self) -> UnfoldingMapsRequest:
-        """The question for the map alone."""
+        """The request for the map alone."""
         names = ("oscillator", "omega", "clearance", "max_periods", "max_period")
         return UnfoldingMapsRequest(**{name: getattr(self, name) for name in names})
 
     @property
     def grazing_curve(self) -> GrazingCurvesRequest:
-        """The question for the curve alone, finer than the map."""
+        """The request for the curve alone, finer than the map."""
         window, points = _window(self.omega), max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
         values = Range(start=window.start, stop=window.stop, points=points)
         return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
 
     @property
     def codimension_two_points(self) -> CodimensionTwoPointsRequest:
-        """The question for the points alone."""
+        """The request for the points alone."""
         names = ("oscillator", "max_order", "max_multiple")
         values = {name: getattr(self, name) for name in names}
         return CodimensionTwoPointsRequest(omega=_window(self.omega), **values)
 
     @property
     def bifurcation_curves(self) -> BifurcationCurvesRequest:
-        """The question for the curves in closed form alone."""
+        """The request for the curves in closed form alone."""
         return BifurcationCurvesRequest(
             oscillator=self.oscillator,
             omega=_window(self.omega),

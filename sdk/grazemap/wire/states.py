@@ -1,4 +1,4 @@
-"""Where trajectories start: one state, or a list of them."""
+"""Initial states of trajectories: one, or a list of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grazemap.wire.base import Float, Listable, Request, invalid
 
 
 class InitialState(Request):
-    """Where a trajectory starts; left out: at rest in the middle, forcing phase 0."""
+    """The initial state of a trajectory; left out: at rest in the middle, forcing phase 0."""
 
     displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
     """Of every mass, N numbers; left out: 0."""
@@ -20,9 +20,9 @@ class InitialState(Request):
     """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
 
     def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
-        """Return the state with zeros where it was left out, so that the same question is the same text.
+        """Return the state with zeros where it was left out, so that the same request has the same text.
 
-        `at` says where it is in the request; what does not fit the oscillator's masses and the stops is refused.
+        `at` is its place in the request. Raises where it does not fit the number of masses or the stops.
         """
         where = ".".join(at)
         for name in ("displacement", "velocity"):

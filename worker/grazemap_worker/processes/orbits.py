@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import OrbitBranchesRequest, PeriodicOrbitsRequest
-from grazemap.wire.orbits import MOST_IMPACTS
+from grazemap.wire.orbits import MAX_IMPACTS
 from grazemap.wire.process import LONGEST_PERIOD
 from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.processes.trajectories import motion_document
@@ -299,7 +299,7 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
 
 def _can_be_asked(impacts: ImpactSequence) -> bool:
     """Say whether a motion is within what requests may name: doubled ones may have too many impacts or periods."""
-    return len(impacts.stops) <= MOST_IMPACTS and impacts.period <= LONGEST_PERIOD
+    return len(impacts.stops) <= MAX_IMPACTS and impacts.period <= LONGEST_PERIOD
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:

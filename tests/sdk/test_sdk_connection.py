@@ -4,38 +4,44 @@ import json
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 
+import httpx2
 import pytest
-from sdk_script import Script
+from httpx2 import ConnectError, UnsupportedProtocol
+from sdk_played import Played
 
 from grazemap import constants, errors
-from grazemap.client.io_effects import LinkBroken, Reply, Send
-from grazemap.client.retry import exchange
-
-GET = Send("GET", "/v1")
 
 
-def reply(status: int, **headers: str) -> Reply:
+def reply(status: int, **headers: str) -> httpx2.Response:
     body = json.dumps({"type": "urn:x", "title": "T", "status": status}).encode()
-    return Reply(status, {name.replace("_", "-"): value for name, value in headers.items()}, body)
+    return httpx2.Response(
+        status, headers={name.replace("_", "-"): value for name, value in headers.items()}, content=body
+    )
 
 
-def script(*outcomes) -> Script:
-    left = list(outcomes)
-    return Script(lambda effect: left.pop(0))
+@pytest.fixture(params=["blocking", "async"])
+def play(request):
+    """Gives `play(*outcomes)`, one for each request."""
+
+    def played(*outcomes) -> Played:
+        left = list(outcomes)
+        return Played(request.param, lambda _: left.pop(0))
+
+    return played
 
 
-def test_broken_connections_and_busy_answers_are_tried_again():
-    run = script(LinkBroken("refused"), reply(503), reply(429), reply(200))
-    assert run.run(exchange(GET, 5)).status == 200
-    assert [type(effect) for effect in run.effects].count(Send) == 4
+def test_broken_connections_and_busy_answers_are_tried_again(play):
+    run = play(ConnectError("refused"), reply(503), reply(429), reply(200))
+    assert run.send(5).status_code == 200
+    assert len(run.requests) == 4
 
 
-def test_pauses_grow_and_are_jittered():
+def test_pauses_grow_and_are_jittered(play):
     seen = []
     for _ in range(200):
-        run = script(*[LinkBroken("refused")] * 6)
+        run = play(*[ConnectError("refused")] * 6)
         with pytest.raises(errors.ConnectionFailed):
-            run.run(exchange(GET, 5))
+            run.send(5)
         seen.append(run.slept)
     for attempt in range(5):
         most = constants.BACKOFF_START * 2**attempt
@@ -45,36 +51,36 @@ def test_pauses_grow_and_are_jittered():
         assert min(pauses) < 0.2 * most
 
 
-def test_retry_after_is_honoured_in_seconds_and_as_a_date():
-    run = script(reply(429, retry_after="7"), reply(200))
-    run.run(exchange(GET, 1))
+def test_retry_after_is_honoured_in_seconds_and_as_a_date(play):
+    run = play(reply(429, retry_after="7"), reply(200))
+    run.send(1)
     assert 7 <= run.slept[0] <= 7 + constants.BACKOFF_START
     moment = datetime.now(UTC) + timedelta(seconds=20)
-    run = script(reply(503, retry_after=format_datetime(moment, usegmt=True)), reply(200))
-    run.run(exchange(GET, 1))
+    run = play(reply(503, retry_after=format_datetime(moment, usegmt=True)), reply(200))
+    run.send(1)
     assert 17 <= run.slept[0] <= 21
 
 
-def test_a_very_long_retry_after_is_told_instead_of_waited_for():
-    run = script(reply(429, retry_after="3600"))
+def test_a_very_long_retry_after_is_raised_instead_of_waited_for(play):
+    run = play(reply(429, retry_after="3600"))
     with pytest.raises(errors.QueueFull) as caught:
-        run.run(exchange(GET, 5))
+        run.send(5)
     assert caught.value.retry_after == 3600
     assert run.slept == []
 
 
-def test_nothing_is_tried_again_that_cannot_get_better():
-    for outcome in (reply(422), reply(500), LinkBroken("no such scheme", retryable=False)):
-        run = script(outcome)
+def test_nothing_is_tried_again_that_cannot_get_better(play):
+    for outcome in (reply(422), reply(500), UnsupportedProtocol("no such scheme")):
+        run = play(outcome)
         with pytest.raises(errors.GrazemapError):
-            run.run(exchange(GET, 5))
+            run.send(5)
         assert run.slept == []
 
 
-def test_no_attempt_starts_after_the_deadline():
-    run = Script(lambda effect: reply(503, retry_after="5"))
+def test_no_attempt_starts_after_the_deadline(play):
+    run = play(*[reply(503, retry_after="5")] * 99)
     with pytest.raises(errors.ServiceUnavailable):
-        run.run(exchange(GET, 100, deadline=1012.0))
+        run.send(100, deadline=1012.0)
     assert run.now < 1012.0
 
 
@@ -94,20 +100,20 @@ def test_no_attempt_starts_after_the_deadline():
         (503, errors.ServiceUnavailable),
     ],
 )
-def test_each_problem_has_its_exception(status, expected):
+def test_each_problem_has_its_exception(play, status, expected):
     with pytest.raises(errors.ServiceProblem) as caught:
-        script(reply(status, x_request_id="abc")).run(exchange(GET, 0))
+        play(reply(status, x_request_id="abc")).send(0)
     assert type(caught.value) is expected
     assert (caught.value.status, caught.value.request_id) == (status, "abc")
 
 
 @pytest.mark.parametrize("content", [b"<html>Bad gateway</html>", b"", b'{"error": 1}', b"\xff\xfe"])
-def test_an_answer_of_somebody_else_still_is_an_exception_of_its_status(content):
+def test_an_answer_of_somebody_else_still_is_an_exception_of_its_status(play, content):
     with pytest.raises(errors.ServiceUnavailable, match="502"):
-        script(Reply(502, {}, content)).run(exchange(GET, 0))
+        play(httpx2.Response(502, content=content)).send(0)
 
 
-def test_the_status_line_decides_not_the_body():
+def test_the_status_line_decides_not_the_body(play):
     body = json.dumps({"type": "urn:x", "title": "T", "status": 200}).encode()
     with pytest.raises(errors.NotFound):
-        script(Reply(404, {}, body)).run(exchange(GET, 0))
+        play(httpx2.Response(404, content=body)).send(0)

@@ -84,7 +84,7 @@ def test_a_stack_that_is_never_ready_is_stopped(stack, tmp_path):
 @pytest.mark.parametrize("line", ["hello", "[]", '{"pid": 1}'])
 def test_a_stack_that_talks_nonsense_is_told(stack, line):
     stack(f"print({line!r}, flush=True); import time; time.sleep(60)")
-    with pytest.raises(StackError, match="did not say where it is"):
+    with pytest.raises(StackError, match="did not print its address"):
         grazemap.local()
 
 

@@ -1,17 +1,36 @@
-"""Server-sent events (WHATWG HTML, 9.2.6), line by line: what `Event`s a stream of lines holds."""
+"""Events of a job, and decoding them from a stream of server-sent events (WHATWG HTML, 9.2.6)."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
+from typing import Any
 
-from grazemap.client.io_effects import Event
 from grazemap.errors import ProtocolError
 
 
-class EventDecoder:
-    """Feed it lines without their ends; it answers each with an event or None.
+@dataclass(frozen=True)
+class Event:
+    """One server-sent event of a job.
 
-    Comments, which keep a connection alive, give None like any unfinished event: the caller gets to look at its clock.
+    Attributes
+    ----------
+    id : str
+        Its place in the job's stream; "" when the client made the event from polling.
+    name : {"progress", "tile", "done"}
+    data : dict
+        progress: done, total, unit, eta_seconds; tile: index, rows; done: status.
+    """
+
+    id: str
+    name: str
+    data: dict[str, Any]
+
+
+class EventDecoder:
+    """Decodes a stream line by line; `feed` takes lines without their ends.
+
+    A comment, which keeps a connection alive, gives None like an unfinished event: the caller can check the time.
     """
 
     def __init__(self, last_id: str = "") -> None:
@@ -20,7 +39,7 @@ class EventDecoder:
         self._data: list[str] = []
 
     def feed(self, line: str) -> Event | None:
-        """Take one line; return the event that it completes.
+        """Return the event that a line completes, or None.
 
         Raises
         ------

@@ -1,0 +1,106 @@
+"""A connection to a service: one request and its answer, with the rules for sending the request again.
+
+Every request may be sent twice: reads change nothing, DELETE is idempotent, and a POST's job is named by its own
+request, so that the second one finds the first one's job and no work is done twice.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from contextlib import AbstractAsyncContextManager
+from time import monotonic
+
+import httpx2
+
+from grazemap import constants
+from grazemap.client.http import Settings, failure_of, pause, problem_of
+from grazemap.errors import ConnectionFailed, ServiceProblem
+
+
+class AsyncConnection:
+    """Sends the requests of one client over one `httpx2.AsyncClient`."""
+
+    def __init__(self, settings: Settings, transport: httpx2.AsyncBaseTransport | None = None) -> None:
+        self.settings = settings
+        self._http = httpx2.AsyncClient(
+            base_url=settings.base_url,
+            headers=settings.headers,
+            timeout=settings.timeout,
+            transport=transport,
+            trust_env=settings.use_environment,
+        )
+
+    async def close(self) -> None:
+        """Close the connections."""
+        await self._http.aclose()
+
+    async def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        params: Mapping[str, str | int] | None = None,
+        headers: Mapping[str, str] | None = None,
+        content: bytes | None = None,
+        retries: int | None = None,
+        deadline: float | None = None,
+    ) -> httpx2.Response:
+        """Send a request until it has an answer that counts, and return one with a status below 400.
+
+        Parameters
+        ----------
+        method, path, params, headers, content
+            The request.
+        retries : int, optional
+            Attempts after the first one; left out: those of the settings.
+        deadline : float, optional
+            Time of `now` after which no further attempt starts.
+
+        Raises
+        ------
+        ServiceProblem
+            The service's problem, typed.
+        ConnectionFailed
+            No answer after all attempts.
+        ProtocolError
+            An answer that cannot be read.
+        """
+        attempts = 1 + (self.settings.retries if retries is None else retries)
+        for attempt in range(attempts):
+            failure: ServiceProblem | ConnectionFailed
+            retry_after: float | None = None
+            try:
+                response = await self._http.request(method, path, params=params, headers=headers, content=content)
+            except httpx2.RequestError as error:
+                failure = failure_of(error)
+                again = not isinstance(error, httpx2.UnsupportedProtocol)
+            else:
+                if response.status_code < 400:
+                    return response
+                failure = problem_of(response)
+                retry_after = failure.retry_after
+                again = response.status_code in constants.RETRIED_STATUSES
+            if not again or attempt + 1 == attempts or (retry_after or 0.0) > constants.RETRY_AFTER_LIMIT:
+                break
+            seconds = pause(attempt) + (retry_after or 0.0)
+            if deadline is not None and self.now() + seconds >= deadline:
+                break
+            await self.sleep(seconds)
+        raise failure
+
+    def stream(
+        self, path: str, headers: Mapping[str, str], silence: float
+    ) -> AbstractAsyncContextManager[httpx2.Response]:
+        """Return the context of a streamed answer, in which up to `silence` seconds may pass without a byte."""
+        usual = self._http.timeout
+        timeout = httpx2.Timeout(connect=usual.connect, read=silence, write=usual.write, pool=usual.pool)
+        return self._http.stream("GET", path, headers=headers, timeout=timeout)
+
+    def now(self) -> float:
+        """Return the seconds of a clock that never goes back."""
+        return monotonic()
+
+    async def sleep(self, seconds: float) -> None:
+        """Wait for some seconds."""
+        await asyncio.sleep(seconds)

@@ -1,0 +1,208 @@
+"""Jobs of a service: submitting and listing them, their results, and the handle that a client gives for one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncGenerator, Callable
+from contextlib import aclosing
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.async_watch import AsyncFollower
+from grazemap.client.events import Event
+from grazemap.client.http import JOB_ID, job_path, read_model
+from grazemap.client.progress import Listener
+from grazemap.constants import API_PREFIX
+from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
+from grazemap.results import Result, decode_result
+from grazemap.wire import Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
+
+
+class AsyncJobHandle:
+    """A job of an `AsyncClient`: what is known of it without asking; `refresh` and `wait` bring it up to date."""
+
+    def __init__(self, connection: AsyncConnection, job: Job) -> None:
+        self._connection = connection
+        self._job = job
+
+    @property
+    def id(self) -> str:
+        """The content-addressed id: the same request has the same id."""
+        return self._job.id
+
+    @property
+    def process(self) -> str:
+        """Name of the process, for example "unfolding-maps"."""
+        return self._job.process
+
+    @property
+    def request(self) -> dict[str, Any] | None:
+        """The canonical request, every default filled in; None for a long one in a list, until `refresh`."""
+        return self._job.request
+
+    @property
+    def status(self) -> Status:
+        """Status as last seen: accepted, running, successful, failed or dismissed."""
+        return self._job.status
+
+    @property
+    def progress(self) -> Progress:
+        """Progress as last seen."""
+        return self._job.progress
+
+    @property
+    def problem(self) -> Problem | None:
+        """Why the job failed, if it did."""
+        return self._job.problem
+
+    @property
+    def job(self) -> Job:
+        """The whole job as last seen."""
+        return self._job
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
+
+    async def refresh(self) -> AsyncJobHandle:
+        """Ask the service for the job, and return the handle."""
+        self._job = await look(self._connection, self.id)
+        return self
+
+    async def events(self, timeout: float | None = None) -> AsyncGenerator[Event]:
+        """Yield the job's events, from its beginning until it is finished. Raises WaitTimeout.
+
+        The events of a finished job are repeated as long as the service has them; its last progress and done always
+        are. Where less time remains than a stream may be silent (45 s), the job is polled, and only progress and done
+        are yielded.
+        """
+        follower = AsyncFollower(self._connection, job_path(self.id), timeout, replay=True)
+        async with aclosing(follower.events()) as events:
+            async for event in events:
+                yield event
+        self._job = follower.job or self._job
+
+    async def wait(self, timeout: float | None = None, progress: bool = False) -> AsyncJobHandle:
+        """Wait until the job is successful, and return the handle.
+
+        Parameters
+        ----------
+        timeout : float, optional
+            Seconds; the job goes on when they are over.
+        progress : bool
+            Show a bar on stderr.
+
+        Raises
+        ------
+        JobFailed, JobDismissed, WaitTimeout
+        """
+        with Listener(self.process, progress) as listener:
+            self._job = await AsyncFollower(self._connection, job_path(self.id), timeout).run(listener)
+        _require_success(self._job)
+        return self
+
+    async def result(self) -> Result:
+        """Fetch the result of a finished job.
+
+        A result that the service has dropped meanwhile is computed again and waited for.
+
+        Raises
+        ------
+        ResultNotReady
+            The job is unfinished.
+        """
+        return await fetch(self._connection, self.id)
+
+    async def cancel(self) -> AsyncJobHandle:
+        """Dismiss the job, unless it is finished, and return the handle."""
+        self._job = read_model(Job, await self._connection.send("DELETE", job_path(self.id)))
+        return self
+
+
+async def submit(connection: AsyncConnection, process: str, request: ProcessRequest, prefer_wait: int = 0) -> Job:
+    """Submit a request and return its job, a new one or the one of an earlier submission."""
+    headers = {"content-type": "application/json"}
+    if prefer_wait:
+        headers["prefer"] = f"wait={prefer_wait}"
+    body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
+    job = read_model(Job, await connection.send("POST", f"{API_PREFIX}/{process}", headers=headers, content=body))
+    if not JOB_ID.fullmatch(job.id):
+        raise ProtocolError("the service answered with an impossible job id")
+    return job
+
+
+async def look(connection: AsyncConnection, job_id: str) -> Job:
+    """Return a job as it is now. Raises NotFound."""
+    return read_model(Job, await connection.send("GET", job_path(job_id)))
+
+
+async def list_jobs(connection: AsyncConnection, status: str | None, process: str | None, limit: int) -> list[Job]:
+    """Return up to `limit` jobs, newest first, page by page."""
+    found: list[Job] = []
+    asked = {name: text for name, text in (("status", status), ("process", process)) if text}
+    cursor: str | None = None
+    while len(found) < limit:
+        params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
+        if cursor:
+            params["cursor"] = cursor
+        page = read_model(JobList, await connection.send("GET", f"{API_PREFIX}/jobs", params=params))
+        found.extend(page.jobs)
+        # Only the cursor is taken from the link: the address stays the one the client was given.
+        next_links = [link.href for link in page.links if link.rel == "next"]
+        cursor = parse_qs(urlsplit(next_links[0]).query).get("cursor", [""])[0] if next_links else None
+        if not cursor or not page.jobs:
+            break
+    return found[:limit]
+
+
+async def answer(
+    connection: AsyncConnection,
+    process: str,
+    request: ProcessRequest,
+    prefer_wait: int,
+    listen: Callable[[Event], None],
+) -> Result:
+    """Submit a request, follow its job, and return the result. Raises JobFailed, JobDismissed."""
+    job = await submit(connection, process, request, prefer_wait)
+    _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listen))
+    return await fetch(connection, job.id, listen)
+
+
+async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
+    """Return a job's result; one that the service has dropped is computed again and waited for.
+
+    Raises
+    ------
+    ResultNotReady, JobFailed, JobDismissed
+    """
+    cache = connection.settings.cache
+    cached = cache.read(job_id) if cache else None
+    headers = {"if-none-match": cached.etag} if cached else {}
+    while True:
+        try:
+            response = await connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
+        except ServiceProblem:
+            # A job that ended otherwise has no result; the job itself says best why.
+            _require_success(await look(connection, job_id))
+            raise
+        if response.status_code == 304 and cached:
+            return decode_result(cached.data)
+        if response.status_code == 202:
+            _require_success(await AsyncFollower(connection, job_path(job_id)).run(listen))
+            continue
+        if response.status_code != 200:
+            raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
+        result = decode_result(response.content)
+        etag = response.headers.get("etag")
+        if cache and etag:
+            cache.write(job_id, etag, response.content)
+        return result
+
+
+def _require_success(job: Job) -> None:
+    """Raise JobFailed or JobDismissed unless a job was successful."""
+    if job.status == "failed":
+        reason = problem_text(job.problem) if job.problem else "no reason given"
+        raise JobFailed(f"job {job.id} failed: {reason}", job)
+    if job.status == "dismissed":
+        raise JobDismissed(f"job {job.id} was dismissed", job)

@@ -1,0 +1,150 @@
+"""Following a job until it is finished: by its event stream while that works, else by polling."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable
+from contextlib import aclosing
+
+import httpx2
+
+from grazemap import constants
+from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.events import Event, EventDecoder
+from grazemap.client.http import pause, read_model
+from grazemap.errors import ProtocolError, WaitTimeout
+from grazemap.wire import FINISHED, Job
+
+
+class AsyncFollower:
+    """Follows one job over all the connections that it takes to see its end.
+
+    A stream that breaks is resumed where it ended (Last-Event-ID). A stream cannot be left between two of its lines,
+    so when less time remains than a stream may be silent the job is polled, and `timeout` is kept.
+
+    Parameters
+    ----------
+    connection : AsyncConnection
+    path : str
+        The job's address.
+    timeout : float, optional
+        Seconds to wait for the end.
+    job : Job, optional
+        The job as it was a moment ago; left out: the service is asked first.
+    replay : bool
+        Also yield the events of a finished job, as far as the service still has them; otherwise there is nothing to
+        wait for, and its last progress and its end are the only events.
+
+    Attributes
+    ----------
+    job : Job or None
+        The job as last seen.
+    """
+
+    def __init__(
+        self,
+        connection: AsyncConnection,
+        path: str,
+        timeout: float | None = None,
+        job: Job | None = None,
+        replay: bool = False,
+    ) -> None:
+        self.job = job
+        self._connection = connection
+        self._path = path
+        self._replay = replay
+        self._deadline = None if timeout is None else connection.now() + timeout
+        # a running job is worth more attempts than a plain request, unless there are to be none
+        retries = connection.settings.retries
+        self._retries = max(retries, constants.FOLLOW_RETRIES) if retries else 0
+        self._done = False
+        self._seen = 0
+        self._last_id = ""
+
+    async def run(self, listen: Callable[[Event], None] | None = None) -> Job:
+        """Follow the job to its end, call `listen` with each event, and return the job. Raises WaitTimeout."""
+        async with aclosing(self.events()) as events:
+            async for event in events:
+                if listen is not None:
+                    listen(event)
+        assert self.job is not None  # the first of the events came after it
+        return self.job
+
+    async def events(self) -> AsyncGenerator[Event]:
+        """Yield the job's events until it is finished. Raises WaitTimeout."""
+        job = self.job or await self._look()
+        broken = 0
+        while job.status not in FINISHED or (self._replay and not self._done):
+            if broken >= constants.STREAM_ATTEMPTS or self._near_deadline():
+                async with aclosing(self._poll(job)) as events:
+                    async for event in events:
+                        yield event
+                return
+            before = self._seen
+            async with aclosing(self._listen()) as events:
+                async for event in events:
+                    yield event
+            job = await self._look()
+            broken = 0 if self._seen > before else broken + 1
+            if job.status not in FINISHED:
+                self._done = False  # that was the end of an earlier computation of the same request
+            again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
+            if again and not self._near_deadline():
+                await self._connection.sleep(pause(broken - 1))
+        if not self._done:
+            for event in _last_events(job):
+                yield event
+
+    async def _look(self) -> Job:
+        response = await self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
+        self.job = read_model(Job, response)
+        return self.job
+
+    def _near_deadline(self) -> bool:
+        return self._deadline is not None and self._deadline - self._connection.now() < constants.STREAM_SILENCE
+
+    async def _listen(self) -> AsyncGenerator[Event]:
+        """Yield the events of one connection until it ends or breaks, or the deadline is near."""
+        headers = {"accept": "text/event-stream", "cache-control": "no-store"}
+        if self._last_id:
+            headers["last-event-id"] = self._last_id
+        decoder = EventDecoder(self._last_id)
+        try:
+            async with self._connection.stream(self._path + "/events", headers, constants.STREAM_SILENCE) as response:
+                kind = response.headers.get("content-type", "")
+                if response.status_code != 200 or not kind.startswith("text/event-stream"):
+                    return
+                async for line in response.aiter_lines():
+                    event = decoder.feed(line)
+                    if event is not None:
+                        self._seen += 1
+                        self._last_id = event.id
+                        self._done = event.name == "done"
+                        yield event
+                    if self._done or self._near_deadline():
+                        return
+        except (httpx2.RequestError, ProtocolError):
+            # Nothing is lost: the caller asks for the job itself, opens another stream, and in the end polls.
+            pass
+
+    async def _poll(self, job: Job) -> AsyncGenerator[Event]:
+        """Ask for the job at growing intervals until it is finished, and yield its progress."""
+        seconds = constants.POLL_START
+        seen = None
+        while job.status not in FINISHED:
+            if job.progress != seen:
+                seen = job.progress
+                yield Event("", "progress", seen.model_dump())
+            if self._deadline is not None:
+                left = self._deadline - self._connection.now()
+                if left <= 0:
+                    raise WaitTimeout(f"job {job.id} is still {job.status}; it goes on", job)
+                seconds = min(seconds, left)
+            await self._connection.sleep(seconds)
+            seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)
+            job = await self._look()
+        for event in _last_events(job):
+            yield event
+
+
+def _last_events(job: Job) -> list[Event]:
+    return [Event("", "progress", job.progress.model_dump()), Event("", "done", {"status": job.status})]

@@ -1,0 +1,156 @@
+"""What both clients share about HTTP: their settings, when a request is sent again, and what an answer means."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import os
+import random
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Any, Self, TypeVar
+from urllib.parse import urlsplit
+
+import httpx2
+from pydantic import BaseModel, ValidationError
+
+from grazemap import constants
+from grazemap.client.cache import ResultCache
+from grazemap.errors import ConnectionFailed, NotFound, ProtocolError, ServiceProblem, problem_exception
+from grazemap.version import __version__
+from grazemap.wire import Problem
+
+M = TypeVar("M", bound=BaseModel)
+
+_ADDRESS = "base_url must look like http://host:port or https://host"
+# A header can carry no more than this; an empty key is none.
+_HEADER_TEXT = re.compile(r"[!-~]*")
+# Job ids become parts of addresses and of file names in the cache.
+JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
+# The service's own words for the same problem.
+_UNKNOWN_JOB = Problem(
+    type="urn:grazemap:problem:unknown-job",
+    title="Unknown job",
+    status=404,
+    detail="There is no job with this id.",
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The checked arguments of a client's constructor."""
+
+    base_url: str
+    api_key: str | None
+    cache: ResultCache | None
+    timeout: float
+    retries: int
+
+    @classmethod
+    def of(
+        cls,
+        base_url: str,
+        api_key: str | None,
+        cache_dir: str | os.PathLike[str] | None,
+        timeout: float,
+        retries: int,
+    ) -> Self:
+        """Check the arguments; nothing is sent. Raises ValueError."""
+        try:
+            parts = httpx2.URL(base_url)
+            port_fits = parts.port is None or parts.port < 1 << 16
+        except (httpx2.InvalidURL, TypeError, ValueError):
+            raise ValueError(_ADDRESS) from None
+        if parts.scheme not in ("http", "https") or not parts.host or not port_fits:
+            raise ValueError(_ADDRESS)
+        if parts.userinfo:
+            raise ValueError("base_url must not hold a user or a password; use api_key")
+        if api_key is not None and not _HEADER_TEXT.fullmatch(api_key):
+            raise ValueError("api_key must be printable ASCII without spaces")
+        if timeout <= 0 or retries < 0:
+            raise ValueError("timeout must be > 0 and retries >= 0")
+        cache = ResultCache(cache_dir) if cache_dir is not None else None
+        return cls(base_url.rstrip("/"), api_key, cache, timeout, retries)
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """Headers of every request."""
+        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json"}
+        return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
+
+    @property
+    def use_environment(self) -> bool:
+        """Whether proxies of the environment apply: never to a service on this machine."""
+        host = urlsplit(self.base_url).hostname or ""
+        try:
+            return not ipaddress.ip_address(host).is_loopback
+        except ValueError:
+            return host != "localhost"
+
+
+def job_path(job_id: str) -> str:
+    """Return a job's address below the base URL. Raises NotFound for what cannot be a job id."""
+    if not isinstance(job_id, str) or not JOB_ID.fullmatch(job_id):
+        raise NotFound(_UNKNOWN_JOB)
+    return f"{constants.API_PREFIX}/jobs/{job_id}"
+
+
+def pause(attempt: int) -> float:
+    """Return the seconds before the next attempt: exponential, with full jitter."""
+    return random.uniform(0.0, min(constants.BACKOFF_LIMIT, constants.BACKOFF_START * 2**attempt))
+
+
+def failure_of(error: httpx2.RequestError) -> ConnectionFailed:
+    """Return the exception for a request without an answer. Raises ProtocolError for an answer that is not readable."""
+    if not isinstance(error, httpx2.TransportError):
+        raise ProtocolError(f"the answer cannot be read: {error}") from error
+    url = error.request.url
+    reason = f"{url.scheme}://{url.netloc.decode('ascii')}: {error or type(error).__name__}"
+    return ConnectionFailed(f"no answer from the service at {reason}")
+
+
+def problem_of(response: httpx2.Response) -> ServiceProblem:
+    """Return the exception for an answer with a status of 400 or more, whoever sent it."""
+    try:
+        problem = Problem.model_validate_json(response.content)
+    except ValidationError:
+        problem = Problem(type="about:blank", title=f"HTTP status {response.status_code}", status=response.status_code)
+    if problem.status != response.status_code:  # the status line decides which exception it is
+        problem = problem.model_copy(update={"status": response.status_code})
+    return problem_exception(problem, response.headers.get("x-request-id"), _retry_after(response))
+
+
+def _retry_after(response: httpx2.Response) -> float | None:
+    text = response.headers.get("retry-after", "").strip()
+    if not text:
+        return None
+    if text.isascii() and text.isdigit():
+        return float(text)
+    try:
+        moment = parsedate_to_datetime(text)
+    except ValueError:
+        return None
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=UTC)
+    return max(0.0, (moment - datetime.now(UTC)).total_seconds())
+
+
+def read_model(model: type[M], response: httpx2.Response) -> M:
+    """Return an answer's body as a model. Raises ProtocolError."""
+    try:
+        return model.model_validate_json(response.content)
+    except ValidationError as error:
+        raise ProtocolError(f"the answer is not a {model.__name__.lower()} of a grazemap service") from error
+
+
+def read_object(response: httpx2.Response) -> dict[str, Any]:
+    """Return an answer's body as a JSON object. Raises ProtocolError."""
+    try:
+        value = json.loads(response.content)
+    except (ValueError, RecursionError) as error:
+        raise ProtocolError("the answer is not JSON") from error
+    if not isinstance(value, dict):
+        raise ProtocolError("the answer is not a JSON object")
+    return value
