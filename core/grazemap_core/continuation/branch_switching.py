@@ -15,9 +15,9 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
-from grazemap_core.continuation.continuation_problem import OrbitPath, Parameter
+from grazemap_core.continuation.continuation_problem import ContinuationProblem, Parameter
 from grazemap_core.continuation.special_points import SpecialPoint
-from grazemap_core.continuation.tolerances import PATH_MERGED, SWITCH_STEPS
+from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -125,14 +125,14 @@ def switched_branches(
 def merged(impacts: ImpactSequence) -> ImpactSequence | None:
     """Return the orbit that a sequence has become, of a part of its period or symmetric, or None where it is itself.
 
-    So it is where a branch ends on another one; the two agree there to about `PATH_MERGED`.
+    So it is where a branch ends on another one; the two agree there to about `MERGED_ORBITS`.
     """
-    least = impacts.repeats_after(PATH_MERGED)
+    least = impacts.repeats_after(MERGED_ORBITS)
     if least < impacts.period:
         whole = impacts.whole
         count = len(whole.stops) * least // impacts.period
         return ImpactSequence(least, whole.stops[:count], whole.phases[:count], whole.velocities[:count])
-    return impacts.half() if not impacts.symmetric and impacts.mirrors(PATH_MERGED) else None
+    return impacts.half() if not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else None
 
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
@@ -161,16 +161,16 @@ def _with(oscillator: Oscillator, restitution: float) -> Oscillator:
 
 def _path(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
-) -> tuple[OrbitPath, Floats]:
+) -> tuple[ContinuationProblem, Floats]:
     """Return a path through a sequence of impacts at a special point, and its unknowns there."""
     values = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
     family = OrbitFamily.of(_with(oscillator, point.restitution), impacts.period, impacts.symmetric)
-    path = OrbitPath(family, impacts.stops, (parameter,), values)
+    path = ContinuationProblem(family, impacts.stops, (parameter,), values)
     return path, path.unknowns(impacts, values)
 
 
-def _start(path: OrbitPath, unknowns: Floats) -> OrbitStart:
-    found = path.look(unknowns)
+def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:
+    found = path.evaluate(unknowns)
     return OrbitStart(found.clearance, found.omega, found.restitution, path.impacts(unknowns), found.admissible)
 
 
@@ -194,7 +194,7 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
     impacts = point.impacts
     parent, unknowns = _path(oscillator, point, parameter, impacts)
     count, turn = parent.count, parent.family.turn
-    change = np.linalg.svd(parent.doubled(unknowns))[2][-1]
+    change = np.linalg.svd(parent.doubling_matrix(unknowns))[2][-1]
     shift, unit_impulse = change[:count], change[count:]
     sign = -1 if impacts.symmetric else 1
     twice = ImpactSequence(
@@ -260,6 +260,6 @@ def _from_graze(
     for step in SWITCH_STEPS:
         for side in (step, -step):
             found = path.correct(at_graze[0] + side * tangent, tangent)
-            if found is not None and path.look(found[0]).admissible:
+            if found is not None and path.evaluate(found[0]).admissible:
                 return _start(path, found[0])
     return replace(_start(path, at_graze[0]), admissible=False)

@@ -11,8 +11,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.continuation_problem import OrbitPath
-from grazemap_core.continuation.tolerances import PATH_FEWEST, PATH_GROWTH, PATH_LEAST_STEP, PATH_QUICK, PATH_STRAIGHT
+from grazemap_core.continuation.continuation_problem import ContinuationProblem
+from grazemap_core.continuation.tolerances import (
+    FAST_NEWTON_STEPS,
+    MIN_CLOSED_POINTS,
+    MIN_TANGENT_COSINE,
+    PATH_MIN_STEP,
+    STEP_GROWTH,
+)
 
 ENDS = {
     "range": "a parameter reaches the end of its range",
@@ -33,8 +39,8 @@ Visit = Callable[[Floats, Floats, bool], str | None]
 Returns why the curve is to be left there, or None."""
 
 
-def walk(
-    path: OrbitPath, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
+def follow_path(
+    path: ContinuationProblem, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
 ) -> str:
     """Follow a path one way from a point, and return why it ends, a key of `ENDS`."""
     here, step, begun = start, 0.2 * longest, tangent
@@ -42,9 +48,9 @@ def walk(
     while number < most:
         found = path.correct(here + step * tangent, tangent)
         following = path.tangent(found[0], tangent) if found is not None else None
-        if found is None or following is None or float(following @ tangent) < PATH_STRAIGHT:
+        if found is None or following is None or float(following @ tangent) < MIN_TANGENT_COSINE:
             step *= 0.5
-            if step < PATH_LEAST_STEP:
+            if step < PATH_MIN_STEP:
                 return "singular" if found is not None and following is None else "step"
             continue
         unknowns, steps = found
@@ -56,9 +62,9 @@ def walk(
             normal = np.zeros(len(guess))
             normal[index] = 1.0
             at_bound = path.correct(guess, normal)
-            if at_bound is None or (step > PATH_LEAST_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
+            if at_bound is None or (step > PATH_MIN_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
                 step *= 0.5  # the parameter turns near the end of the range
-                if step < PATH_LEAST_STEP:
+                if step < PATH_MIN_STEP:
                     return "range"
                 continue
             unknowns = at_bound[0]
@@ -72,10 +78,10 @@ def walk(
             return reason or "range"
         here, tangent = unknowns, following
         apart = float(np.linalg.norm(here - start))
-        if number >= PATH_FEWEST and apart < step and float(tangent @ begun) > PATH_STRAIGHT:
+        if number >= MIN_CLOSED_POINTS and apart < step and float(tangent @ begun) > MIN_TANGENT_COSINE:
             return "closed"
-        if steps <= PATH_QUICK:
-            step = min(step * PATH_GROWTH, longest)
+        if steps <= FAST_NEWTON_STEPS:
+            step = min(step * STEP_GROWTH, longest)
     return "points"
 
 

@@ -21,7 +21,7 @@ from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, T
 from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
-from grazemap_core.orbits.tolerances import ORBIT_FLOOR
+from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_FLOOR
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 REASONS = {
@@ -44,7 +44,7 @@ class PeriodicOrbits:
     ----------
     clearance : (m,)
     phases, velocities : (m, k)
-    converged, stable, admissible : bool (m,)
+    converged, isolated, admissible, stable, verified : bool (m,)
     status : int (m,)
         A key of `REASONS`.
     contacts : int (m,)
@@ -59,8 +59,10 @@ class PeriodicOrbits:
     phases: Floats
     velocities: Floats
     converged: Booleans
-    stable: Booleans
+    isolated: Booleans
     admissible: Booleans
+    stable: Booleans
+    verified: Booleans
     status: Integers
     contacts: Integers
     residual: Floats
@@ -112,13 +114,24 @@ def periodic_orbits(
     multipliers = told.real + 1j * told.imaginary
     order = np.argsort(-np.abs(multipliers), axis=1, kind="stable")
     multipliers = np.take_along_axis(multipliers, order, axis=1)
+    converged = told.status == CONVERGED
+    isolated = converged & (told.kantorovich <= MAX_KANTOROVICH)
+    admissible = told.contact == CLEAR
+    stable = np.all(np.abs(multipliers) < 1.0, axis=1)
+    impact_velocities = speeds * (problem.omega * problem.length)
+    verified = isolated & admissible & stable
+    for i in np.flatnonzero(verified):
+        orbit = ImpactSequence(guess.period, guess.stops, found[i], impact_velocities[i], guess.symmetric)
+        verified[i] = orbit.repeats_after() == guess.period
     return PeriodicOrbits(
         clearance=gaps,
         phases=found,
-        velocities=speeds * (problem.omega * problem.length),
-        converged=told.status == CONVERGED,
-        stable=np.all(np.abs(multipliers) < 1.0, axis=1),
-        admissible=told.contact == CLEAR,
+        velocities=impact_velocities,
+        converged=converged,
+        isolated=isolated,
+        admissible=admissible,
+        stable=stable,
+        verified=verified,
         status=told.status,
         contacts=told.contact,
         residual=told.residual,
@@ -138,7 +151,7 @@ def solve_sequences(
 ) -> tuple[Floats, Floats, OrbitResults]:
     """Return phases and speeds, (m, k) each, and what the kernel tells of orbits of one sequence, each from its guess.
 
-    Speeds are in the problem's units; `floor` is that of `orbit_contacts.nearest_contact`.
+    Speeds are in the problem's units; `floor` is that of `orbit_contacts.further_contact`.
     """
     count, blocks = len(guess.stops), len(problem.decay)
     told, scratch = orbit_results(len(clearances), count, blocks), orbit_scratch(count, blocks)

@@ -78,8 +78,8 @@ class OrbitFamily:
         blocks = self.response
         span = self.pattern.spacing(omega)
         unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)
-        same, doubled = (self._before(kind, unit_impulse, span) + unit_impulse for kind in self.pattern.kinds)
-        stretched = span * self._before(self.pattern.kinds[0], same, span)
+        periodic, doubled = (self._before(kind, unit_impulse, span) + unit_impulse for kind in self.pattern.kinds)
+        periodic_impulse_by_span = span * self._before(self.pattern.kinds[0], periodic, span)
         slope = self._slope(omega, steady) / length
         steady_table = steady[0] / length
         return OrbitProblem(
@@ -88,13 +88,13 @@ class OrbitFamily:
             frequency_squared=blocks.frequency_squared,
             frequency=np.sqrt(blocks.frequency_squared),
             unit_impulse=unit_impulse,
-            behind=same,
-            doubled=doubled,
-            stretched=stretched,
-            gain_real=float(steady_table.real),
-            gain_imag=float(steady_table.imag),
-            slope_real=float(slope.real),
-            slope_imag=float(slope.imag),
+            periodic_impulse=periodic,
+            doubled_impulse=doubled,
+            periodic_impulse_by_span=periodic_impulse_by_span,
+            steady_real=float(steady_table.real),
+            steady_imag=float(steady_table.imag),
+            steady_real_by_omega=float(slope.real),
+            steady_imag_by_omega=float(slope.imag),
             omega=float(omega),
             length=float(length),
             restitution=self.oscillator.restitution,

@@ -186,8 +186,7 @@ def branch_of(
     if not d > 0.0:  # it is, but for round-off in an elastic impact of a practically undamped chain
         raise ConditioningError("the motion's impact speed cannot be told: hardly any energy is lost in a period")
     contact, admissibility = _first_contact(response, pattern, omega, sums, rebound / d)
-    lowest = math.atan2(c, d)
-    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, lowest, contact)
+    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, contact)
     return OneImpactBranch(
         oscillator=oscillator,
         omega=omega,
@@ -197,7 +196,7 @@ def branch_of(
         position_coefficient=c,
         velocity_coefficient=d,
         sums=sums,
-        lowest=lowest,
+        lowest=math.atan2(c, d),
         admissible_above=contact.angle,
         admissibility=admissibility,
         special_points=points,
@@ -254,10 +253,10 @@ def _special_points(
     d: float,
     sums: KickSums,
     rebound: float,
-    lowest: float,
     contact: _Contact,
 ) -> tuple[BranchPoint, ...]:
     """Return the special points with a clearance above 0, by falling angle."""
+    lowest = math.atan2(c, d)
     any_admissible = contact.cosine > 0.0
     points = [BranchPoint("GR", 0.5 * math.pi, amplitude, 0.0, any_admissible, 1, 0.0)]
 

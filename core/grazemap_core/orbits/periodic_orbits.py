@@ -20,7 +20,7 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.states import multipliers_of, state_at
-from grazemap_core.orbits.tolerances import KANTOROVICH
+from grazemap_core.orbits.tolerances import MAX_KANTOROVICH
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.start import State
 
@@ -101,14 +101,19 @@ class PeriodicOrbit:
     symmetric: bool
 
     @property
-    def certified(self) -> bool:
-        """There is a solution near the numbers, and only one."""
-        return self.converged and self.kantorovich <= KANTOROVICH
+    def isolated(self) -> bool:
+        """The Newton-Kantorovich theorem holds: there is one orbit, and only one, within `radius`."""
+        return self.converged and self.kantorovich <= MAX_KANTOROVICH
 
     @property
     def admissible(self) -> bool:
-        """The orbit is a motion: every impact is one, and mass 1 meets no stop between them."""
+        """Every impact velocity points at its stop, and mass 1 has no other contact with a stop."""
         return self.contacts == "none"
+
+    @property
+    def verified(self) -> bool:
+        """The orbit is isolated, admissible and stable, and its period is the least one."""
+        return self.isolated and self.admissible and self.stable and self.least_period == self.impacts.period
 
     @property
     def impacts_per_period(self) -> tuple[int, int]:
@@ -131,7 +136,7 @@ class PeriodicOrbit:
             impacts_left=left,
             symmetric=self.symmetric,
             sticking=False,
-            certified=self.certified and self.admissible,
+            verified=self.verified,
             reason=None if self.admissible else "the orbit is no motion: it is not admissible",
         )
 

@@ -2,13 +2,14 @@
 
 A trajectory that has settled to one flows in. It is followed until it closes to round-off; out flow its events over one
 period, and the Floquet multipliers of the tangent flow. There are no equations of impact to solve for such a motion
-here, so nothing is proven of it, and it says so.
+here, so the orbit is not verified, and `reason` says so.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,7 +26,7 @@ REASON = (
     "found by simulation, not from equations of impact: mass 1 rests on a stop; multipliers are those of the tangent "
     "flow, the residual is by how much the motion does not close, over the clearance"
 )
-"""Why nothing is certified."""
+"""Why the orbit is not verified."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class SimulatedOrbit:
     ----------
     omega, clearance : float
     motion : Motion
-        Its name; not certified, and `reason` says why.
+        Its name; not verified, and `reason` says why.
     start : State
         At forcing phase 0.
     impacts : Impacts
@@ -58,6 +59,13 @@ class SimulatedOrbit:
     sticking: Sticking
     multipliers: Complexes
     closing: float
+
+    isolated: ClassVar[bool] = False
+    """There are no equations of impact to which the Newton-Kantorovich theorem could be applied."""
+    admissible: ClassVar[bool] = True
+    """The simulation follows every contact: `impacts` and `sticking` are all of them."""
+    verified: ClassVar[bool] = False
+    """The orbit is not shown to be isolated."""
 
     @property
     def stable(self) -> bool:

@@ -26,7 +26,7 @@ def state_at(
     model, count = family.model, family.model.size
     first, second = np.ascontiguousarray(model.unit_impulse[:, 0]), np.ascontiguousarray(model.unit_impulse[:, 1])
     span = family.pattern.spacing(omega)
-    behind = model.unit_impulse + before_kick(
+    periodic_impulse = model.unit_impulse + before_kick(
         family.pattern.kinds[0], model.decay, model.discriminant, model.frequency_squared, first, second, span
     )
     state = np.zeros((count, 2))
@@ -37,8 +37,8 @@ def state_at(
         strength = -sign * (1.0 + family.oscillator.restitution) * speed
         for j in range(count):
             e11, e12, e21, e22 = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], time)
-            state[j, 0] += strength * (e11 * behind[j, 0] + e12 * behind[j, 1])
-            state[j, 1] += strength * (e21 * behind[j, 0] + e22 * behind[j, 1])
+            state[j, 0] += strength * (e11 * periodic_impulse[j, 0] + e12 * periodic_impulse[j, 1])
+            state[j, 1] += strength * (e21 * periodic_impulse[j, 0] + e22 * periodic_impulse[j, 1])
     turned = steady * np.exp(1j * phase)
     free = model.from_modal @ state.ravel()
     return turned.imag + free[:count], omega * turned.real + free[count:]

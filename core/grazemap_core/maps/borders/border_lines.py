@@ -23,8 +23,8 @@ def positions(values: Floats, points: Floats) -> Floats:
     """Return where points lie among the increasing values of a grid, in steps; beyond its ends by the last step."""
     inside = np.interp(points, values, np.arange(len(values), dtype=np.float64))
     before = (points - values[0]) / (values[1] - values[0])
-    behind = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
-    return np.select([points < values[0], points > values[-1]], [before, behind], inside)
+    after = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
+    return np.select([points < values[0], points > values[-1]], [before, after], inside)
 
 
 def nearest(line: Line, drawn: Booleans, places: Floats) -> Floats:

@@ -410,9 +410,9 @@ class _Explaining:
         places = [point[axis] for i in waiting.tolist() for point in self.pairs[i]]
         low, high = min(places), max(places)
         before = values[max(low, 1)] - values[max(low, 1) - 1]
-        behind = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
+        after = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
         least = max(float(values[low] - BORDER_MARGIN * before), 0.5 * float(values[low]))
-        return least, float(values[high] + BORDER_MARGIN * behind)
+        return least, float(values[high] + BORDER_MARGIN * after)
 
     def _longest_step(self) -> float:
         """Return the longest step along a branch or a curve, relative as their units are."""

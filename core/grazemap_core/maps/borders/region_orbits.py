@@ -269,7 +269,7 @@ class Regions:
             name, there = grid.names[place], grid.name == place
             for row, column in np.argwhere(there).tolist():
                 if self.number[row, column] == NO_REGION:
-                    self._look_at(1)
+                    self._evaluate_at(1)
                     region = self._begun((row, column), name)
                     if region is not None:
                         self._grow(region, (row, column), there & (self.number == NO_REGION))
@@ -285,7 +285,7 @@ class Regions:
         free = np.array([name.free for name in self.grid.names] + [True])  # the last one: NO_NAME
         return np.asarray((self.number == NO_REGION) & ~free[self.grid.name])
 
-    def _look_at(self, points: int) -> None:
+    def _evaluate_at(self, points: int) -> None:
         self._looked_at += points
         self._progress.regions(self._looked_at / self._all)
 
@@ -403,7 +403,7 @@ class Regions:
                 self.number[point] = number
                 left[point] = False
                 some = True
-        self._look_at(int(np.count_nonzero(got.fine)))
+        self._evaluate_at(int(np.count_nonzero(got.fine)))
         return some
 
 

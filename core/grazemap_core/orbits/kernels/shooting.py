@@ -108,7 +108,7 @@ def shooting(count: int, blocks: int) -> Shooting:
 
 
 @kernel
-def walk_orbit(
+def shoot(
     problem: OrbitProblem, stops: Floats, clearance: float, phases: Floats, speeds: Floats, scratch: Shooting
 ) -> tuple[float, float]:
     """Carry the state around, and write flow, state, before and residual.
@@ -143,13 +143,13 @@ def walk_orbit(
         walked += summed * (abs(p) + abs(q) * (frequency + 2.0 * decay))
         state[0, j, 0] = problem.sign * (p * y + q * rate)
         state[0, j, 1] = problem.sign * (p * rate - q * (square * y + 2.0 * decay * rate))
-    size = math.hypot(problem.gain_real, problem.gain_imag)
+    size = math.hypot(problem.steady_real, problem.steady_imag)
     place = clearance / problem.length
     largest, terms = 0.0, 0.0
     for i in range(count):
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
-        x = problem.gain_real * sine + problem.gain_imag * cosine
-        v = problem.gain_real * cosine - problem.gain_imag * sine
+        x = problem.steady_real * sine + problem.steady_imag * cosine
+        v = problem.steady_real * cosine - problem.steady_imag * sine
         a = -x
         strength = -rebound * omega * speeds[i]
         for j in range(blocks):
@@ -208,7 +208,7 @@ def _pass_impact(
 
 @kernel
 def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
-    """Write the Newton step behind `walk_orbit`, and what changes come to in one turn. Returns its norm.
+    """Write the Newton step behind `shoot`, and what changes come to in one turn. Returns its norm.
 
     Infinity where the matrix is singular.
     """
