@@ -1,8 +1,7 @@
-"""Curves of special orbits in the plane of forcing frequency and clearance.
+"""Bifurcation curves in the plane of forcing frequency and clearance, of motions with any impacts.
 
-A special point of a branch flows in: a saddle-node, period doubling, breaking of the symmetry, Neimark-Sacker point or
-graze of a motion with any impacts. It is followed both ways in both parameters, its condition as one equation more; out
-flow the curve's orbits, and why it ends where it does (theory, "Any impacting orbit").
+A curve is followed both ways from a special point of a branch: a saddle-node, period doubling, symmetry breaking,
+Neimark-Sacker point or graze. The condition of the special point is one more equation (theory, "Any impacting orbit").
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ class BifurcationCurve:
     residual : (m,)
         Of the orbit, in units of length.
     ends : (str, str)
-        Keys of `orbit_walks.ENDS`: why the curve ends before its first point and behind its last.
+        Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last.
     """
 
     type: SpecialType
@@ -68,7 +67,7 @@ class BifurcationCurve:
 
 
 class BifurcationProblem(ContinuationProblem):
-    """Orbits that obey one condition more: a test function vanishes."""
+    """The equations of an orbit, and the condition that a test function vanishes."""
 
     def __init__(self, family: OrbitFamily, point: SpecialPoint, stops: Integers, impact: int | None) -> None:
         """Take the kind of the condition, and of a GR which impact's speed is 0."""
@@ -102,8 +101,8 @@ class BifurcationProblem(ContinuationProblem):
     def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
         """Return the condition at the orbit next to a guess, and its gradient along the orbits, by differences.
 
-        That leaves out nothing: Newton's step to that orbit is the step's part across the surface, and the condition is
-        taken behind it.
+        This is the whole gradient that Newton's method needs: the step to that orbit is the part of the step across the
+        surface of orbits, and the condition is evaluated after it.
         """
         there = unknowns - np.linalg.lstsq(derivatives, residual, rcond=None)[0]
         gradient = np.zeros(len(unknowns))
@@ -113,10 +112,10 @@ class BifurcationProblem(ContinuationProblem):
         return self.condition(there), gradient
 
     def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
-        """Return `_singular` of the matrix of changes that come back with the opposite sign.
+        """Return `_singular` of the matrix of perturbations that return with the opposite sign.
 
-        Over two spans they are changes that come back, so the orbit is taken twice: the second derivatives are those of
-        its equations. A second span of a symmetric motion is the mirror image, and so is its change.
+        Over two spans these perturbations return unchanged, so the orbit is taken twice: the second derivatives are
+        those of its equations. A second span of a symmetric motion is the mirror image, and so is its change.
         """
         count, mirror = self.count, self._mirror
         turn = self.family.turn

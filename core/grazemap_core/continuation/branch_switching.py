@@ -1,9 +1,8 @@
-"""What lies beyond a special point of a branch: orbits of the other branches that pass through it.
+"""Branch switching: orbits of the other branches that pass through a special point.
 
-A special point flows in; out flow starts of those branches, each an orbit next to the point, solved for. At a PD it is
-one of twice the period, at an SB one of the pair that is no longer symmetric; where a branch ends on another one, an
-orbit of that one; at a GR the orbit with one impact more, or less. SN and NS have none (theory, "Beyond a special
-point").
+At a PD the other branch has twice the period, at an SB it is one of the pair of motions that are not symmetric. Where a
+branch ends on another one, it is that one; at a GR its orbits have one impact more, or less. SN and NS have no other
+branch (theory, "Beyond a special point").
 """
 
 from __future__ import annotations
@@ -65,8 +64,8 @@ def starts_beyond(
     Returns
     -------
     tuple of OrbitStart
-        PD, SB: one. GR: one, of symmetric motions a second one that has, or loses, the contact on one stop only; the
-        mirror image goes without saying. None where nothing but the motion without impacts is left, for SN and NS, and
+        PD, SB: one. GR: one, of symmetric motions a second one that has, or loses, the contact on one stop only; its
+        mirror image is not listed. None where nothing but the motion without impacts is left, for SN and NS, and
         where Newton's method does not find what should be there.
 
     Raises
@@ -103,12 +102,12 @@ def switched_branches(
     oscillator, point, parameter
         As for `starts_beyond`.
     start, stop, longest_step, max_points
-        As for `orbit_branches.orbit_branch`.
+        As for `branches.orbit_branch`.
 
     Raises
     ------
     ParameterError
-        As `orbit_branches.orbit_branch`.
+        As `branches.orbit_branch`.
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`.
     """
@@ -186,10 +185,10 @@ def _on_parent(
 
 
 def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> OrbitStart | None:
-    """Return an orbit that a PD or an SB gives birth to.
+    """Return an orbit of the branch that bifurcates at a PD or an SB.
 
-    Its branch leaves along the change that comes back with the opposite sign after a span; the amplitude of that change
-    is prescribed, and the parameter is found. The parent has none of it, so what is found is another orbit.
+    Its branch leaves along the perturbation that returns with the opposite sign after a span; its amplitude is
+    prescribed, and the parameter is found. The parent has none of it, so what is found is another orbit.
     """
     impacts = point.impacts
     parent, unknowns = _path(oscillator, point, parameter, impacts)

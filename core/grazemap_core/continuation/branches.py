@@ -1,7 +1,7 @@
-"""Branches of periodic motions with impacts, over a parameter, through grazes and saddle-nodes.
+"""Branches of periodic motions with impacts over a parameter, through grazes and saddle-nodes.
 
-An orbit and a range of the parameter flow in. The branch is followed both ways by pseudo-arclength continuation
-(theory, "Any impacting orbit"); out flow its orbits, special points, and why it ends where it does.
+A branch is followed both ways from an orbit by pseudo-arclength continuation, with its special points (theory, "Any
+impacting orbit").
 
 References
 ----------
@@ -44,7 +44,7 @@ class OrbitBranch:
     period : int
     symmetric : bool
     multipliers : complex (m, 2N)
-        Over the period, by falling modulus.
+        Over the period, by decreasing modulus.
     isolated, admissible, stable, verified : bool (m,)
         As in `PeriodicOrbit`.
     excess : (m,)
@@ -54,7 +54,7 @@ class OrbitBranch:
     special_points : tuple of SpecialPoint
         In the order of the branch.
     ends : (str, str)
-        Keys of `orbit_walks.ENDS`: why the branch ends before its first point and behind its last.
+        Keys of `pseudo_arclength.ENDS`: why the branch ends before its first point and after its last.
     """
 
     parameter: Parameter
@@ -105,7 +105,7 @@ def orbit_branch(
     max_points : int
         In either direction.
     to_special : bool
-        Follow it either way no further than behind the first special points.
+        End the branch after the first segment with a special point, in either direction.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def _follow(
     most: int,
     to_special: bool,
 ) -> tuple[list[ContinuationPoint], list[SpecialPoint], str]:
-    """Follow a path one way; return its points behind the first, what is special between them, and why it ends."""
+    """Follow a branch one way; return its points after the first, their special points, and why it ends."""
     points = [first]
     special: list[SpecialPoint] = []
 

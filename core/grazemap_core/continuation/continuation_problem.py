@@ -1,8 +1,7 @@
-"""One-parameter families of periodic motions with impacts as curves: their points, tangents, and Newton's method.
+"""The equations that are continued: periodic orbits over one parameter, or several.
 
-A family of orbits with a parameter, clearance, frequency or restitution, flows in. A point of the curve holds the
-phases of the impacts, their speeds and the parameter, all in units in which they are of one size. The curve is smooth
-through grazing (speeds of 0) and through saddle-nodes (where the parameter turns).
+A point of the curve holds the phases of the impacts, their speeds and the parameters, all in units in which they are of
+one size. The curve is smooth through grazing, where a speed is 0, and through saddle-nodes, where the parameter turns.
 """
 
 from __future__ import annotations
@@ -15,8 +14,7 @@ from typing import Literal
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.continuation.tolerances import PATH_NEWTON_STEPS
-from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+from grazemap_core.continuation.tolerances import PATH_EXACT, PATH_NEWTON_STEPS
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -35,7 +33,7 @@ _ABOVE = {"clearance": 0.0, "omega": 0.0, "restitution": -1.0}
 
 @dataclass(frozen=True, eq=False)
 class ContinuationPoint:
-    """A point of a curve of orbits, with what is asked of every one of them.
+    """An orbit of the curve, with its multipliers, test functions and contacts.
 
     Attributes
     ----------
@@ -49,9 +47,9 @@ class ContinuationPoint:
     multipliers : complex (2 N,)
         Of half the period, mirrored, for symmetric motions.
     fold_test, doubling_test : float
-        ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` but for factors that do not vanish.
+        ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` up to factors that do not vanish.
     contact : int
-        Verdict of `orbit_contacts`.
+        Status of `admissibility.further_contact`.
     excess, excess_phase : float
     excess_stop : int
         The highest maximum between the impacts, in the path's unit of length.
@@ -78,7 +76,7 @@ class ContinuationPoint:
 
     @property
     def admissible(self) -> bool:
-        """Whether mass 1 meets no stop but at its impacts, and all of these are from inside."""
+        """Whether mass 1 has no contact with a stop but its impacts, and every impact velocity points at its stop."""
         return self.contact == CLEAR
 
 
@@ -129,7 +127,7 @@ class ContinuationProblem:
         return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
 
     def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
-        """Return the kernels' view at a frequency and a restitution, that of `fixed` if left out; one is kept."""
+        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last ones are kept."""
         if self._problem is None or self._problem.omega != omega:
             self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
         value = self.fixed["restitution"] if restitution is None else restitution
@@ -138,7 +136,7 @@ class ContinuationProblem:
         return self._problem
 
     def problem_at(self, unknowns: Floats) -> OrbitProblem:
-        """Return the kernels' view at a point."""
+        """Return the equations at a point, as the kernels take them."""
         return self.problem(self.value(unknowns, "omega"), self.value(unknowns, "restitution"))
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
@@ -206,7 +204,7 @@ class ContinuationProblem:
             if not (length < 1.0 and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
                 return None
             unknowns = unknowns - step
-            settled = length <= ORBIT_SETTLED or norm <= 0.1 * RESPONSE_ROUNDOFF * terms
+            settled = length <= ORBIT_SETTLED or norm <= PATH_EXACT * terms
         return None
 
     def impacts(self, unknowns: Floats) -> ImpactSequence:
@@ -223,7 +221,7 @@ class ContinuationProblem:
         return self._determinants(self.problem_at(unknowns), unknowns, derivatives)
 
     def doubling_matrix(self, unknowns: Floats) -> Floats:
-        """Return the matrix (2 k, 2 k) of perturbations that return with the opposite sign, which is that of `doubling_test`."""
+        """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
         self.of_orbit(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
         phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]

@@ -1,7 +1,6 @@
-"""Following a curve of orbits: predictor along the tangent, corrector in the plane across it, steps as it allows.
+"""Pseudo-arclength continuation: a predictor along the tangent and a corrector in the plane across it.
 
-A path, a point of it, a tangent and ranges of the parameters flow in; the points behind it are handed on one by one,
-and why there are no more flows out.
+The length of the steps is adapted to the convergence of the corrector and to the angle between tangents.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.tolerances import (
     FAST_NEWTON_STEPS,
+    FIRST_STEP,
     MIN_CLOSED_POINTS,
     MIN_TANGENT_COSINE,
     PATH_MIN_STEP,
@@ -26,24 +26,24 @@ ENDS = {
     "step": "steps become too short: impacts come together, or the orbits stop being smooth in the parameter",
     "singular": "the curve has no tangent: curves meet there",
     "points": "the number of points that was allowed is reached",
-    "special": "there is a special point, and no more was asked for",
+    "special": "there is a special point, at which the branch was to end",
     "real": "the pair of multipliers on the unit circle becomes real",
 }
 """Why a curve is not followed further."""
 
 Bounds = Sequence[tuple[int, float, float]]
-"""Number of an unknown, and its least and largest value."""
+"""Index of an unknown, and its minimum and maximum."""
 
 Visit = Callable[[Floats, Floats, bool], str | None]
 """Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned on the way.
-Returns why the curve is to be left there, or None."""
+Returns the reason why the curve ends there, a key of `ENDS`, or None."""
 
 
 def follow_path(
     path: ContinuationProblem, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
 ) -> str:
     """Follow a path one way from a point, and return why it ends, a key of `ENDS`."""
-    here, step, begun = start, 0.2 * longest, tangent
+    here, step, begun = start, FIRST_STEP * longest, tangent
     number = 0
     while number < most:
         found = path.correct(here + step * tangent, tangent)

@@ -1,7 +1,7 @@
-"""Special points between two neighbouring orbits of a branch: where a test function changes its sign.
+"""Special points between two neighbouring orbits of a branch, where a test function changes its sign.
 
-Two points of a path flow in, with the tangent at the first; out flow saddle-nodes, period doublings, breakings of the
-symmetry, Neimark-Sacker points and grazes between them, each solved for along the path to round-off.
+They are saddle-nodes, period doublings, symmetry breakings, Neimark-Sacker points and grazes. Each is solved for along
+the tangent of the branch, to round-off.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.tolerances import EPSILON
 
 LARGEST_MULTIPLIER = 1e100
-"""One beyond it counts as infinite."""
+"""Modulus above which a multiplier counts as infinite."""
 
 SpecialType = Literal["SN", "PD", "SB", "NS", "GR"]
 
@@ -43,8 +43,8 @@ class SpecialPoint:
     type : {"SN", "PD", "SB", "NS", "GR"}
     clearance, omega, restitution : float
     status : {"converged", "guess"}
-        "guess": a test function changes its sign there, but does not vanish to round-off. So it is where a branch ends
-        on another one, for lack of a tangent; the parameter is good to round-off there, the orbit to its root.
+        "guess": a test function changes its sign there, but does not vanish to round-off. Where a branch ends on
+        another one it has no tangent, so the parameter is accurate to round-off and the orbit to its square root.
     test : float
         What is left of the test function, relative to its values at the neighbouring points.
     admissible : bool
@@ -79,7 +79,7 @@ def neimark_sacker_test(point: ContinuationPoint, count: int) -> float:
     """Return a function that changes its sign where a pair of multipliers passes the unit circle.
 
     The product of ``(1 - mu_i mu_j)`` over pairs, each factor brought to size 1, with the sign that infinite
-    multipliers take from it at an impact of speed 0. Real pairs mu, 1/mu are zeros too, and are told apart there.
+    multipliers take from it at an impact of speed 0. Real pairs mu, 1/mu are zeros too; `on_unit_circle` excludes them.
     """
     mu = np.where(np.abs(point.multipliers) < LARGEST_MULTIPLIER, point.multipliers, LARGEST_MULTIPLIER)
     first, second = np.triu_indices(len(mu), 1)
@@ -94,7 +94,7 @@ Located = tuple[float, SpecialPoint]
 
 
 class Segment:
-    """A piece of a path between two points that were found, and all points between them."""
+    """A segment of a branch between two neighbouring orbits, and the orbits on it."""
 
     def __init__(
         self, path: ContinuationProblem, first: ContinuationPoint, second: ContinuationPoint, along: Floats
@@ -237,7 +237,7 @@ class Segment:
         return 0.0 if tangent is None else float(tangent[-1])
 
     def _fold(self, point: ContinuationPoint) -> SpecialType:
-        """Say what it is where the parameter turns: a branch that ends on another one turns there as well."""
+        """Return the type of a point at which the parameter turns, as it does where a branch ends on another one."""
         impacts = self.path.impacts(point.unknowns)
         if impacts.repeats_after(MERGED_ORBITS) < impacts.period:
             return "PD"
@@ -257,6 +257,6 @@ def _excess(point: ContinuationPoint) -> float:
 
 
 def on_unit_circle(multipliers: Complexes) -> bool:
-    """Say whether a complex pair lies on the unit circle."""
+    """Return whether a complex pair lies on the unit circle."""
     off = np.abs(np.abs(multipliers[multipliers.imag != 0.0]) - 1.0)
     return bool(len(off)) and float(np.min(off)) < UNIT_CIRCLE_DISTANCE

@@ -4,23 +4,32 @@ from __future__ import annotations
 
 from typing import Final
 
+from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+
+PATH_EXACT: Final = 0.1 * RESPONSE_ROUNDOFF
+"""Residual, relative to the terms that it is a sum of, after which a Newton step changes nothing but round-off: a tenth
+of the round-off that is allowed for."""
+
 PATH_NEWTON_STEPS: Final = 8
-"""Newton steps from a predicted orbit; with more the step along the branch was too long."""
+"""Newton steps from a predicted orbit; if more are needed, the step along the branch was too long."""
 
 FAST_NEWTON_STEPS: Final = 4
 """Newton steps, that to round-off included, up to which the next step along the branch may be longer."""
 
+FIRST_STEP: Final = 0.2
+"""First step along a branch, relative to the longest one: it grows fast where the branch allows."""
+
 STEP_GROWTH: Final = 1.5
-"""Factor by which it is."""
+"""Factor by which the step grows after a fast convergence."""
 
 MIN_TANGENT_COSINE: Final = 0.95
-"""Least cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
+"""Minimum cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
 
 PATH_MIN_STEP: Final = 1e-9
 """Step along a branch, in its units, below which it is given up."""
 
 MIN_CLOSED_POINTS: Final = 10
-"""Points behind which a branch may have come back to where it began."""
+"""Minimum number of points of a closed curve: before that, a point near the first one is a short step away from it."""
 
 SPECIAL_POINT_RESIDUAL: Final = 1e-9
 """What may be left of a test function at a special point, relative to its neighbours, for it to count as solved."""

@@ -1,7 +1,7 @@
-"""What periodic motions with impacts share: a chain, how many forcing periods they take, whether they are symmetric.
+"""Families of periodic motions with impacts: a chain, a number of forcing periods, and whether they are symmetric.
 
-An oscillator and a pattern flow in; out flow, frequency by frequency, the numbers that the kernels' equations are made
-of (theory, "Any impacting orbit").
+A family gives the equations of its orbits at every frequency, in the form that the kernels take (theory, "Any impacting
+orbit").
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem
 
 @dataclass(frozen=True, eq=False)
 class OrbitFamily:
-    """All motions of an oscillator that repeat after n forcing periods (symmetric ones: are mirrored after half).
+    """All motions of an oscillator that repeat after n forcing periods, or are mirrored after half of them.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class OrbitFamily:
         return np.asarray(amplitudes)
 
     def problem(self, omega: float, length: float, steady: Complexes) -> OrbitProblem:
-        """Return the kernels' view at one frequency, with its unit of length."""
+        """Return the equations at one frequency, with `length` the unit of length."""
         blocks = self.response
         span = self.pattern.spacing(omega)
         unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)

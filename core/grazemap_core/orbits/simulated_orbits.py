@@ -1,8 +1,8 @@
-"""Periodic motions that are no sequence of impacts: with rests on a stop, or complete chatter; found by simulation.
+"""Periodic motions that rest on a stop, or with complete chatter, found by simulation.
 
-A trajectory that has settled to one flows in. It is followed until it closes to round-off; out flow its events over one
-period, and the Floquet multipliers of the tangent flow. There are no equations of impact to solve for such a motion
-here, so the orbit is not verified, and `reason` says so.
+Such a motion is not a finite sequence of impacts, so there are no equations of impact to solve. A trajectory that has
+settled to it is followed until it closes to round-off. Its events over one period and the Floquet multipliers of the
+tangent flow are returned. The orbit is not verified.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ REASON = (
 
 @dataclass(frozen=True, eq=False)
 class SimulatedOrbit:
-    """A periodic motion with rests on a stop, as the simulation has it.
+    """A periodic motion that rests on a stop, found by simulation.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class SimulatedOrbit:
     sticking : Sticking
         Of one period from there; a rest that goes on at its end is two intervals.
     multipliers : complex (2 N,)
-        Floquet multipliers by the tangent flow, by falling modulus. A rest makes two of them 0, to round-off.
+        Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
     closing : float
         Largest displacement, over the clearance, by which the motion misses its start a period later.
     """

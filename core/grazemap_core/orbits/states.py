@@ -45,11 +45,12 @@ def state_at(
 
 
 def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats) -> Complexes:
-    """Return the eigenvalues of flows and saltation matrices over a span, by falling modulus, complex (2N,).
+    """Return the Floquet multipliers over a span, by decreasing modulus, complex (2N,).
 
-    Of each saltation matrix one part grows as 1/v where the impact's velocity v vanishes. With an unknown of its own
-    for that part of every impact the eigenvalues are those of a pencil whose entries stay of one size, so small ones
-    keep their digits next to one that goes to infinity. The infinite ones of those unknowns are left out.
+    One part of each saltation matrix grows as 1/v where the impact velocity v vanishes. With an additional unknown for
+    that part of every impact the multipliers are the eigenvalues of a pencil with entries of one size, so small
+    multipliers keep their digits beside one that tends to infinity. The infinite eigenvalues that belong to the
+    additional unknowns are left out.
     """
     size, count = 2 * len(problem.decay), len(phases)
     scale = np.array([block_scale(problem, j) for j in range(size // 2)])

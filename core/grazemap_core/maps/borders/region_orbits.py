@@ -1,9 +1,9 @@
-"""The orbits of an unfolding map: which of its points have one family of motions, and the orbit at each of them.
+"""The orbits of an unfolding map: the regions of points with one family of orbits, and the orbit at each point.
 
-A map's grid and arrays flow in. Where a trajectory from rest leads to a periodic motion it gives the orbit at one
-point; from there the orbit is solved for from point to neighbouring point, as long as the map has the same name there
-and the slowest impact is the map's. Out flow regions, each a connected set of points with one family of orbits. So
-every point of a region is checked twice: the map found the motion by simulation, and its equations are solved here.
+A trajectory that settles to a periodic motion gives the orbit at one point of a region. From there the orbit is solved
+for from point to neighbouring point, as long as the map has the same name and the same slowest impact there. A region
+is a connected set of such points. Every point of a region is so checked twice: the map found its motion by simulation,
+and its equations are solved here.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Grid(NamedTuple):
     name : int (n, m)
         Place in `names`; NO_NAME where the map has no periodic motion.
     slowest : (n, m)
-        Speed of the slowest impact, by which orbits of one name are told apart.
+        Speed of the slowest impact, which distinguishes orbits of one name.
     settled_after : int (n, m)
     """
 
@@ -151,10 +151,10 @@ class Grid(NamedTuple):
 
 
 class Equations:
-    """The kernels' view of all columns of a grid, made once for every period, and for symmetric motions."""
+    """The equations at all columns of a grid, set up once for every period, and for symmetric motions."""
 
     def __init__(self, grid: Grid) -> None:
-        """Make nothing yet."""
+        """Take the grid; the equations are set up when they are asked for."""
         self._grid = grid
         self._families: dict[tuple[int, bool], OrbitFamily] = {}
         self._problems: dict[tuple[int, bool, int], OrbitProblem] = {}
@@ -222,12 +222,12 @@ class Region:
         phases = np.array([phases for phases, _ in guesses])
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
-        found, speeds, told = solve_sequences(
+        found, speeds, results = solve_sequences(
             problem, first, self.grid.clearance[rows], phases, velocities, floor=-ORBIT_FLOOR
         )
         found_velocities = speeds * (problem.omega * problem.length)
-        fine = (told.status == CONVERGED) & (told.contact == CLEAR)
-        fine &= np.all(np.hypot(told.real, told.imaginary) < 1.0, axis=1)
+        fine = (results.status == CONVERGED) & (results.contact == CLEAR)
+        fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
             one = self._sequence(found[i], found_velocities[i])
             fine[i] = one.repeats_after() == self.period and (self.symmetric or not one.mirrors())
@@ -250,7 +250,7 @@ class Regions:
     """
 
     def __init__(self, grid: Grid, progress: BorderProgress | None = None) -> None:
-        """Find them all, and say how far that is.
+        """Find all regions, and report progress.
 
         Raises
         ------
@@ -302,7 +302,7 @@ class Regions:
     def _guesses(self, point: Point, name: Name) -> Iterator[ImpactSequence]:
         """Yield impacts near a motion: of trajectories from rest, of the next point of its name, of random states.
 
-        Behind a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
+        After a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
         """
         yield from self._settled(point, name, np.zeros((2, self.grid.oscillator.size)), self.grid.settled_after[point])
         for region in self.found:

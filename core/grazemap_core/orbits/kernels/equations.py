@@ -1,11 +1,11 @@
-"""The equations of a periodic motion with impacts, analytic through grazing, and all their derivatives.
+"""The equations of a periodic motion with impacts, analytic through grazing, and their derivatives.
 
-Between impacts the motion is linear, so it is the steady motion less the answers to all its impacts, each a kick of
-mass 1. Unknown are the phases of the impacts and the velocities before them; an impact of velocity 0 is nothing special
-(theory, "Any impacting orbit"). What flows in is an `OrbitProblem` with the unknowns; out flow residuals and matrices.
+Between impacts the motion is linear, so it is the sum of the steady motion and the responses to all impacts, each an
+impulse on mass 1. The unknowns are the phases of the impacts and the velocities before them. An impact of velocity 0 is
+a regular point of the equations (theory, "Any impacting orbit").
 
-Everything is in units in which a forcing period takes 2 pi and a length given with the problem is 1: unknown are
-phases omega t_i and speeds v_i/(omega length).
+Everything is in units in which a forcing period takes 2 pi and a length given with the problem is 1: the unknowns are
+the phases omega t_i and the speeds v_i/(omega length).
 """
 
 from __future__ import annotations
@@ -19,21 +19,23 @@ from grazemap_core.numerics.jit.compiled import kernel
 
 
 class OrbitProblem(NamedTuple):
-    """A chain at one forcing frequency, and after what time its motion repeats (or is mirrored).
+    """A chain at one forcing frequency, and the time after which its motion repeats, or is mirrored.
 
     Attributes
     ----------
     decay, discriminant, frequency_squared, frequency : (N,)
         Blocks.
     unit_impulse : (N, 2)
-        What a unit velocity given to mass 1 adds to each block's part in displacement and velocity of mass 1.
+        Change of each block's part in displacement and velocity of mass 1 by a unit impulse, a unit change of its
+        velocity.
     periodic_impulse, doubled_impulse : (N, 2)
-        The same just behind a kick that was given after every span before too: with the sign `sign` each time, and
-        with the opposite one.
+        The same just after an impulse that has also been given at every earlier span: multiplied by `sign` from span to
+        span, and by ``-sign``.
     periodic_impulse_by_span : (N, 2)
-        ``span sum_k k sign^k exp(T k span) unit_impulse``: how `periodic_impulse` changes with the span.
+        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` by the span, but for
+        the blocks' generator.
     steady_real, steady_imag : float
-        Steady amplitude of mass 1, in lengths: its steady motion is Im(gain exp(i omega t)).
+        Steady amplitude of mass 1, in lengths: its steady motion is Im((steady_real + i steady_imag) exp(i omega t)).
     steady_real_by_omega, steady_imag_by_omega : float
         Its derivative by omega.
     omega, length : float
@@ -102,14 +104,14 @@ def assemble(
     jacobian: Floats,
     before: Floats,
 ) -> float:
-    """Write the residual and its derivatives, and return the size of the terms that the residual is a sum of.
+    """Write the residual and its derivatives; return the size of the terms of which the residual is the sum.
 
     Parameters
     ----------
     stops : (k,)
         +1 or -1 for every impact.
     phases, speeds : (k,)
-        Phases increase and span less than `turn`. That is not looked at: the equations go on analytically.
+        Phases increase and span less than `turn`; this is not checked, as the equations continue analytically.
     residual : (2 k,)
         Receives mass 1's displacement less that of the stop, and its velocity less the unknown, at every impact.
     jacobian : (2 k, 2 k + 2)
@@ -120,7 +122,7 @@ def assemble(
     Returns
     -------
     terms : float
-        Of the largest sum, each term times the angles that round-off of its sines comes from.
+        The largest sum of the terms' moduli, each times the angle in whose sine its round-off originates.
     """
     count = stops.shape[0]
     omega, rebound = problem.omega, problem.rebound
@@ -170,7 +172,7 @@ def assemble(
 
 @kernel
 def assemble_doubled(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
-    """Write the matrix of changes that come back with the opposite sign after a span; the other one is `jacobian`.
+    """Write the Jacobian for perturbations that return with the opposite sign after a span.
 
     Up to sign its determinant is ``prod v_i det(I + M)/det(I + exp(A span))``, which is smooth where v_i vanishes.
 
@@ -207,9 +209,9 @@ def assemble_doubled(problem: OrbitProblem, phases: Floats, speeds: Floats, befo
 
 @kernel
 def second_derivative_bound(problem: OrbitProblem, speeds: Floats, reach: float) -> float:
-    """Bound the sum of moduli of one equation's second derivatives, for speeds changed by at most `reach` each.
+    """Return a bound on the sum of one equation's second derivatives, for speeds changed by at most `reach` each.
 
-    The blocks' energies never rise, so each bounds its part in the answer to a kick for all times behind it.
+    The energy of a block never increases, so it bounds the block's response to an impulse at all later times.
     """
     omega = problem.omega
     first, second, third = 0.0, 0.0, 0.0
