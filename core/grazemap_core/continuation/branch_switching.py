@@ -44,7 +44,7 @@ class OrbitStart:
     admissible: bool
 
     def orbit(self, oscillator: Oscillator) -> PeriodicOrbit:
-        """Return the orbit with all that is known of it; the oscillator's restitution is replaced by this one's."""
+        """Return the orbit, with this restitution in place of the oscillator's."""
         return periodic_orbit(_with(oscillator, self.restitution), self.omega, self.clearance, self.impacts)
 
 
@@ -188,7 +188,7 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
     """Return an orbit of the branch that bifurcates at a PD or an SB.
 
     Its branch leaves along the perturbation that returns with the opposite sign after a span; its amplitude is
-    prescribed, and the parameter is found. The parent has none of it, so what is found is another orbit.
+    prescribed, and the parameter is found. The parent has an amplitude of 0, so the orbit that is found is another one.
     """
     impacts = point.impacts
     parent, unknowns = _path(oscillator, point, parameter, impacts)

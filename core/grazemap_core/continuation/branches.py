@@ -112,7 +112,7 @@ def orbit_branch(
     ParameterError
         The orbit has not converged, or a number is out of range.
     SteadyMotionError, ConditioningError
-        As for `periodic_orbits.periodic_orbit`; along the way too, when the frequency varies.
+        As for `periodic_orbits.periodic_orbit`; anywhere on the branch, when the frequency varies.
     """
     if parameter not in ("clearance", "omega", "restitution"):
         raise ParameterError("parameter", "must be clearance, omega or restitution")
@@ -139,7 +139,7 @@ def orbit_branch(
     rising = np.zeros(len(unknowns))
     rising[-1] = 1.0
     tangent = path.tangent(unknowns, rising)
-    if tangent is None:  # a saddle-node: any side will do
+    if tangent is None:  # a saddle-node: both sides are equivalent
         tangent = np.linalg.svd(path.equations(unknowns)[1])[2][-1]
 
     ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points, to_special)

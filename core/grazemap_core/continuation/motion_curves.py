@@ -26,7 +26,7 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 
 PLACES = (0.5, 0.25, 0.75)
-"""Shares of a window's sides at which a motion is looked for, those of clearance within those of frequency."""
+"""Shares of a window's sides at which a motion is searched for, those of clearance within those of frequency."""
 
 Window = tuple[float, float]
 
@@ -123,7 +123,7 @@ def orbit_in_window(
 
 
 def lies_on(point: SpecialPoint, curve: BifurcationCurve) -> bool:
-    """Say whether a special point is one of a curve: of its type, and its orbit one of those of the curve."""
+    """Return whether a special point lies on a curve: it has the curve's type, and its orbit is one of the curve's."""
     impacts, number = _as_on_curve(point)
     if point.type != curve.type or number != curve.impact or not np.array_equal(impacts.stops, curve.stops):
         return False

@@ -35,7 +35,7 @@ Bounds = Sequence[tuple[int, float, float]]
 """Index of an unknown, and its minimum and maximum."""
 
 Visit = Callable[[Floats, Floats, bool], str | None]
-"""Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned on the way.
+"""Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned.
 Returns the reason why the curve ends there, a key of `ENDS`, or None."""
 
 

@@ -116,7 +116,7 @@ class OneImpactBranch:
         return (low, high) if low < high else None
 
     def angles(self, clearance: float) -> list[float]:
-        """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), falling.
+        """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), decreasing.
 
         Raises
         ------

@@ -44,7 +44,7 @@ class SimulatedOrbit:
         Of one period from there. Of a complete chatter those that are followed one by one, `kind` "chatter" the last;
         how many that are is no property of the motion.
     sticking : Sticking
-        Of one period from there; a rest that goes on at its end is two intervals.
+        Of one period from there; a rest that continues beyond its end is two intervals.
     multipliers : complex (2 N,)
         Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
     closing : float
@@ -85,7 +85,7 @@ def simulated_orbit(
     run : Trajectory
         Named as a periodic motion.
     max_period : int
-        Longest period looked for.
+        Longest period that is searched for.
 
     Raises
     ------

@@ -158,7 +158,7 @@ def map_borders(
     omega, clearance : (m,), (n,)
         The map's grid, increasing.
     arrays : dict of arrays (n, m)
-        As `unfolding.unfolding_map_tile` returns. Orbits are looked for with trajectories from rest first, so of other
+        As `unfolding.unfolding_map_tile` returns. Orbits are searched for with trajectories from rest first, so of other
         policies some may not be found.
     report : callable of (done, total), optional
         Called when more of the work is done than before; done stays below total.
@@ -352,7 +352,7 @@ class _Explaining:
             self.ends[i, side] = True
             self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
             return start
-        # the motion is there too, or nothing is known of where it ends
+        # the motion exists there too, or it is unknown where it ends
         self.ends[i, side] = False
         self.known[i, side] = arrives
         self.reason[i, side] = 0 if arrives else _TOO_LONG if full else _BREAKS_OFF

@@ -53,7 +53,7 @@ NO_NAME = -1
 _RUNS = 3
 """Trajectories from rest at a point, each twice as long as the one before, that are tried for an orbit there."""
 _RANDOM_STATES = 256
-"""Initial states at a point of which those are looked for that lead to the map's motion."""
+"""Initial states at a point that are tried for one that leads to the map's motion."""
 _MOST_STATES = 4
 """Of those, the ones that settle first, how many are followed."""
 
@@ -216,7 +216,7 @@ class Region:
     def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
         """Solve for the orbits at points of a column, each from its own guess.
 
-        Fine is what is stable, admissible, and neither of a shorter period nor, where the region's are not, symmetric.
+        An orbit is fine if it is stable, admissible, not of a shorter period, and symmetric only if the region's are.
         """
         problem = self.equations.problem(self.period, self.symmetric, column)
         phases = np.array([phases for phases, _ in guesses])

@@ -9,7 +9,7 @@ numbers allow,
 - it is admissible: every impact velocity points at its stop, and mass 1 has no other contact with a stop
   (`admissibility.further_contact_from`), for all phases and velocities within that radius;
 - it is stable: all Floquet multipliers lie inside the unit circle;
-- its period is the least: two parts of the orbit are the same only where the uniqueness of the solution says so.
+- its period is the least: two parts of the orbit are the same only where the uniqueness of the solution implies it.
 
 That the trajectory converges to this orbit is not verified. It approached the orbit from return to return, with the
 same sequence of impacts, and the orbit is the limit of these returns.
@@ -531,7 +531,7 @@ def _is_admissible(
     radius: float,
     scratch: VerificationScratch,
 ) -> bool:
-    """Say whether every orbit within `radius` has no contact with a stop but its impacts."""
+    """Return whether every orbit within `radius` has no contact with a stop but its impacts."""
     if not _slowest(stops, speeds) > radius:
         return False
     _state_after_first_impact(problem, speeds, scratch)
