@@ -39,8 +39,8 @@ class CurvePiece:
         GR only, else 0: +1 where the further contact is with a stop that is struck first, -1 with the other one.
     omega, clearance, impact_velocity : ndarray of shape (m,), m >= 2
     ends : (str, str)
-        "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece continues the curve there), or
-        "none" (there are no such motions beyond).
+        "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece continues the curve
+        there), or "none" (there are no such motions beyond).
     """
 
     type: str

@@ -158,8 +158,8 @@ def map_borders(
     omega, clearance : (m,), (n,)
         The map's grid, increasing.
     arrays : dict of arrays (n, m)
-        As `unfolding.unfolding_map_tile` returns. Orbits are searched for with trajectories from rest first, so of other
-        policies some may not be found.
+        As `unfolding.unfolding_map_tile` returns. Trajectories from rest are tried first, so the orbits of
+        other policies may not all be found.
     report : callable of (done, total), optional
         Called when more of the work is done than before; done stays below total.
 
