@@ -99,8 +99,8 @@ def map_with_exponents(oscillator: Oscillator, omegas: Floats, clearances: Float
 
 
 def map_as_served(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
-    """Compute a map as the service does: motions proven, with multipliers and Lyapunov exponents."""
-    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True, proven=True)
+    """Compute a map as the service does: motions verified, with multipliers and Lyapunov exponents."""
+    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True, verified=True)
 
 
 def _map(
@@ -110,9 +110,9 @@ def _map(
     periods: int,
     early: bool,
     linearised: bool = False,
-    proven: bool = False,
+    verified: bool = False,
 ) -> Classified:
-    task = Settling(periods, LONGEST_PERIOD, early, linearised, proven)
+    task = Settling(periods, LONGEST_PERIOD, early, linearised, verified)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
     codes = codes[..., 0]
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]

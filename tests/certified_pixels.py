@@ -62,7 +62,7 @@ def certified_pixel(seed: int) -> Pixel:
             omega, clearance = float(rng.uniform(0.26, 0.32)), float(rng.uniform(1.2, 2.1))
         one = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]), MAX_PERIODS)
         found = {name: values[0, 0].item() for name, values in one.items()}
-        if found["certified"] and max(found["impacts_right"], found["impacts_left"]) > 0:
+        if found["verified"] and max(found["impacts_right"], found["impacts_left"]) > 0:
             return Pixel(
                 oscillator,
                 omega,

@@ -20,13 +20,13 @@ OVERFLOWS = 6
 HIDDEN = 7
 """Round-off of the steady motion hides what happens between the stops."""
 
-# why a motion that was named is not proven (`proving`)
+# why a motion that was named is not verified (`orbits.kernels.verification`)
 NOT_SOUGHT = 8
-"""No proof was asked for, or the chain has an undamped mode or ill-conditioned ones."""
+"""Verification was not requested, or the chain has an undamped mode or ill-conditioned ones."""
 RESTS = 9
 """Mass 1 rests on a stop or chatters: no finite sequence of impacts."""
 SEQUENCE_UNKNOWN = 10
-"""There are more impacts than a proof is sought for, or a graze or a rest among them."""
+"""There are more impacts than are verified, or a graze or a rest among them."""
 NOT_SOLVED = 11
 """Newton's method finds no orbit close to the trajectory."""
 NOT_ISOLATED = 12

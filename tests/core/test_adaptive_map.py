@@ -62,8 +62,8 @@ def test_inferred_points_have_a_label_and_nothing_else(full: Arrays, adaptive: A
     unresolved = adaptive["kind"] == UNRESOLVED
     assert (same | unresolved)[inferred].mean() > 0.99
     assert (adaptive["reason"][inferred] == NOT_COMPUTED).all()
-    assert not adaptive["certified"][inferred].any()
-    assert adaptive["certified"][adaptive["computed"]].mean() > 0.5
+    assert not adaptive["verified"][inferred].any()
+    assert adaptive["verified"][adaptive["computed"]].mean() > 0.5
     assert (adaptive["settled_after"][inferred] == -1).all()
     for name in ("multiplier", "lyapunov", "least_impact_velocity"):
         assert np.isnan(adaptive[name][inferred]).all()

@@ -92,7 +92,7 @@ def arrays_of(kind, period, right, left, mean):
         "sticking": np.zeros(count, dtype=bool),
         "multiplier": np.full(count, 0.5),
         "lyapunov": np.linspace(-0.3, -0.1, count),
-        "certified": np.arange(count) != 2,
+        "verified": np.arange(count) != 2,
         "mean_position": np.array(mean),
         "mean_velocity": np.zeros(count),
     }
@@ -105,7 +105,7 @@ def test_motions_with_one_name_are_told_apart_by_where_they_are():
     )
     assert label.tolist() == [0, 2, 0, 1, -1, 0, 1]
     assert [(one.kind, one.states) for one in found] == [("periodic", 3), ("chaotic", 2), ("periodic", 1)]
-    assert [one.certified for one in found] == [False, False, True]  # from one of three states it is not
+    assert [one.verified for one in found] == [False, False, True]  # from one of three states it is not
     assert found[0].mean_position == 0.1
     assert found[1].period is None
     assert found[1].mean_position is None

@@ -11,7 +11,7 @@ from test_one_impact_orbits import random_chain
 from test_orbit_branches import sixteen_impacts, start
 from test_periodic_orbits import DEFAULT, default_orbit
 
-from grazemap_core.continuation.bifurcation_curves import SpecialPath, bifurcation_curve
+from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.motion_curves import orbit_in_window
 from grazemap_core.errors import ParameterError
@@ -145,12 +145,12 @@ def test_the_gradient_of_a_condition_is_that_of_the_smallest_singular_value(stop
     branch = orbit_branch(DEFAULT, orbit, 1.3, 1.95, "clearance")
     point = next(one for one in branch.special_points if one.type == kind and one.status == "converged")
     impacts = point.impacts
-    path = SpecialPath(OrbitFamily.of(DEFAULT, impacts.period, impacts.symmetric), point, impacts.stops, None)
+    path = BifurcationProblem(OrbitFamily.of(DEFAULT, impacts.period, impacts.symmetric), point, impacts.stops, None)
     place = path.unknowns(impacts, path.fixed)
     place = place + 1e-4 * np.sin(1.0 + np.arange(len(place)))
 
     def least(unknowns):
-        matrix = path.of_orbit(unknowns)[1][:, : 2 * path.count] if kind == "SN" else path.doubled(unknowns)
+        matrix = path.of_orbit(unknowns)[1][:, : 2 * path.count] if kind == "SN" else path.doubling_matrix(unknowns)
         return np.linalg.svd(matrix)[1][-1]
 
     differences = np.array([(least(place + step) - least(place - step)) / 2e-6 for step in 1e-6 * np.eye(len(place))])

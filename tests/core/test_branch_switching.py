@@ -54,7 +54,7 @@ def test_the_orbit_that_is_born_is_one_of_its_own(kind, label):
     point = special(parent(kind), kind)
     (beyond,) = starts_beyond(DEFAULT, point)
     orbit = beyond.orbit(DEFAULT)
-    assert (orbit.converged, orbit.certified, orbit.admissible, orbit.stable) == (True,) * 4
+    assert (orbit.converged, orbit.isolated, orbit.admissible, orbit.stable) == (True,) * 4
     assert (orbit.label, orbit.symmetric, orbit.least_period) == (label, False, 2 if kind == "PD" else 1)
     assert orbit.residual <= 1e-15
     error, apart = against_digits(orbit)

@@ -67,9 +67,9 @@ def test_a_preview_names_what_is_proven(policy: str, alike: float) -> None:
     proven, preview = unfolding_map_tile(*grid, **settings), unfolding_map_tile(*grid, **settings, preview=True)
     assert proven.keys() - preview.keys() == {"multiplier", "lyapunov", "lyapunov_error"}
     # where the stops are not touched there is nothing to prove
-    assert not preview["certified"][preview["impacts_right"] > 0].any()
-    both = proven["certified"] & (preview["kind"] == PERIODIC)
-    assert both.sum() > 0.95 * proven["certified"].sum()
+    assert not preview["verified"][preview["impacts_right"] > 0].any()
+    both = proven["verified"] & (preview["kind"] == PERIODIC)
+    assert both.sum() > 0.95 * proven["verified"].sum()
     names = ("period", "impacts_right", "impacts_left", "symmetric", "sticking")
     assert np.mean([(proven[name] == preview[name])[both].mean() for name in names]) > alike
     assert set(np.unique(preview["kind"])) <= {KINDS.index("unresolved"), PERIODIC}
@@ -81,7 +81,7 @@ def test_orbits_of_certified_points_are_those_of_fifty_digits() -> None:
     omegas, clearances = np.sort(rng.uniform(0.26, 0.32, 8)), np.sort(rng.uniform(1.2, 2.0, 60))
     found = unfolding_map_tile(DEFAULT, omegas, clearances, 400)
     compared = 0
-    for i, j in np.argwhere(found["certified"]):
+    for i, j in np.argwhere(found["verified"]):
         one = {name: values[i, j].item() for name, values in found.items()}
         impacts = max(one["impacts_right"], 0) + max(one["impacts_left"], 0)
         if not 0 < impacts <= MOST_IMPACTS or compared == ORBITS:
@@ -107,30 +107,30 @@ def test_what_is_not_proven_says_why() -> None:
     found = unfolding_map_tile(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40))
     rests = (found["kind"] == PERIODIC) & found["sticking"]
     assert rests.any()
-    assert not found["certified"][rests].any()
+    assert not found["verified"][rests].any()
     assert set(found["reason"][rests].tolist()) == {codes.RESTS}
-    assert found["certified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
+    assert found["verified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
     undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
     found = unfolding_map_tile(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12))
     named = found["kind"] == PERIODIC
-    assert not found["certified"].any()
+    assert not found["verified"].any()
     assert set(found["reason"][named].tolist()) <= {codes.NOT_SOUGHT, codes.RESTS}
-    assert all(REASONS[code] for code in found["reason"][~found["certified"] & (found["kind"] != 3)].tolist())
+    assert all(REASONS[code] for code in found["reason"][~found["verified"] & (found["kind"] != 3)].tolist())
 
 
 def test_without_a_proof_nothing_is_certified() -> None:
     grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
-    codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, proven=False))
+    codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, verified=False))
     found = arrays_of(codes[..., 0], figures[..., 0])
     named = found["kind"] == PERIODIC
     assert named.any()
-    assert not found["certified"][named & (found["impacts_right"] > 0)].any()
+    assert not found["verified"][named & (found["impacts_right"] > 0)].any()
 
 
 def test_motions_without_impacts_are_certain_only_clear_of_the_stops() -> None:
     """The steady motion is the only one where its amplitude, and all that is left of the start, stay below them."""
     found = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([2.5, 3.0]))
-    assert found["certified"].all()
+    assert found["verified"].all()
     assert (found["impacts_right"] == -1).all()
     assert (found["impacts_left"] == -1).all()
 
@@ -147,4 +147,4 @@ def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
         near = clearance * (1.0 + np.array([-1e-3, -1e-12, 1e-12, 1e-3]))
         found = unfolding_map_tile(DEFAULT, np.array([0.28]), np.sort(near), 400)
         one_one = (found["period"] == 1) & (found["impacts_right"] == 1) & (found["impacts_left"] == 1)
-        assert not (found["certified"] & found["symmetric"] & one_one)[1:3].any()
+        assert not (found["verified"] & found["symmetric"] & one_one)[1:3].any()

@@ -133,7 +133,7 @@ def test_a_lane_that_does_not_stay_goes_back(planted: str) -> None:
 
 
 def settled(oscillator: Oscillator, omega: Floats, clearance: Floats, proven: bool, periods: int) -> NDArray[np.int64]:
-    return settle_grid(oscillator, omega, clearance, Settling(periods, 8, linearised=False, proven=proven))[0][..., 0]
+    return settle_grid(oscillator, omega, clearance, Settling(periods, 8, linearised=False, verified=proven))[0][..., 0]
 
 
 def test_motions_are_those_that_are_proven() -> None:

@@ -15,14 +15,14 @@ from test_one_impact_orbits import mismatch, random_families
 from test_periodic_orbits import DEFAULT, default_orbit, guess_of
 
 from grazemap_core.continuation.branches import orbit_branch
-from grazemap_core.continuation.continuation_problem import OrbitPath
+from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.special_points import Segment
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.equations import assemble, double_up
+from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_orbits import orbit_at
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -197,14 +197,14 @@ def born_at(oscillator, point, amount):
     sign = -1 if impacts.symmetric else 1
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     values = {"clearance": point.clearance, "omega": point.omega}
-    path = OrbitPath(family, impacts.stops, ("clearance",), values)
+    path = ContinuationProblem(family, impacts.stops, ("clearance",), values)
     unknowns = path.unknowns(impacts, values)
     residual, matrix, before = np.zeros(2 * count), np.zeros((2 * count, 2 * count + 2)), np.zeros((count, 3))
     phases, speeds = unknowns[:count], unknowns[count : 2 * count]
     problem = path.problem(point.omega)
     assemble(problem, path.stops, point.clearance, phases, speeds, residual, matrix, before)
     doubled = np.zeros((2 * count, 2 * count))
-    double_up(problem, phases, speeds, before, doubled)
+    assemble_doubled(problem, phases, speeds, before, doubled)
     change = amount * np.linalg.svd(doubled)[2][-1]
     shift, kick = change[:count], change[count:] * path.length * point.omega
     return ImpactSequence.create(

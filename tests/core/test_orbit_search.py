@@ -29,7 +29,7 @@ def test_an_orbit_is_found_from_its_stops(omega, clearance, period, stops, label
     guess = sequence_of_stops(DEFAULT, omega, clearance, period, stops)
     assert guess.whole.stops.tolist() == stops
     orbit = periodic_orbit(DEFAULT, omega, clearance, guess)
-    assert orbit.certified
+    assert orbit.isolated
     assert orbit.admissible
     assert orbit.label == label
     assert np.all(orbit.impacts.whole.stops == stops)

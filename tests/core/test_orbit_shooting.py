@@ -14,7 +14,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble
-from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shooting, solve_step, walk_orbit
+from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
 
@@ -79,7 +79,7 @@ def test_walking_is_summing(place: int) -> None:
     speeds = impacts.velocities / (problem.omega * problem.length) * (1.0 + 1e-3 * rng.normal(size=count))
     phases = impacts.phases + 1e-3 * rng.normal(size=count)
     residual, jacobian, before = dense(problem, impacts, clearance, phases, speeds)
-    largest, terms = walk_orbit(problem, impacts.stops.astype(float), clearance, phases, speeds, room)
+    largest, terms = shoot(problem, impacts.stops.astype(float), clearance, phases, speeds, room)
     # both are sums of terms that cancel
     assert np.abs(room.residual.T.ravel() - residual).max() <= 1e-14 * terms
     assert largest == np.abs(room.residual).max()
@@ -92,7 +92,7 @@ def test_walking_is_summing(place: int) -> None:
     assert norm_of_inverse(problem, speeds, room) == pytest.approx(inverse, rel=1e-9)
 
     speeds, phases = impacts.velocities / (problem.omega * problem.length), impacts.phases
-    walk_orbit(problem, impacts.stops.astype(float), clearance, phases, speeds, room)
+    shoot(problem, impacts.stops.astype(float), clearance, phases, speeds, room)
     assert solve_step(problem, speeds, room) < 1e-11
     told = np.sort(np.abs(np.linalg.eigvals(room.turned[:, :-1])))[::-1]
     expected = orbit.half_multipliers if impacts.symmetric else orbit.multipliers
@@ -105,6 +105,6 @@ def test_a_singular_matrix_has_no_step() -> None:
     problem, room = problem_of(chain, orbit)
     impacts = orbit.impacts
     speeds = np.zeros(len(impacts.stops))
-    walk_orbit(problem, impacts.stops.astype(float), orbit.clearance, impacts.phases, speeds, room)
+    shoot(problem, impacts.stops.astype(float), orbit.clearance, impacts.phases, speeds, room)
     room.before[:, 1] = 0.0
     assert solve_step(problem, speeds, room) == np.inf

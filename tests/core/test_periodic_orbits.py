@@ -15,14 +15,14 @@ from random_chains import random_oscillator
 from scipy.linalg import expm
 from test_one_impact_orbits import mismatch, random_families
 
-from grazemap_core.continuation.continuation_problem import OrbitPath
+from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import periodic_orbits
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.kernels.equations import assemble, double_up
+from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_orbits import orbit_at
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -113,7 +113,7 @@ def test_orbits_and_multipliers_are_those_of_50_digit_shooting():
     ]
     worst, closest = 0.0, 0.0
     for oscillator, orbit in orbits:
-        assert orbit.certified
+        assert orbit.isolated
         exact = solved(oscillator, orbit.omega, orbit.clearance, orbit.impacts)
         with digits():
             phases = [float(t * exact.omega - float(p)) for t, p in zip(exact.times, orbit.impacts.phases, strict=True)]
@@ -145,7 +145,7 @@ def test_an_orbit_of_sixteen_impacts_is_the_motion_that_the_simulation_settles_t
     assert orbit.label == "5-8r-8l"
     assert len(orbit.impacts.whole.stops) == 16
     assert orbit.residual <= 1e-12
-    assert (orbit.converged, orbit.certified, orbit.admissible, orbit.symmetric, orbit.stable) == (True,) * 5
+    assert (orbit.converged, orbit.isolated, orbit.admissible, orbit.symmetric, orbit.stable) == (True,) * 5
     run = monodromy(
         DEFAULT, 0.27, orbit.clearance, orbit.start.displacement, orbit.start.velocity, 0.0, period=orbit.impacts.period
     )
@@ -246,7 +246,7 @@ def test_the_derivatives_are_those_of_the_equations():
                 np.zeros((6, 3)),
             )
             doubled = np.zeros((6, 6))
-            double_up(family.problem(omega, 2.0, family.steady(omega)), phases, speeds, before, doubled)
+            assemble_doubled(family.problem(omega, 2.0, family.steady(omega)), phases, speeds, before, doubled)
             rows, first = np.r_[0:3, 6:9], both[np.r_[0:3, 6:9]]
             assert rows.shape == (6,)
             # a change of velocities is mirrored too: phases come back with -1, velocities with -sign
@@ -260,7 +260,7 @@ def test_the_test_functions_are_those_of_the_monodromy_matrix():
     for oscillator, orbit in [(o, p) for o, _, p in random_orbits()] + [(DEFAULT, default_orbit("3-4r-4l"))]:
         values = {"clearance": orbit.clearance, "omega": orbit.omega}
         family = OrbitFamily.of(oscillator, orbit.impacts.period, orbit.impacts.symmetric)
-        path = OrbitPath(family, orbit.impacts.stops, ("clearance",), values)
+        path = ContinuationProblem(family, orbit.impacts.stops, ("clearance",), values)
         unknowns = path.unknowns(orbit.impacts, values)
         count, sign = len(orbit.impacts.stops), -1.0 if orbit.impacts.symmetric else 1.0
         mass = oscillator.masses[:, None]
@@ -346,7 +346,7 @@ def test_what_is_no_orbit_is_said_to_be_none():
     orbit = periodic_orbit(DEFAULT, 0.27, 5.0, far)
     assert not orbit.converged
     assert orbit.reason
-    assert (orbit.stable, orbit.admissible, orbit.certified) == (False, False, False)
+    assert (orbit.stable, orbit.admissible, orbit.isolated) == (False, False, False)
     assert np.all(np.isnan(orbit.multipliers))
     # far above the grazing curve there is no orbit with one impact at all
     orbit = periodic_orbit(DEFAULT, 0.27, 2.5, ImpactSequence.create(1, [1], [1.5], [0.1]))

@@ -94,7 +94,7 @@ def test_what_is_beyond_a_special_point_has_its_restitution():
     assert 0.0 < abs(beyond.restitution - point.restitution) < 1e-2
     assert (beyond.clearance, beyond.omega) == (point.clearance, point.omega)
     orbit = beyond.orbit(DEFAULT)
-    assert (orbit.label, orbit.certified) == ("2-2r-(-1)l", True)
+    assert (orbit.label, orbit.isolated) == ("2-2r-(-1)l", True)
     low, high = beyond.restitution - 0.01, beyond.restitution + 0.01
     (doubled,) = switched_branches(DEFAULT, point, low, high, "restitution")
     assert doubled.period == 2

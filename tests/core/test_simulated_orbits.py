@@ -33,7 +33,7 @@ def test_a_motion_with_rests_returns_to_its_start(case):
     oscillator, run = settled(restitution, omega, clearance, phase)
     orbit = simulated_orbit(oscillator, omega, clearance, run)
     motion = orbit.motion
-    assert (motion.kind, motion.period, motion.sticking, motion.certified) == ("periodic", 1, True, False)
+    assert (motion.kind, motion.period, motion.sticking, motion.verified) == ("periodic", 1, True, False)
     assert (motion.impacts_right, motion.impacts_left) == (impacts, impacts)
     assert "simulation" in motion.reason
     assert orbit.closing < 1e-12

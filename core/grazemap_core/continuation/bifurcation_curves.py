@@ -1,8 +1,7 @@
-"""Curves of special orbits in the plane of forcing frequency and clearance.
+"""Bifurcation curves in the plane of forcing frequency and clearance, of motions with any impacts.
 
-A special point of a branch flows in: a saddle-node, period doubling, breaking of the symmetry, Neimark-Sacker point or
-graze of a motion with any impacts. It is followed both ways in both parameters, its condition as one equation more; out
-flow the curve's orbits, and why it ends where it does (theory, "Any impacting orbit").
+A curve is followed both ways from a special point of a branch: a saddle-node, period doubling, symmetry breaking,
+Neimark-Sacker point or graze. The condition of the special point is one more equation (theory, "Any impacting orbit").
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_order
 from grazemap_core.continuation.branch_switching import with_graze
-from grazemap_core.continuation.continuation_problem import OrbitPath, PathPoint
-from grazemap_core.continuation.pseudo_arclength import walk
+from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
+from grazemap_core.continuation.pseudo_arclength import follow_path
 from grazemap_core.continuation.special_points import SpecialPoint, SpecialType, neimark_sacker_test, on_unit_circle
 from grazemap_core.continuation.tolerances import CURVE_DIFFERENCE
 from grazemap_core.errors import ParameterError
@@ -49,7 +48,7 @@ class BifurcationCurve:
     residual : (m,)
         Of the orbit, in units of length.
     ends : (str, str)
-        Keys of `orbit_walks.ENDS`: why the curve ends before its first point and behind its last.
+        Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last.
     """
 
     type: SpecialType
@@ -67,8 +66,8 @@ class BifurcationCurve:
     ends: tuple[str, str]
 
 
-class SpecialPath(OrbitPath):
-    """Orbits that obey one condition more: a test function vanishes."""
+class BifurcationProblem(ContinuationProblem):
+    """The equations of an orbit, and the condition that a test function vanishes."""
 
     def __init__(self, family: OrbitFamily, point: SpecialPoint, stops: Integers, impact: int | None) -> None:
         """Take the kind of the condition, and of a GR which impact's speed is 0."""
@@ -80,7 +79,7 @@ class SpecialPath(OrbitPath):
         """Return the test function of a graze, or of a Neimark-Sacker point."""
         if self.impact is not None:
             return float(unknowns[self.count + self.impact])
-        return neimark_sacker_test(self.look(unknowns), self.count)
+        return neimark_sacker_test(self.evaluate(unknowns), self.count)
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return those of the orbit, and the condition with its gradient brought to length 1."""
@@ -102,8 +101,8 @@ class SpecialPath(OrbitPath):
     def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
         """Return the condition at the orbit next to a guess, and its gradient along the orbits, by differences.
 
-        That leaves out nothing: Newton's step to that orbit is the step's part across the surface, and the condition is
-        taken behind it.
+        This is the whole gradient that Newton's method needs: the step to that orbit is the part of the step across the
+        surface of orbits, and the condition is evaluated after it.
         """
         there = unknowns - np.linalg.lstsq(derivatives, residual, rcond=None)[0]
         gradient = np.zeros(len(unknowns))
@@ -113,21 +112,23 @@ class SpecialPath(OrbitPath):
         return self.condition(there), gradient
 
     def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
-        """Return `_singular` of the matrix of changes that come back with the opposite sign.
+        """Return `_singular` of the matrix of perturbations that return with the opposite sign.
 
-        Over two spans they are changes that come back, so the orbit is taken twice: the second derivatives are those of
-        its equations. A second span of a symmetric motion is the mirror image, and so is its change.
+        Over two spans these perturbations return unchanged, so the orbit is taken twice: the second derivatives are
+        those of its equations. A second span of a symmetric motion is the mirror image, and so is its change.
         """
         count, mirror = self.count, self._mirror
         turn = self.family.turn
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
         twice = np.concatenate([phases, phases + turn, speeds, mirror * speeds, unknowns[2 * count :]])
-        value, whole = self._singular(self.doubled(unknowns), self._twice, twice, -mirror)
+        value, whole = self._singular(self.doubling_matrix(unknowns), self._twice, twice, -mirror)
         by_phase = whole[:count] + whole[count : 2 * count]
         by_speed = whole[2 * count : 3 * count] + mirror * whole[3 * count : 4 * count]
         return value, 0.5 * np.concatenate([by_phase, by_speed, whole[4 * count :]])
 
-    def _singular(self, matrix: Floats, path: OrbitPath, unknowns: Floats, repeat: float) -> tuple[float, Floats]:
+    def _singular(
+        self, matrix: Floats, path: ContinuationProblem, unknowns: Floats, repeat: float
+    ) -> tuple[float, Floats]:
         """Return the smallest singular value of a matrix, with the sign of its determinant, and its gradient.
 
         With left and right vectors u, w it is u J w, and its gradient that of u J w with both held. J w is a derivative
@@ -161,14 +162,14 @@ class SpecialPath(OrbitPath):
         return -1.0 if self.family.pattern.symmetric else 1.0
 
     @cached_property
-    def _twice(self) -> OrbitPath:
+    def _twice(self) -> ContinuationProblem:
         """The path of the same orbits taken twice, or of symmetric ones whole."""
         pattern = self.family.pattern
         family = OrbitFamily.of(
             self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
         )
         stops = np.concatenate([self.stops, self._mirror * self.stops]).astype(np.int64)
-        return OrbitPath(family, stops, self.parameters, self.fixed)
+        return ContinuationProblem(family, stops, self.parameters, self.fixed)
 
 
 def bifurcation_curve(
@@ -212,30 +213,30 @@ def bifurcation_curve(
     if point.type == "GR" and impact is None:
         impacts, impact = with_graze(impacts, float(point.phase or 0.0), int(point.stop or 1))
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    path = SpecialPath(family, point, impacts.stops, impact)
+    path = BifurcationProblem(family, point, impacts.stops, impact)
     start = path.unknowns(impacts, path.fixed)
     tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
     refined = path.correct(start, tangent)  # points at which a branch ends on another one are known to its root only
     start = start if refined is None else refined[0]
-    first = path.look(start)
+    first = path.evaluate(start)
     last = len(start) - 1
     limits = [
         (last - 1, clearance[0] / point.clearance, clearance[1] / point.clearance),
         (last, omega[0] / point.omega, omega[1] / point.omega),
     ]
-    sides: list[list[PathPoint]] = []
+    sides: list[list[ContinuationPoint]] = []
     ends: list[str] = []
     for side in (tangent, -tangent):
-        points: list[PathPoint] = []
+        points: list[ContinuationPoint] = []
 
-        def visit(_: Floats, unknowns: Floats, __: bool, points: list[PathPoint] = points) -> str | None:
-            found = path.look(unknowns)
+        def visit(_: Floats, unknowns: Floats, __: bool, points: list[ContinuationPoint] = points) -> str | None:
+            found = path.evaluate(unknowns)
             if point.type == "NS" and not on_unit_circle(found.multipliers):
                 return "real"
             points.append(found)
             return None
 
-        ends.append(walk(path, start, side, limits, longest_step, max_points, visit))
+        ends.append(follow_path(path, start, side, limits, longest_step, max_points, visit))
         sides.append(points)
         if ends[-1] == "closed":
             sides.append([])
@@ -246,7 +247,11 @@ def bifurcation_curve(
 
 
 def _curve(
-    path: SpecialPath, kind: SpecialType, impact: int | None, points: list[PathPoint], ends: tuple[str, str]
+    path: BifurcationProblem,
+    kind: SpecialType,
+    impact: int | None,
+    points: list[ContinuationPoint],
+    ends: tuple[str, str],
 ) -> BifurcationCurve:
     count = path.count
     unknowns = np.array([found.unknowns for found in points])
@@ -268,7 +273,7 @@ def _curve(
     )
 
 
-def _admissible(path: SpecialPath, impact: int | None, found: PathPoint) -> bool:
+def _admissible(path: BifurcationProblem, impact: int | None, found: ContinuationPoint) -> bool:
     if impact is None:
         return found.contact == CLEAR
     towards = found.unknowns[path.count : 2 * path.count] * path.stops

@@ -1,9 +1,8 @@
-"""What lies beyond a special point of a branch: orbits of the other branches that pass through it.
+"""Branch switching: orbits of the other branches that pass through a special point.
 
-A special point flows in; out flow starts of those branches, each an orbit next to the point, solved for. At a PD it is
-one of twice the period, at an SB one of the pair that is no longer symmetric; where a branch ends on another one, an
-orbit of that one; at a GR the orbit with one impact more, or less. SN and NS have none (theory, "Beyond a special
-point").
+At a PD the other branch has twice the period, at an SB it is one of the pair of motions that are not symmetric. Where a
+branch ends on another one, it is that one; at a GR its orbits have one impact more, or less. SN and NS have no other
+branch (theory, "Beyond a special point").
 """
 
 from __future__ import annotations
@@ -15,9 +14,9 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
-from grazemap_core.continuation.continuation_problem import OrbitPath, Parameter
+from grazemap_core.continuation.continuation_problem import ContinuationProblem, Parameter
 from grazemap_core.continuation.special_points import SpecialPoint
-from grazemap_core.continuation.tolerances import PATH_MERGED, SWITCH_STEPS
+from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -45,7 +44,7 @@ class OrbitStart:
     admissible: bool
 
     def orbit(self, oscillator: Oscillator) -> PeriodicOrbit:
-        """Return the orbit with all that is known of it; the oscillator's restitution is replaced by this one's."""
+        """Return the orbit, with this restitution in place of the oscillator's."""
         return periodic_orbit(_with(oscillator, self.restitution), self.omega, self.clearance, self.impacts)
 
 
@@ -65,8 +64,8 @@ def starts_beyond(
     Returns
     -------
     tuple of OrbitStart
-        PD, SB: one. GR: one, of symmetric motions a second one that has, or loses, the contact on one stop only; the
-        mirror image goes without saying. None where nothing but the motion without impacts is left, for SN and NS, and
+        PD, SB: one. GR: one, of symmetric motions a second one that has, or loses, the contact on one stop only; its
+        mirror image is not listed. None where nothing but the motion without impacts is left, for SN and NS, and
         where Newton's method does not find what should be there.
 
     Raises
@@ -103,12 +102,12 @@ def switched_branches(
     oscillator, point, parameter
         As for `starts_beyond`.
     start, stop, longest_step, max_points
-        As for `orbit_branches.orbit_branch`.
+        As for `branches.orbit_branch`.
 
     Raises
     ------
     ParameterError
-        As `orbit_branches.orbit_branch`.
+        As `branches.orbit_branch`.
     SteadyMotionError, ConditioningError
         As for `periodic_orbits.periodic_orbit`.
     """
@@ -125,14 +124,14 @@ def switched_branches(
 def merged(impacts: ImpactSequence) -> ImpactSequence | None:
     """Return the orbit that a sequence has become, of a part of its period or symmetric, or None where it is itself.
 
-    So it is where a branch ends on another one; the two agree there to about `PATH_MERGED`.
+    So it is where a branch ends on another one; the two agree there to about `MERGED_ORBITS`.
     """
-    least = impacts.repeats_after(PATH_MERGED)
+    least = impacts.repeats_after(MERGED_ORBITS)
     if least < impacts.period:
         whole = impacts.whole
         count = len(whole.stops) * least // impacts.period
         return ImpactSequence(least, whole.stops[:count], whole.phases[:count], whole.velocities[:count])
-    return impacts.half() if not impacts.symmetric and impacts.mirrors(PATH_MERGED) else None
+    return impacts.half() if not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else None
 
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
@@ -161,16 +160,16 @@ def _with(oscillator: Oscillator, restitution: float) -> Oscillator:
 
 def _path(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
-) -> tuple[OrbitPath, Floats]:
+) -> tuple[ContinuationProblem, Floats]:
     """Return a path through a sequence of impacts at a special point, and its unknowns there."""
     values = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
     family = OrbitFamily.of(_with(oscillator, point.restitution), impacts.period, impacts.symmetric)
-    path = OrbitPath(family, impacts.stops, (parameter,), values)
+    path = ContinuationProblem(family, impacts.stops, (parameter,), values)
     return path, path.unknowns(impacts, values)
 
 
-def _start(path: OrbitPath, unknowns: Floats) -> OrbitStart:
-    found = path.look(unknowns)
+def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:
+    found = path.evaluate(unknowns)
     return OrbitStart(found.clearance, found.omega, found.restitution, path.impacts(unknowns), found.admissible)
 
 
@@ -186,15 +185,15 @@ def _on_parent(
 
 
 def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> OrbitStart | None:
-    """Return an orbit that a PD or an SB gives birth to.
+    """Return an orbit of the branch that bifurcates at a PD or an SB.
 
-    Its branch leaves along the change that comes back with the opposite sign after a span; the amplitude of that change
-    is prescribed, and the parameter is found. The parent has none of it, so what is found is another orbit.
+    Its branch leaves along the perturbation that returns with the opposite sign after a span; its amplitude is
+    prescribed, and the parameter is found. The parent has an amplitude of 0, so the orbit that is found is another one.
     """
     impacts = point.impacts
     parent, unknowns = _path(oscillator, point, parameter, impacts)
     count, turn = parent.count, parent.family.turn
-    change = np.linalg.svd(parent.doubled(unknowns))[2][-1]
+    change = np.linalg.svd(parent.doubling_matrix(unknowns))[2][-1]
     shift, unit_impulse = change[:count], change[count:]
     sign = -1 if impacts.symmetric else 1
     twice = ImpactSequence(
@@ -260,6 +259,6 @@ def _from_graze(
     for step in SWITCH_STEPS:
         for side in (step, -step):
             found = path.correct(at_graze[0] + side * tangent, tangent)
-            if found is not None and path.look(found[0]).admissible:
+            if found is not None and path.evaluate(found[0]).admissible:
                 return _start(path, found[0])
     return replace(_start(path, at_graze[0]), admissible=False)

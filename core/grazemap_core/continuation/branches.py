@@ -1,7 +1,7 @@
-"""Branches of periodic motions with impacts, over a parameter, through grazes and saddle-nodes.
+"""Branches of periodic motions with impacts over a parameter, through grazes and saddle-nodes.
 
-An orbit and a range of the parameter flow in. The branch is followed both ways by pseudo-arclength continuation
-(theory, "Any impacting orbit"); out flow its orbits, special points, and why it ends where it does.
+A branch is followed both ways from an orbit by pseudo-arclength continuation, with its special points (theory, "Any
+impacting orbit").
 
 References
 ----------
@@ -18,8 +18,8 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.continuation.continuation_problem import OrbitPath, Parameter, PathPoint
-from grazemap_core.continuation.pseudo_arclength import walk
+from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem, Parameter
+from grazemap_core.continuation.pseudo_arclength import follow_path
 from grazemap_core.continuation.special_points import Segment, SpecialPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
@@ -44,10 +44,9 @@ class OrbitBranch:
     period : int
     symmetric : bool
     multipliers : complex (m, 2N)
-        Over the period, by falling modulus.
-    stable : bool (m,)
-    admissible : bool (m,)
-        The orbit is a motion.
+        Over the period, by decreasing modulus.
+    isolated, admissible, stable, verified : bool (m,)
+        As in `PeriodicOrbit`.
     excess : (m,)
         As in `PeriodicOrbit`.
     residual : (m,)
@@ -55,7 +54,7 @@ class OrbitBranch:
     special_points : tuple of SpecialPoint
         In the order of the branch.
     ends : (str, str)
-        Keys of `orbit_walks.ENDS`: why the branch ends before its first point and behind its last.
+        Keys of `pseudo_arclength.ENDS`: why the branch ends before its first point and after its last.
     """
 
     parameter: Parameter
@@ -69,8 +68,10 @@ class OrbitBranch:
     period: int
     symmetric: bool
     multipliers: Complexes
-    stable: Booleans
+    isolated: Booleans
     admissible: Booleans
+    stable: Booleans
+    verified: Booleans
     excess: Floats
     residual: Floats
     special_points: tuple[SpecialPoint, ...]
@@ -104,14 +105,14 @@ def orbit_branch(
     max_points : int
         In either direction.
     to_special : bool
-        Follow it either way no further than behind the first special points.
+        End the branch after the first segment with a special point, in either direction.
 
     Raises
     ------
     ParameterError
         The orbit has not converged, or a number is out of range.
     SteadyMotionError, ConditioningError
-        As for `periodic_orbits.periodic_orbit`; along the way too, when the frequency varies.
+        As for `periodic_orbits.periodic_orbit`; anywhere on the branch, when the frequency varies.
     """
     if parameter not in ("clearance", "omega", "restitution"):
         raise ParameterError("parameter", "must be clearance, omega or restitution")
@@ -131,18 +132,18 @@ def orbit_branch(
 
     impacts = orbit.impacts.half() if orbit.symmetric else orbit.impacts
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    path = OrbitPath(family, impacts.stops, (parameter,), values)
+    path = ContinuationProblem(family, impacts.stops, (parameter,), values)
     bounds = (start / path.units[parameter], stop / path.units[parameter])
     unknowns = path.unknowns(impacts, values)
-    first = path.look(unknowns)
+    first = path.evaluate(unknowns)
     rising = np.zeros(len(unknowns))
     rising[-1] = 1.0
     tangent = path.tangent(unknowns, rising)
-    if tangent is None:  # a saddle-node: any side will do
+    if tangent is None:  # a saddle-node: both sides are equivalent
         tangent = np.linalg.svd(path.equations(unknowns)[1])[2][-1]
 
     ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points, to_special)
-    back: list[PathPoint] = []
+    back: list[ContinuationPoint] = []
     before: list[SpecialPoint] = []
     beginning = "closed"
     if end != "closed":
@@ -154,33 +155,33 @@ def orbit_branch(
 
 
 def _follow(
-    path: OrbitPath,
-    first: PathPoint,
+    path: ContinuationProblem,
+    first: ContinuationPoint,
     tangent: Floats,
     bounds: tuple[float, float],
     longest: float,
     most: int,
     to_special: bool,
-) -> tuple[list[PathPoint], list[SpecialPoint], str]:
-    """Follow a path one way; return its points behind the first, what is special between them, and why it ends."""
+) -> tuple[list[ContinuationPoint], list[SpecialPoint], str]:
+    """Follow a branch one way; return its points after the first, their special points, and why it ends."""
     points = [first]
     special: list[SpecialPoint] = []
 
     def visit(along: Floats, unknowns: Floats, turned: bool) -> str | None:
-        point = path.look(unknowns)
+        point = path.evaluate(unknowns)
         within = Segment(path, points[-1], point, along).special_points(turned)
         special.extend(replace(item, segment=len(points) - 1) for item in within)
         points.append(point)
         return "special" if to_special and within else None
 
-    end = walk(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit)
+    end = follow_path(path, first.unknowns, tangent, [(len(tangent) - 1, *bounds)], longest, most, visit)
     return points[1:], special, end
 
 
 def _branch(
-    path: OrbitPath,
+    path: ContinuationProblem,
     parameter: Parameter,
-    points: list[PathPoint],
+    points: list[ContinuationPoint],
     special: tuple[SpecialPoint, ...],
     ends: tuple[str, str],
 ) -> OrbitBranch:
@@ -193,6 +194,11 @@ def _branch(
     if path.family.pattern.symmetric:
         with np.errstate(invalid="ignore", over="ignore"):
             multipliers = multipliers * multipliers
+    isolated = np.array([point.isolated for point in points])
+    admissible = np.array([point.admissible for point in points])
+    stable = np.all(np.abs(multipliers) < 1.0, axis=1)
+    period = path.family.pattern.multiple
+    least_period = np.array([path.impacts(point.unknowns).repeats_after() == period for point in points])
     return OrbitBranch(
         parameter=parameter,
         values={"clearance": clearance, "omega": omega, "restitution": restitution}[parameter],
@@ -202,11 +208,13 @@ def _branch(
         phases=unknowns[:, :count].copy(),
         velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
         stops=path.stops.astype(np.int64),
-        period=path.family.pattern.multiple,
+        period=period,
         symmetric=path.family.pattern.symmetric,
         multipliers=multipliers,
-        stable=np.all(np.abs(multipliers) < 1.0, axis=1),
-        admissible=np.array([point.admissible for point in points]),
+        isolated=isolated,
+        admissible=admissible,
+        stable=stable,
+        verified=isolated & admissible & stable & least_period,
         excess=np.array([point.excess for point in points]) * path.length,
         residual=np.array([point.residual for point in points]),
         special_points=special,

@@ -1,8 +1,7 @@
-"""One-parameter families of periodic motions with impacts as curves: their points, tangents, and Newton's method.
+"""The equations that are continued: periodic orbits over one parameter, or several.
 
-A family of orbits with a parameter, clearance, frequency or restitution, flows in. A point of the curve holds the
-phases of the impacts, their speeds and the parameter, all in units in which they are of one size. The curve is smooth
-through grazing (speeds of 0) and through saddle-nodes (where the parameter turns).
+A point of the curve holds the phases of the impacts, their speeds and the parameters, all in units in which they are of
+one size. The curve is smooth through grazing, where a speed is 0, and through saddle-nodes, where the parameter turns.
 """
 
 from __future__ import annotations
@@ -15,17 +14,16 @@ from typing import Literal
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.continuation.tolerances import PATH_NEWTON_STEPS
-from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+from grazemap_core.continuation.tolerances import PATH_EXACT, PATH_NEWTON_STEPS
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import CLEAR, nearest_contact
+from grazemap_core.orbits.kernels.admissibility import CLEAR, further_contact
 from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
-from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, double_up
-from grazemap_core.orbits.kernels.newton import allowed_share
+from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, assemble_doubled
+from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
 from grazemap_core.orbits.states import multipliers_of
-from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL, ORBIT_SETTLED
+from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_RESIDUAL, ORBIT_SETTLED
 
 Parameter = Literal["clearance", "omega", "restitution"]
 
@@ -34,8 +32,8 @@ _ABOVE = {"clearance": 0.0, "omega": 0.0, "restitution": -1.0}
 
 
 @dataclass(frozen=True, eq=False)
-class PathPoint:
-    """A point of a curve of orbits, with what is asked of every one of them.
+class ContinuationPoint:
+    """An orbit of the curve, with its multipliers, test functions and contacts.
 
     Attributes
     ----------
@@ -43,13 +41,15 @@ class PathPoint:
         Phases, speeds and the p parameters, in the path's units.
     clearance, omega, restitution : float
     residual : float
-        Largest one, relative to its terms' unit.
+        Largest one, in units of length.
+    kantorovich : float
+        As in `PeriodicOrbit`.
     multipliers : complex (2 N,)
         Of half the period, mirrored, for symmetric motions.
-    same, doubled : float
-        ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` but for factors that do not vanish.
+    fold_test, doubling_test : float
+        ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` up to factors that do not vanish.
     contact : int
-        Verdict of `orbit_contacts`.
+        Status of `admissibility.further_contact`.
     excess, excess_phase : float
     excess_stop : int
         The highest maximum between the impacts, in the path's unit of length.
@@ -60,21 +60,27 @@ class PathPoint:
     omega: float
     restitution: float
     residual: float
+    kantorovich: float
     multipliers: Complexes
-    same: float
-    doubled: float
+    fold_test: float
+    doubling_test: float
     contact: int
     excess: float
     excess_phase: float
     excess_stop: int
 
     @property
+    def isolated(self) -> bool:
+        """Whether the Newton-Kantorovich theorem holds: there is one orbit near the numbers, and only one."""
+        return self.kantorovich <= MAX_KANTOROVICH
+
+    @property
     def admissible(self) -> bool:
-        """Whether mass 1 meets no stop but at its impacts, and all of these are from inside."""
+        """Whether mass 1 has no contact with a stop but its impacts, and every impact velocity points at its stop."""
         return self.contact == CLEAR
 
 
-class OrbitPath:
+class ContinuationProblem:
     """Orbits of one sequence of stops over one parameter or several.
 
     Attributes
@@ -121,7 +127,7 @@ class OrbitPath:
         return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
 
     def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
-        """Return the kernels' view at a frequency and a restitution, that of `fixed` if left out; one is kept."""
+        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last ones are kept."""
         if self._problem is None or self._problem.omega != omega:
             self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
         value = self.fixed["restitution"] if restitution is None else restitution
@@ -130,7 +136,7 @@ class OrbitPath:
         return self._problem
 
     def problem_at(self, unknowns: Floats) -> OrbitProblem:
-        """Return the kernels' view at a point."""
+        """Return the equations at a point, as the kernels take them."""
         return self.problem(self.value(unknowns, "omega"), self.value(unknowns, "restitution"))
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
@@ -198,7 +204,7 @@ class OrbitPath:
             if not (length < 1.0 and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
                 return None
             unknowns = unknowns - step
-            settled = length <= ORBIT_SETTLED or norm <= 0.1 * RESPONSE_ROUNDOFF * terms
+            settled = length <= ORBIT_SETTLED or norm <= PATH_EXACT * terms
         return None
 
     def impacts(self, unknowns: Floats) -> ImpactSequence:
@@ -210,56 +216,55 @@ class OrbitPath:
         return ImpactSequence(period, self.stops.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
 
     def determinants(self, unknowns: Floats) -> tuple[float, float]:
-        """Return the test functions for multipliers +1 and -1, `PathPoint.same` and `PathPoint.doubled`."""
+        """Return the test functions of a point for multipliers +1 and -1: `fold_test` and `doubling_test`."""
         _, derivatives, _ = self.of_orbit(unknowns)
         return self._determinants(self.problem_at(unknowns), unknowns, derivatives)
 
-    def doubled(self, unknowns: Floats) -> Floats:
-        """Return the matrix (2 k, 2 k) of changes that come back with the opposite sign, `PathPoint.doubled`'s."""
+    def doubling_matrix(self, unknowns: Floats) -> Floats:
+        """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
         self.of_orbit(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
         phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
-        double_up(self.problem_at(unknowns), phases, speeds, self._scratch.newton.before, matrix)
+        assemble_doubled(self.problem_at(unknowns), phases, speeds, self._scratch.newton.before, matrix)
         return matrix
 
     def _determinants(self, problem: OrbitProblem, unknowns: Floats, derivatives: Floats) -> tuple[float, float]:
         count = self.count
         system = derivatives[:, : 2 * count].copy()
-        same = eliminate(system, 2 * count)
+        fold_test = eliminate(system, 2 * count)
         speeds = unknowns[count : 2 * count]
-        double_up(problem, unknowns[:count], speeds, self._scratch.newton.before, system)
-        return float(same), float(eliminate(system, 2 * count))
+        assemble_doubled(problem, unknowns[:count], speeds, self._scratch.newton.before, system)
+        return float(fold_test), float(eliminate(system, 2 * count))
 
-    def look(self, unknowns: Floats) -> PathPoint:
+    def evaluate(self, unknowns: Floats) -> ContinuationPoint:
         """Return a point with its multipliers, test functions and contacts."""
         count, scratch = self.count, self._scratch
-        residual, derivatives, _ = self.of_orbit(unknowns)
+        residual, derivatives, terms = self.of_orbit(unknowns)
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
         omega, clearance = self.value(unknowns, "omega"), self.value(unknowns, "clearance")
         problem = self.problem_at(unknowns)
-        same, doubled = self._determinants(problem, unknowns, derivatives)
-        contact, excess, phase, stop = nearest_contact(
+        kantorovich, _ = newton_kantorovich(problem, speeds, terms, scratch.newton)
+        fold_test, doubling_test = self._determinants(problem, unknowns, derivatives)
+        contact, excess, phase, stop = further_contact(
             problem,
             self.stops,
             clearance,
             phases,
             speeds,
             -math.inf,
-            scratch.across,
-            scratch.states,
-            scratch.flow,
-            scratch.stack,
-            scratch.here,
+            scratch.flow_between,
+            scratch.contact,
         )
-        return PathPoint(
+        return ContinuationPoint(
             unknowns=unknowns,
             clearance=clearance,
             omega=omega,
             restitution=self.value(unknowns, "restitution"),
             residual=float(np.max(np.abs(residual))),
+            kantorovich=float(kantorovich),
             multipliers=multipliers_of(problem, phases, speeds, scratch.newton.before),
-            same=same,
-            doubled=doubled,
+            fold_test=fold_test,
+            doubling_test=doubling_test,
             contact=int(contact),
             excess=float(excess),
             excess_phase=float(phase),
@@ -270,6 +275,6 @@ class OrbitPath:
 def _by_restitution(problem: OrbitProblem, phases: Floats, before: Floats) -> Floats:
     """Return the residuals' derivatives (2 k,): all but the steady motion is proportional to 1 + R."""
     sine, cosine = np.sin(phases), np.cos(phases)
-    place = problem.gain_real * sine + problem.gain_imag * cosine
-    rate = problem.gain_real * cosine - problem.gain_imag * sine
+    place = problem.steady_real * sine + problem.steady_imag * cosine
+    rate = problem.steady_real * cosine - problem.steady_imag * sine
     return np.concatenate([before[:, 0] - place, before[:, 1] - rate]) / problem.rebound

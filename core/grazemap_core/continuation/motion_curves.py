@@ -1,8 +1,8 @@
-"""The curves of special orbits that one motion leads to in a window of the plane of forcing frequency and clearance.
+"""The bifurcation curves of one motion in a window of the plane of forcing frequency and clearance.
 
-An orbit inside the window flows in. Its branches over clearance and over frequency, as long as they stay in the window,
-meet special points; each is followed as a curve. Out flow the curves, each once. A curve that neither branch meets is
-not among them: unlike the closed forms of `window_curves` this is a search, and not known to be complete.
+The branches of an orbit over clearance and over frequency are followed as long as they stay in the window. Each of
+their special points is followed as a curve, and each curve is kept once. A curve that neither branch meets is not
+found: unlike the closed forms of `window_curves` this search may be incomplete.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 
 PLACES = (0.5, 0.25, 0.75)
-"""Shares of a window's sides at which a motion is looked for, those of clearance within those of frequency."""
+"""Shares of a window's sides at which a motion is searched for, those of clearance within those of frequency."""
 
 Window = tuple[float, float]
 
@@ -68,7 +68,7 @@ def motion_curves(
     omega, clearance : (float, float)
         The window, 0 < start < stop each.
     longest_step : float
-        As for `orbit_branches.orbit_branch`.
+        As for `branches.orbit_branch`.
     max_points : int
         Of every branch and curve, in either direction.
 
@@ -97,16 +97,16 @@ def motion_curves(
 def orbit_in_window(
     oscillator: Oscillator, omega: Window, clearance: Window, period: int, stops: Sequence[int]
 ) -> PeriodicOrbit | None:
-    """Return an orbit of a motion somewhere in a window, or None where none was met.
+    """Return an orbit of a motion somewhere in a window, or None where none was found.
 
-    A window whose sides are points is a place. Tried are closed forms and trajectories
-    (`orbit_search.sequence_of_stops`) at its middle and at quarters of its sides; an orbit that is a motion is
+    A window may be a single point. Closed forms and trajectories are tried
+    (`search.sequence_of_stops`) at its middle and at quarters of its sides; an admissible orbit is
     preferred to one that is not.
 
     Raises
     ------
     ParameterError, SteadyMotionError, ConditioningError
-        As for `orbit_search.sequence_of_stops`.
+        As for `search.sequence_of_stops`.
     """
     virtual = None
     for frequency in _places(omega):
@@ -123,13 +123,13 @@ def orbit_in_window(
 
 
 def lies_on(point: SpecialPoint, curve: BifurcationCurve) -> bool:
-    """Say whether a special point is one of a curve: of its type, and its orbit one of those of the curve."""
+    """Return whether a special point lies on a curve: it has the curve's type, and its orbit is one of the curve's."""
     impacts, number = _as_on_curve(point)
     if point.type != curve.type or number != curve.impact or not np.array_equal(impacts.stops, curve.stops):
         return False
     if (impacts.period, impacts.symmetric) != (curve.period, curve.symmetric):
         return False
-    # all coordinates in units of which one is as much as the others
+    # all coordinates are relative, so that they can be compared
     speed = point.omega * point.clearance
     whole = 2.0 * math.pi * impacts.period
     turns = np.round((curve.phases[:, :1] - impacts.phases[0]) / whole) * whole

@@ -1,7 +1,6 @@
-"""Following a curve of orbits: predictor along the tangent, corrector in the plane across it, steps as it allows.
+"""Pseudo-arclength continuation: a predictor along the tangent and a corrector in the plane across it.
 
-A path, a point of it, a tangent and ranges of the parameters flow in; the points behind it are handed on one by one,
-and why there are no more flows out.
+The length of the steps is adapted to the convergence of the corrector and to the angle between tangents.
 """
 
 from __future__ import annotations
@@ -11,8 +10,15 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.continuation_problem import OrbitPath
-from grazemap_core.continuation.tolerances import PATH_FEWEST, PATH_GROWTH, PATH_LEAST_STEP, PATH_QUICK, PATH_STRAIGHT
+from grazemap_core.continuation.continuation_problem import ContinuationProblem
+from grazemap_core.continuation.tolerances import (
+    FAST_NEWTON_STEPS,
+    FIRST_STEP,
+    MIN_CLOSED_POINTS,
+    MIN_TANGENT_COSINE,
+    PATH_MIN_STEP,
+    STEP_GROWTH,
+)
 
 ENDS = {
     "range": "a parameter reaches the end of its range",
@@ -20,31 +26,31 @@ ENDS = {
     "step": "steps become too short: impacts come together, or the orbits stop being smooth in the parameter",
     "singular": "the curve has no tangent: curves meet there",
     "points": "the number of points that was allowed is reached",
-    "special": "there is a special point, and no more was asked for",
+    "special": "there is a special point, at which the branch was to end",
     "real": "the pair of multipliers on the unit circle becomes real",
 }
 """Why a curve is not followed further."""
 
 Bounds = Sequence[tuple[int, float, float]]
-"""Number of an unknown, and its least and largest value."""
+"""Index of an unknown, and its minimum and maximum."""
 
 Visit = Callable[[Floats, Floats, bool], str | None]
-"""Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned on the way.
-Returns why the curve is to be left there, or None."""
+"""Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned.
+Returns the reason why the curve ends there, a key of `ENDS`, or None."""
 
 
-def walk(
-    path: OrbitPath, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
+def follow_path(
+    path: ContinuationProblem, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
 ) -> str:
     """Follow a path one way from a point, and return why it ends, a key of `ENDS`."""
-    here, step, begun = start, 0.2 * longest, tangent
+    here, step, begun = start, FIRST_STEP * longest, tangent
     number = 0
     while number < most:
         found = path.correct(here + step * tangent, tangent)
         following = path.tangent(found[0], tangent) if found is not None else None
-        if found is None or following is None or float(following @ tangent) < PATH_STRAIGHT:
+        if found is None or following is None or float(following @ tangent) < MIN_TANGENT_COSINE:
             step *= 0.5
-            if step < PATH_LEAST_STEP:
+            if step < PATH_MIN_STEP:
                 return "singular" if found is not None and following is None else "step"
             continue
         unknowns, steps = found
@@ -56,9 +62,9 @@ def walk(
             normal = np.zeros(len(guess))
             normal[index] = 1.0
             at_bound = path.correct(guess, normal)
-            if at_bound is None or (step > PATH_LEAST_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
+            if at_bound is None or (step > PATH_MIN_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
                 step *= 0.5  # the parameter turns near the end of the range
-                if step < PATH_LEAST_STEP:
+                if step < PATH_MIN_STEP:
                     return "range"
                 continue
             unknowns = at_bound[0]
@@ -72,10 +78,10 @@ def walk(
             return reason or "range"
         here, tangent = unknowns, following
         apart = float(np.linalg.norm(here - start))
-        if number >= PATH_FEWEST and apart < step and float(tangent @ begun) > PATH_STRAIGHT:
+        if number >= MIN_CLOSED_POINTS and apart < step and float(tangent @ begun) > MIN_TANGENT_COSINE:
             return "closed"
-        if steps <= PATH_QUICK:
-            step = min(step * PATH_GROWTH, longest)
+        if steps <= FAST_NEWTON_STEPS:
+            step = min(step * STEP_GROWTH, longest)
     return "points"
 
 

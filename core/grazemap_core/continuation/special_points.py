@@ -1,7 +1,7 @@
-"""Special points between two neighbouring orbits of a branch: where a test function changes its sign.
+"""Special points between two neighbouring orbits of a branch, where a test function changes its sign.
 
-Two points of a path flow in, with the tangent at the first; out flow saddle-nodes, period doublings, breakings of the
-symmetry, Neimark-Sacker points and grazes between them, each solved for along the path to round-off.
+They are saddle-nodes, period doublings, symmetry breakings, Neimark-Sacker points and grazes. Each is solved for along
+the tangent of the branch, to round-off.
 """
 
 from __future__ import annotations
@@ -15,15 +15,23 @@ import numpy as np
 from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.continuation.continuation_problem import OrbitPath, PathPoint
-from grazemap_core.continuation.tolerances import PATH_BESIDE, PATH_MERGED, PATH_TEST, PATH_UNIT_CIRCLE
+from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
+from grazemap_core.continuation.tolerances import (
+    GRAZE_MARGIN,
+    MERGED_ORBITS,
+    SPECIAL_POINT_RESIDUAL,
+    UNIT_CIRCLE_DISTANCE,
+)
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.tolerances import EPSILON
 
 LARGEST_MULTIPLIER = 1e100
-"""One beyond it counts as infinite."""
+"""Modulus above which a multiplier counts as infinite."""
 
 SpecialType = Literal["SN", "PD", "SB", "NS", "GR"]
+
+Test = Callable[[ContinuationPoint], float]
+"""A test function, which changes its sign at a special point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +43,8 @@ class SpecialPoint:
     type : {"SN", "PD", "SB", "NS", "GR"}
     clearance, omega, restitution : float
     status : {"converged", "guess"}
-        "guess": a test function changes its sign there, but does not vanish to round-off. So it is where a branch ends
-        on another one, for lack of a tangent; the parameter is good to round-off there, the orbit to its root.
+        "guess": a test function changes its sign there, but does not vanish to round-off. Where a branch ends on
+        another one it has no tangent, so the parameter is accurate to round-off and the orbit to its square root.
     test : float
         What is left of the test function, relative to its values at the neighbouring points.
     admissible : bool
@@ -67,11 +75,11 @@ class SpecialPoint:
     impact: int | None = None
 
 
-def neimark_sacker_test(point: PathPoint, count: int) -> float:
+def neimark_sacker_test(point: ContinuationPoint, count: int) -> float:
     """Return a function that changes its sign where a pair of multipliers passes the unit circle.
 
     The product of ``(1 - mu_i mu_j)`` over pairs, each factor brought to size 1, with the sign that infinite
-    multipliers take from it at an impact of speed 0. Real pairs mu, 1/mu are zeros too, and are told apart there.
+    multipliers take from it at an impact of speed 0. Real pairs mu, 1/mu are zeros too; `on_unit_circle` excludes them.
     """
     mu = np.where(np.abs(point.multipliers) < LARGEST_MULTIPLIER, point.multipliers, LARGEST_MULTIPLIER)
     first, second = np.triu_indices(len(mu), 1)
@@ -81,17 +89,23 @@ def neimark_sacker_test(point: PathPoint, count: int) -> float:
     return sign * float(np.prod(factors).real)
 
 
-class Segment:
-    """A piece of a path between two points that were found, and all points between them."""
+Located = tuple[float, SpecialPoint]
+"""A special point of a segment, after the distance along its tangent at which it lies."""
 
-    def __init__(self, path: OrbitPath, first: PathPoint, second: PathPoint, along: Floats) -> None:
+
+class Segment:
+    """A segment of a branch between two neighbouring orbits, and the orbits on it."""
+
+    def __init__(
+        self, path: ContinuationProblem, first: ContinuationPoint, second: ContinuationPoint, along: Floats
+    ) -> None:
         """Take the unit tangent at the first point."""
         self.path, self.first, self.second, self.along = path, first, second, along
         self.end = float(along @ (second.unknowns - first.unknowns))
         self.complete = True
         self._known = {0.0: first, self.end: second}
 
-    def at(self, distance: float) -> PathPoint:
+    def at(self, distance: float) -> ContinuationPoint:
         """Return the point at a distance along the tangent; the nearest end where Newton's method fails there."""
         if distance not in self._known:
             share = distance / self.end
@@ -100,10 +114,10 @@ class Segment:
             self.complete &= found is not None
             if found is None:
                 return self.first if share < 0.5 else self.second
-            self._known[distance] = self.path.look(found[0])
+            self._known[distance] = self.path.evaluate(found[0])
         return self._known[distance]
 
-    def zero(self, test: Callable[[PathPoint], float], low: float, high: float) -> float | None:
+    def zero(self, test: Test, low: float, high: float) -> float | None:
         """Return where a test function changes its sign between two distances, or None where it does not."""
         at_low, at_high = test(self.at(low)), test(self.at(high))
         if not (math.isfinite(at_low) and math.isfinite(at_high)) or at_low == 0.0:
@@ -115,111 +129,134 @@ class Segment:
         return float(brentq(lambda s: test(self.at(s)), low, high, xtol=EPSILON * self.end, rtol=4.0 * EPSILON))
 
     def special_points(self, turns: bool) -> list[SpecialPoint]:
-        """Return the special points of the piece in order; `turns` says that its parameter does."""
-        count = self.path.count
-        symmetric = self.path.family.pattern.symmetric
-        found: list[tuple[float, SpecialPoint]] = []
-
-        def add(kind: SpecialType, test: Callable[[PathPoint], float], where: float, **details: object) -> None:
-            point = self.at(where)
-            size = max(abs(test(self.first)), abs(test(self.second)))
-            left = abs(test(point)) / size if size > 0.0 else 0.0
-            converged = self.complete and left <= PATH_TEST
-            admissible = bool(details.pop("admissible", point.admissible))
-            found.append(
-                (
-                    where,
-                    SpecialPoint(
-                        type=kind,
-                        clearance=point.clearance,
-                        omega=point.omega,
-                        restitution=point.restitution,
-                        status="converged" if converged else "guess",
-                        test=left,
-                        admissible=admissible,
-                        impacts=self.path.impacts(point.unknowns),
-                        multipliers=point.multipliers,
-                        **details,  # type: ignore[arg-type]
-                    ),
-                )
-            )
-
-        def same(point: PathPoint) -> float:
-            return point.same
-
-        def doubled(point: PathPoint) -> float:
-            return point.doubled
-
-        def sacker(point: PathPoint) -> float:
-            return neimark_sacker_test(point, count)
-
-        if turns:
-            where = self.zero(same, 0.0, self.end)
-            if where is not None:
-                add(self._fold(self.at(where)), same, where)
-            else:  # the end on another branch: there it only touches zero
-                where = self.zero(self._rise, 0.0, self.end)
-                if where is not None:
-                    add(self._fold(self.at(where)), self._rise, where)
-        where = self.zero(doubled, 0.0, self.end)
+        """Return the special points of the segment in order; `turns` says that its parameter has an extremum there."""
+        found = self._folds() if turns else []
+        where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
-            add("SB" if symmetric else "PD", doubled, where)
-        where = self.zero(sacker, 0.0, self.end)
+            symmetric = self.path.family.pattern.symmetric
+            found.append((where, self._point("SB" if symmetric else "PD", _doubling_test, where)))
+        where = self.zero(self._neimark_sacker_test, 0.0, self.end)
         if where is not None and on_unit_circle(self.at(where).multipliers):
-            add("NS", sacker, where)
+            found.append((where, self._point("NS", self._neimark_sacker_test, where)))
+        vanishing = self._vanishing_impacts()
+        found += vanishing
+        found += self._further_contacts([where for where, _ in vanishing])
+        return [point for _, point in sorted(found, key=lambda item: item[0])]
 
-        grazes: list[tuple[float, float]] = []
+    def _folds(self) -> list[Located]:
+        """Return the point at which the parameter turns: a fold, or the end of the branch on another one."""
+        for test in (_fold_test, self._rise):  # where the branch ends on another one the first only touches zero
+            where = self.zero(test, 0.0, self.end)
+            if where is not None:
+                return [(where, self._point(self._fold(self.at(where)), test, where))]
+        return []
+
+    def _vanishing_impacts(self) -> list[Located]:
+        """Return the grazes at which the velocity of an impact vanishes."""
+        count = self.path.count
+        found: list[Located] = []
         for i in range(count):
 
-            def speed(point: PathPoint, i: int = i) -> float:
+            def speed(point: ContinuationPoint, i: int = i) -> float:
                 return float(point.unknowns[count + i])
 
             where = self.zero(speed, 0.0, self.end)
             if where is not None:
-                # at the graze itself other contacts may begin as well, and round-off would decide
-                margin = PATH_BESIDE * self.end
-                sides = [max(where - margin, 0.0), min(where + margin, self.end)]
-                admissible = any(self.at(side).admissible for side in sides)
+                # at the graze itself another contact may begin, and round-off would decide
+                admissible = any(self.at(side).admissible for side in self._beside(where))
                 phase = float(self.path.impacts(self.at(where).unknowns).phases[i])
                 stop = int(self.path.stops[i])
-                add("GR", speed, where, admissible=admissible, stop=stop, phase=phase, impact=i)
-                grazes.append((sides[0], sides[1]))
+                graze = self._point("GR", speed, where, admissible=admissible, stop=stop, phase=phase, impact=i)
+                found.append((where, graze))
+        return found
+
+    def _further_contacts(self, grazes: list[float]) -> list[Located]:
+        """Return the grazes at which a further contact begins, between those at which an impact vanishes."""
+        count = self.path.count
         low = 0.0
         between: list[tuple[float, float]] = []
-        for before, behind in [*sorted(grazes), (self.end, self.end)]:
+        for before, after in [*sorted(self._beside(where) for where in grazes), (self.end, self.end)]:
             if low < before:
                 between.append((low, before))
-            low = max(low, behind)
+            low = max(low, after)
+        found: list[Located] = []
         for low, high in between:
             middle = self.at(0.5 * (low + high))
             if not np.all(middle.unknowns[count : 2 * count] * self.path.stops > 0.0):
-                continue  # virtual impacts: no orbit on either side is a motion
+                continue  # virtual impacts: no orbit on either side is admissible
             where = self.zero(_excess, low, high)
             if where is not None:
                 point = self.at(where)
                 whole = 2.0 * math.pi * self.path.family.pattern.multiple
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
-                add("GR", _excess, where, admissible=True, stop=point.excess_stop, phase=phase)
-        return [point for _, point in sorted(found, key=lambda item: item[0])]
+                graze = self._point("GR", _excess, where, admissible=True, stop=point.excess_stop, phase=phase)
+                found.append((where, graze))
+        return found
 
-    def _rise(self, point: PathPoint) -> float:
+    def _beside(self, where: float) -> tuple[float, float]:
+        """Return the distances just before and just after a graze."""
+        margin = GRAZE_MARGIN * self.end
+        return max(where - margin, 0.0), min(where + margin, self.end)
+
+    def _point(
+        self,
+        kind: SpecialType,
+        test: Test,
+        where: float,
+        admissible: bool | None = None,
+        stop: int | None = None,
+        phase: float | None = None,
+        impact: int | None = None,
+    ) -> SpecialPoint:
+        """Return the special point at a distance, its admissibility that of the orbit there unless it is given."""
+        point = self.at(where)
+        size = max(abs(test(self.first)), abs(test(self.second)))
+        left = abs(test(point)) / size if size > 0.0 else 0.0
+        converged = self.complete and left <= SPECIAL_POINT_RESIDUAL
+        return SpecialPoint(
+            type=kind,
+            clearance=point.clearance,
+            omega=point.omega,
+            restitution=point.restitution,
+            status="converged" if converged else "guess",
+            test=left,
+            admissible=point.admissible if admissible is None else admissible,
+            impacts=self.path.impacts(point.unknowns),
+            multipliers=point.multipliers,
+            stop=stop,
+            phase=phase,
+            impact=impact,
+        )
+
+    def _neimark_sacker_test(self, point: ContinuationPoint) -> float:
+        return neimark_sacker_test(point, self.path.count)
+
+    def _rise(self, point: ContinuationPoint) -> float:
         """Return the parameter's part of the unit tangent."""
         tangent = self.path.tangent(point.unknowns, self.along)
         return 0.0 if tangent is None else float(tangent[-1])
 
-    def _fold(self, point: PathPoint) -> SpecialType:
-        """Say what it is where the parameter turns: a branch that ends on another one turns there as well."""
+    def _fold(self, point: ContinuationPoint) -> SpecialType:
+        """Return the type of a point at which the parameter turns, as it does where a branch ends on another one."""
         impacts = self.path.impacts(point.unknowns)
-        if impacts.repeats_after(PATH_MERGED) < impacts.period:
+        if impacts.repeats_after(MERGED_ORBITS) < impacts.period:
             return "PD"
-        return "SB" if not impacts.symmetric and impacts.mirrors(PATH_MERGED) else "SN"
+        return "SB" if not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else "SN"
 
 
-def _excess(point: PathPoint) -> float:
+def _fold_test(point: ContinuationPoint) -> float:
+    return point.fold_test
+
+
+def _doubling_test(point: ContinuationPoint) -> float:
+    return point.doubling_test
+
+
+def _excess(point: ContinuationPoint) -> float:
     return max(point.excess, -1.0)
 
 
 def on_unit_circle(multipliers: Complexes) -> bool:
-    """Say whether a complex pair lies on the unit circle."""
+    """Return whether a complex pair lies on the unit circle."""
     off = np.abs(np.abs(multipliers[multipliers.imag != 0.0]) - 1.0)
-    return bool(len(off)) and float(np.min(off)) < PATH_UNIT_CIRCLE
+    return bool(len(off)) and float(np.min(off)) < UNIT_CIRCLE_DISTANCE

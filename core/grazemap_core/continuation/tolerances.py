@@ -4,31 +4,40 @@ from __future__ import annotations
 
 from typing import Final
 
-PATH_NEWTON_STEPS: Final = 8
-"""Newton steps from a predicted orbit; with more the step along the branch was too long."""
+from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 
-PATH_QUICK: Final = 4
+PATH_EXACT: Final = 0.1 * RESPONSE_ROUNDOFF
+"""Residual, relative to the terms that it is a sum of, after which a Newton step changes nothing but round-off: a tenth
+of the round-off that is allowed for."""
+
+PATH_NEWTON_STEPS: Final = 8
+"""Newton steps from a predicted orbit; if more are needed, the step along the branch was too long."""
+
+FAST_NEWTON_STEPS: Final = 4
 """Newton steps, that to round-off included, up to which the next step along the branch may be longer."""
 
-PATH_GROWTH: Final = 1.5
-"""Factor by which it is."""
+FIRST_STEP: Final = 0.2
+"""First step along a branch, relative to the longest one: it grows fast where the branch allows."""
 
-PATH_STRAIGHT: Final = 0.95
-"""Least cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
+STEP_GROWTH: Final = 1.5
+"""Factor by which the step grows after a fast convergence."""
 
-PATH_LEAST_STEP: Final = 1e-9
+MIN_TANGENT_COSINE: Final = 0.95
+"""Minimum cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
+
+PATH_MIN_STEP: Final = 1e-9
 """Step along a branch, in its units, below which it is given up."""
 
-PATH_FEWEST: Final = 10
-"""Points behind which a branch may have come back to where it began."""
+MIN_CLOSED_POINTS: Final = 10
+"""Minimum number of points of a closed curve: before that, a point near the first one is a short step away from it."""
 
-PATH_TEST: Final = 1e-9
+SPECIAL_POINT_RESIDUAL: Final = 1e-9
 """What may be left of a test function at a special point, relative to its neighbours, for it to count as solved."""
 
-PATH_UNIT_CIRCLE: Final = 1e-6
+UNIT_CIRCLE_DISTANCE: Final = 1e-6
 """Distance from the unit circle at which a pair of multipliers is on it, where the test function vanishes."""
 
-PATH_BESIDE: Final = 1e-4
+GRAZE_MARGIN: Final = 1e-4
 """Share of the step between two orbits, to either side of one with an impact of velocity 0, at which it is seen whether
 its neighbours are admissible. It grazes, perhaps both stops at once, so at the orbit itself round-off would decide."""
 
@@ -36,7 +45,7 @@ CURVE_DIFFERENCE: Final = 1e-6
 """Step of the differences from which gradients of test functions are taken, in a path's units: their error of 1e-10
 slows Newton's method down by as little, and is not in what it solves for."""
 
-PATH_MERGED: Final = 1e-4
+MERGED_ORBITS: Final = 1e-4
 """Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
 another one: along it the difference is of first order, and the turn is found to about the root of round-off."""
 
@@ -47,4 +56,4 @@ its square, so that Newton's method converges; shorter ones serve where another 
 
 SAME_CURVE: Final = 5e-3
 """Distance from the polyline of a curve at which a special point of its type, all its impacts compared, is on it. Steps
-of 0.05 over turns of up to `PATH_STRAIGHT` leave a fourth of it between a curve and its chords."""
+of 0.05 over turns of up to `MIN_TANGENT_COSINE` leave a fourth of it between a curve and its chords."""

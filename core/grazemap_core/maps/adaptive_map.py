@@ -43,7 +43,7 @@ LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "sy
 """Arrays that an inferred point has too; of all others it has none."""
 
 NOT_COMPUTED: Final = 1 + max(REASONS)
-"""Reason why an inferred point is unresolved, or not certified."""
+"""Reason why an inferred point is unresolved, or not verified."""
 
 NOT_COMPUTED_REASON: Final = "not computed: inferred from the points around it"
 
@@ -72,7 +72,7 @@ def adaptive_map_tile(
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         Those of the full map, and computed (bool). Where it is false the arrays of LABEL are inferred, numbers are NaN
-        or -1, `certified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around
+        or -1, `verified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around
         it are not periodic and do not agree.
 
     Raises
@@ -157,7 +157,7 @@ class _Points:
         self._omega, self._clearance = omega, clearance
         self._ensemble, self._preview = policy == "ensemble", preview
         starts = random_starts(oscillator, initial_conditions, seed) if self._ensemble else None
-        task = Settling(max_periods, max_period, linearised=not preview, proven=not preview, starts=starts)
+        task = Settling(max_periods, max_period, linearised=not preview, verified=not preview, starts=starts)
         self._settler = Settler(oscillator, task)
         self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
         self._at_rest = np.zeros((2, oscillator.size))

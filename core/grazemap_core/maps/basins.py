@@ -62,8 +62,8 @@ class Attractor:
     multiplier, lyapunov : float
         Largest modulus over a period; per forcing period. Of motions that are not periodic: NaN, and the mean over the
         states that lead there.
-    certified : bool
-        Whether a periodic motion is proven, from every state that leads there.
+    verified : bool
+        Whether a periodic motion is verified, from every state that leads there.
     states : int
         How many states lead there.
     share : float
@@ -80,7 +80,7 @@ class Attractor:
     mean_velocity: float | None
     multiplier: float
     lyapunov: float
-    certified: bool
+    verified: bool
     states: int
     share: float
 
@@ -237,7 +237,7 @@ def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -
         **named,
         multiplier=one["multiplier"],
         lyapunov=one["lyapunov"],
-        certified=periodic and bool(np.all(arrays["certified"].ravel()[members])),
+        verified=periodic and bool(np.all(arrays["verified"].ravel()[members])),
         states=len(members),
         share=len(members) / total,
     )

@@ -39,9 +39,9 @@ class Settling(NamedTuple):
     early : bool
         Whether a trajectory stops once its motion can be named.
     linearised : bool
-        Whether exponents of motions that are not periodic are wanted, and multipliers of those that are not proven.
-    proven : bool
-        Whether motions are to be proven.
+        Whether exponents of motions that are not periodic are wanted, and multipliers of those that are not verified.
+    verified : bool
+        Whether motions are to be verified.
     follow : bool
         Whether a trajectory begins where that of the clearance before has ended.
     starts : (s, 2, N) or None
@@ -52,7 +52,7 @@ class Settling(NamedTuple):
     max_period: int
     early: bool = True
     linearised: bool = True
-    proven: bool = True
+    verified: bool = True
     follow: bool = False
     starts: Floats | None = None
 
@@ -64,10 +64,10 @@ class Settler:
         """Make room for lanes, rings and tangents; nothing is run."""
         size = oscillator.size
         self._models = trajectory_models(oscillator)
-        self._chain = _chain(self._models.free, task.proven)
+        self._chain = _chain(self._models.free, task.verified)
         self._task = task
         self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
-        scratch = RECORD if task.linearised or self._chain.provable else 0
+        scratch = RECORD if task.linearised or self._chain.verifiable else 0
         self._ring = period_detection.stroboscopic_history(size, task.max_period, LANES)
         self._group = lanes(size, scratch)
         free = self._models.free
@@ -148,7 +148,7 @@ def _chain(model: ModalModel, wanted: bool) -> ImpulseBlocks:
         frequency_squared=np.ascontiguousarray(blocks.frequency_squared),
         frequency=np.sqrt(blocks.frequency_squared),
         unit_impulse=np.stack([blocks.value, blocks.slope], axis=1),
-        provable=wanted and not bool(np.any(model.undamped)),
+        verifiable=wanted and not bool(np.any(model.undamped)),
     )
 
 

@@ -57,16 +57,17 @@ def unfolding_map_tile(
         Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
         displacements evenly from (-b, b), velocities from (-omega b, omega b).
     preview : bool
-        Whether motions are told by their returns alone, sooner: none with impacts is proven, and what has not settled
+        Whether motions are told by their returns alone, sooner: none with impacts is verified, and what has not settled
         is unresolved, chaotic or not.
 
     Returns
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
-        periodic and not certified), certified (bool: the orbit is proven, `kernels.proving`), period, impacts_right,
-        impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
-        all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
+        periodic and not verified), verified (bool: the periodic orbit is isolated, admissible and stable, with the
+        least period; see `orbits.kernels.verification`), period, impacts_right, impacts_left (int32; -1: not touched,
+        0: rested on without an impact, -2: infinitely many, in complete chatter; all 0 unless periodic), symmetric
+        (bool), sticking (bool: mass 1 rests on a stop some time in the period),
         multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
         exponent per forcing period, its logarithm for a periodic motion; NaN where it was not computed), lyapunov_error
         (float64: standard error of an exponent that was measured along the trajectory, NaN for others),
@@ -88,7 +89,7 @@ def unfolding_map_tile(
         follow=policy.startswith("sweep"),
         starts=random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
         linearised=not preview,
-        proven=not preview,
+        verified=not preview,
     )
     codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
     if down:
@@ -141,7 +142,7 @@ def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
     return {
         "kind": kind,
         "reason": reason,
-        "certified": (kind == KINDS.index("periodic")) & (reason == NAMED),
+        "verified": (kind == KINDS.index("periodic")) & (reason == NAMED),
         "period": period.astype(np.int32),
         "impacts_right": right.astype(np.int32),
         "impacts_left": left.astype(np.int32),

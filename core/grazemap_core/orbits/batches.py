@@ -1,7 +1,7 @@
-"""Many periodic motions with impacts at once: one frequency and sequence of stops, each its clearance and guess.
+"""Many periodic orbits at once: one frequency and sequence of stops, each orbit with its own clearance and guess.
 
-An oscillator, clearances and guesses flow in; out flow, orbit by orbit, impacts, multipliers and verdicts, all from
-compiled code. `grazemap_core.orbits.periodic_orbits` tells more of a single one.
+Impacts, multipliers and contacts are computed by compiled code for all orbits together.
+`grazemap_core.orbits.periodic_orbits` computes more of a single orbit.
 """
 
 from __future__ import annotations
@@ -21,46 +21,48 @@ from grazemap_core.orbits.kernels.admissibility import CLEAR, GIVEN_UP, MEETS, T
 from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
-from grazemap_core.orbits.tolerances import ORBIT_FLOOR
+from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_FLOOR
 from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
 
 REASONS = {
     CONVERGED: "",
     NOT_CONVERGED: "Newton's method does not converge from this guess",
-    OUT_OF_ORDER: "the impacts would have to change places: there is no orbit of this sequence near the guess",
+    OUT_OF_ORDER: "the order of the impacts would have to change: there is no orbit of this sequence near the guess",
     SINGULAR: "the equations are singular at the guess, as at a saddle-node or a resonant graze",
 }
 """Why an orbit is not found, by status."""
 
 CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
-"""Contacts of an orbit with a stop other than its impacts."""
+"""Contacts of an orbit with a stop other than its impacts, by the code of `admissibility`."""
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicOrbits:
-    """Many orbits of one sequence of stops at one frequency, m of them; as in `periodic_orbits.PeriodicOrbit`.
+    """m orbits of one sequence of stops at one frequency; fields as in `periodic_orbits.PeriodicOrbit`.
 
     Attributes
     ----------
     clearance : (m,)
     phases, velocities : (m, k)
-    converged, stable, admissible : bool (m,)
+    converged, isolated, admissible, stable, verified : bool (m,)
     status : int (m,)
         A key of `REASONS`.
     contacts : int (m,)
         A key of `CONTACTS`.
     residual, kantorovich, radius : (m,)
     multipliers : complex (m, 2N)
-        By falling modulus; those below about 1e-15 of the largest are round-off. Of symmetric motions over half the
-        period, mirrored.
+        By decreasing modulus; those below about 1e-15 of the largest are round-off. Those of symmetric motions are over
+        half the period, followed by the mirror image.
     """
 
     clearance: Floats
     phases: Floats
     velocities: Floats
     converged: Booleans
-    stable: Booleans
+    isolated: Booleans
     admissible: Booleans
+    stable: Booleans
+    verified: Booleans
     status: Integers
     contacts: Integers
     residual: Floats
@@ -85,7 +87,7 @@ def periodic_orbits(
         As for `periodic_orbits.periodic_orbit`.
     clearance : (m,)
     guess : ImpactSequence
-        Stops and period of all; phases and velocities of all that are not given their own.
+        Stops and period of all orbits; phases and velocities where these are not given.
     phases, velocities : (m, k)
         Guesses, one row for every clearance.
 
@@ -98,7 +100,7 @@ def periodic_orbits(
     if gaps.ndim != 1 or gaps.size == 0:
         raise ParameterError("clearance", "must be a list of at least one number")
     for gap in (np.min(gaps), np.max(gaps)):
-        check_place(omega, float(gap))
+        check_parameters(omega, float(gap))
     rows = []
     for name, values, own in (("phases", phases, guess.phases), ("velocities", velocities, guess.velocities)):
         array = np.tile(own, (gaps.size, 1)) if values is None else np.array(values, dtype=np.float64)
@@ -108,22 +110,33 @@ def periodic_orbits(
     family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
     steady = family.steady(omega)
     problem = family.problem(omega, max(abs(steady[0]), float(np.max(gaps))), steady)
-    found, speeds, told = solve_sequences(problem, guess, gaps, rows[0], rows[1], floor=-ORBIT_FLOOR)
-    multipliers = told.real + 1j * told.imaginary
+    found, speeds, results = solve_sequences(problem, guess, gaps, rows[0], rows[1], floor=-ORBIT_FLOOR)
+    multipliers = results.real + 1j * results.imaginary
     order = np.argsort(-np.abs(multipliers), axis=1, kind="stable")
     multipliers = np.take_along_axis(multipliers, order, axis=1)
+    converged = results.status == CONVERGED
+    isolated = converged & (results.kantorovich <= MAX_KANTOROVICH)
+    admissible = results.contact == CLEAR
+    stable = np.all(np.abs(multipliers) < 1.0, axis=1)
+    impact_velocities = speeds * (problem.omega * problem.length)
+    verified = isolated & admissible & stable
+    for i in np.flatnonzero(verified):
+        orbit = ImpactSequence(guess.period, guess.stops, found[i], impact_velocities[i], guess.symmetric)
+        verified[i] = orbit.repeats_after() == guess.period
     return PeriodicOrbits(
         clearance=gaps,
         phases=found,
-        velocities=speeds * (problem.omega * problem.length),
-        converged=told.status == CONVERGED,
-        stable=np.all(np.abs(multipliers) < 1.0, axis=1),
-        admissible=told.contact == CLEAR,
-        status=told.status,
-        contacts=told.contact,
-        residual=told.residual,
-        kantorovich=told.kantorovich,
-        radius=told.radius,
+        velocities=impact_velocities,
+        converged=converged,
+        isolated=isolated,
+        admissible=admissible,
+        stable=stable,
+        verified=verified,
+        status=results.status,
+        contacts=results.contact,
+        residual=results.residual,
+        kantorovich=results.kantorovich,
+        radius=results.radius,
         multipliers=multipliers,
     )
 
@@ -136,19 +149,19 @@ def solve_sequences(
     velocities: Floats,
     floor: float = -math.inf,
 ) -> tuple[Floats, Floats, OrbitResults]:
-    """Return phases and speeds, (m, k) each, and what the kernel tells of orbits of one sequence, each from its guess.
+    """Return phases and speeds, (m, k) each, and all other results for orbits of one sequence, each from its guess.
 
-    Speeds are in the problem's units; `floor` is that of `orbit_contacts.nearest_contact`.
+    Speeds are in the problem's units; `floor` is that of `admissibility.further_contact`.
     """
     count, blocks = len(guess.stops), len(problem.decay)
-    told, scratch = orbit_results(len(clearances), count, blocks), orbit_scratch(count, blocks)
+    results, scratch = orbit_results(len(clearances), count, blocks), orbit_scratch(count, blocks)
     phases = np.array(phases)
     speeds = velocities / (problem.omega * problem.length)
-    solve_orbits(problem, guess.stops.astype(np.float64), clearances, phases, speeds, floor, told, scratch)
-    return phases, speeds, told
+    solve_orbits(problem, guess.stops.astype(np.float64), clearances, phases, speeds, floor, results, scratch)
+    return phases, speeds, results
 
 
-def check_place(omega: float, clearance: float) -> None:
+def check_parameters(omega: float, clearance: float) -> None:
     """Raise ParameterError where a frequency or a clearance is out of range."""
     for name, value in (("omega", omega), ("clearance", clearance)):
         if not LEAST_NUMBER <= value <= LARGEST_NUMBER:

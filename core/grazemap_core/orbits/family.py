@@ -1,7 +1,7 @@
-"""What periodic motions with impacts share: a chain, how many forcing periods they take, whether they are symmetric.
+"""Families of periodic motions with impacts: a chain, a number of forcing periods, and whether they are symmetric.
 
-An oscillator and a pattern flow in; out flow, frequency by frequency, the numbers that the kernels' equations are made
-of (theory, "Any impacting orbit").
+A family gives the equations of its orbits at every frequency, in the form that the kernels take (theory, "Any impacting
+orbit").
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem
 
 @dataclass(frozen=True, eq=False)
 class OrbitFamily:
-    """All motions of an oscillator that repeat after n forcing periods (symmetric ones: are mirrored after half).
+    """All motions of an oscillator that repeat after n forcing periods, or are mirrored after half of them.
 
     Attributes
     ----------
@@ -74,12 +74,12 @@ class OrbitFamily:
         return np.asarray(amplitudes)
 
     def problem(self, omega: float, length: float, steady: Complexes) -> OrbitProblem:
-        """Return the kernels' view at one frequency, with its unit of length."""
+        """Return the equations at one frequency, with `length` the unit of length."""
         blocks = self.response
         span = self.pattern.spacing(omega)
         unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)
-        same, doubled = (self._before(kind, unit_impulse, span) + unit_impulse for kind in self.pattern.kinds)
-        stretched = span * self._before(self.pattern.kinds[0], same, span)
+        periodic, doubled = (self._before(kind, unit_impulse, span) + unit_impulse for kind in self.pattern.kinds)
+        periodic_impulse_by_span = span * self._before(self.pattern.kinds[0], periodic, span)
         slope = self._slope(omega, steady) / length
         steady_table = steady[0] / length
         return OrbitProblem(
@@ -88,13 +88,13 @@ class OrbitFamily:
             frequency_squared=blocks.frequency_squared,
             frequency=np.sqrt(blocks.frequency_squared),
             unit_impulse=unit_impulse,
-            behind=same,
-            doubled=doubled,
-            stretched=stretched,
-            gain_real=float(steady_table.real),
-            gain_imag=float(steady_table.imag),
-            slope_real=float(slope.real),
-            slope_imag=float(slope.imag),
+            periodic_impulse=periodic,
+            doubled_impulse=doubled,
+            periodic_impulse_by_span=periodic_impulse_by_span,
+            steady_real=float(steady_table.real),
+            steady_imag=float(steady_table.imag),
+            steady_real_by_omega=float(slope.real),
+            steady_imag_by_omega=float(slope.imag),
             omega=float(omega),
             length=float(length),
             restitution=self.oscillator.restitution,

@@ -1,7 +1,7 @@
-"""Sequences of impacts: what tells one periodic motion from another, and where Newton's method begins.
+"""Sequences of impacts: the stops, forcing phases and velocities of the impacts of one period.
 
-A settled trajectory flows in, or numbers that a person gives; out flow stops, forcing phases and velocities of the
-impacts of one period.
+A sequence identifies a periodic motion and is the guess from which Newton's method starts. It is taken from a
+trajectory that has settled, or given by the user.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class ImpactSequence:
         )
 
     def repeats_after(self, tolerance: float = SAME_ORBIT) -> int:
-        """Return the least period of what the sequence says, in forcing periods: `period`, or a divisor of it."""
+        """Return the least period of the sequence, in forcing periods: `period`, or a divisor of it."""
         whole = self.whole
         for period in range(1, self.period):
             parts, rest = divmod(self.period, period)
@@ -107,7 +107,7 @@ class ImpactSequence:
         return self.period
 
     def mirrors(self, tolerance: float = SAME_ORBIT) -> bool:
-        """Say whether the second half of the motion is the first one's mirror image."""
+        """Return whether the second half of the motion is the mirror image of the first."""
         if self.symmetric:
             return True
         count = len(self.stops)
@@ -123,7 +123,7 @@ class ImpactSequence:
 
 
 def _repeats(sequence: ImpactSequence, count: int, periods: float, sign: int, tolerance: float) -> bool:
-    """Say whether `count` impacts on, `periods` later, impacts are the same, or with sign -1 their mirror images."""
+    """Return whether the impacts repeat after `count` impacts and `periods` forcing periods, mirrored for sign -1."""
     turn = 2.0 * math.pi * sequence.period
     later = np.roll(sequence.phases, -count)
     later[len(later) - count :] += turn
@@ -156,7 +156,7 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
         raise ParameterError("trajectory", "must be recorded for a period of its motion")
     chosen = run.impacts.period >= periods - period
     if not np.any(chosen):
-        raise ParameterError("trajectory", "has come to a motion without impacts")
+        raise ParameterError("trajectory", "has settled to a motion without impacts")
     # whole forcing periods leave the phase as it was
     phases = run.final.phase + (run.impacts.period[chosen] - (periods - period)) * (2.0 * math.pi)
     phases = phases + record.problem.omega * run.impacts.phase_time[chosen]

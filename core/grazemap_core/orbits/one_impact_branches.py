@@ -1,8 +1,8 @@
-"""Branches of periodic motions with one impact, or one on either stop, at one forcing frequency: all closed form.
+"""Branches of periodic motions with one impact, or one on either stop, at one forcing frequency, in closed form.
 
-An oscillator, a forcing frequency and a pattern of impacts flow in. Out flows the branch over all clearances: where it
-turns (SN), doubles its period (PD) or loses its symmetry (SB), and where it meets a stop between its impacts (GR). Its
-single orbits are in `grazemap_core.orbits.one_impact_orbits`. See theory, "One impact a period".
+A branch runs over all clearances. Its special points are where it turns (SN), doubles its period (PD) or loses its
+symmetry (SB), and where mass 1 touches a stop between its impacts (GR). Its single orbits are in
+`grazemap_core.orbits.one_impact_orbits`. See theory, "One impact a period".
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class OneImpactBranch:
         "undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
         `admissible_above` is pi/2 then too.
     special_points : tuple of BranchPoint
-        In the order of the branch, by falling angle. The first is the graze at which it begins.
+        In the order of the branch, by decreasing angle. The first is the graze at which it begins.
     model : ModalModel
     """
 
@@ -116,7 +116,7 @@ class OneImpactBranch:
         return (low, high) if low < high else None
 
     def angles(self, clearance: float) -> list[float]:
-        """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), falling.
+        """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), decreasing.
 
         Raises
         ------
@@ -175,7 +175,7 @@ def branch_of(
     pattern: Pattern,
     steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]],
 ) -> OneImpactBranch:
-    """Return a branch from a model and a steady motion that are at hand."""
+    """Return a branch from a model and a steady motion that have been computed."""
     amplitude = float(np.abs(steady[0]))
     if not (math.isfinite(amplitude) and amplitude > 0.0):
         raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
@@ -184,10 +184,9 @@ def branch_of(
     c = rebound * sums.displacement
     d = (1.0 + rebound * sums.velocity) / omega
     if not d > 0.0:  # it is, but for round-off in an elastic impact of a practically undamped chain
-        raise ConditioningError("the motion's impact speed cannot be told: hardly any energy is lost in a period")
+        raise ConditioningError("the impact speed is not determined: hardly any energy is lost in a period")
     contact, admissibility = _first_contact(response, pattern, omega, sums, rebound / d)
-    lowest = math.atan2(c, d)
-    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, lowest, contact)
+    points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, contact)
     return OneImpactBranch(
         oscillator=oscillator,
         omega=omega,
@@ -197,7 +196,7 @@ def branch_of(
         position_coefficient=c,
         velocity_coefficient=d,
         sums=sums,
-        lowest=lowest,
+        lowest=math.atan2(c, d),
         admissible_above=contact.angle,
         admissibility=admissibility,
         special_points=points,
@@ -222,7 +221,7 @@ class _Contact:
 def _first_contact(
     response: ImpulseResponse, pattern: Pattern, omega: float, sums: KickSums, factor: float
 ) -> tuple[_Contact, Admissibility]:
-    """Return the contact that the branch, followed from the graze on, comes to first."""
+    """Return the first further contact on the branch, followed from the graze at which it begins."""
     contacts: list[tuple[bool, _Contact]] = []
     undecided = False
     for stop in (1, -1):
@@ -254,10 +253,10 @@ def _special_points(
     d: float,
     sums: KickSums,
     rebound: float,
-    lowest: float,
     contact: _Contact,
 ) -> tuple[BranchPoint, ...]:
-    """Return the special points with a clearance above 0, by falling angle."""
+    """Return the special points with a clearance above 0, by decreasing angle."""
+    lowest = math.atan2(c, d)
     any_admissible = contact.cosine > 0.0
     points = [BranchPoint("GR", 0.5 * math.pi, amplitude, 0.0, any_admissible, 1, 0.0)]
 

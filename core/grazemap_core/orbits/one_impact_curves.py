@@ -1,8 +1,8 @@
 """Curves of special one-impact motions in the plane of forcing frequency and clearance.
 
-An oscillator, forcing frequencies and a pattern of impacts flow in. Out flow, frequency by frequency and in closed
-form, the clearances at which the branch turns (SN), doubles its period or breaks its symmetry (PD, SB) and meets a stop
-between its impacts (GR). None is a continuation of its neighbour, so none is lost on the way.
+For every frequency the clearances at which the branch turns (SN), doubles its period or breaks its symmetry (PD, SB)
+and touches a stop between its impacts (GR) are known in closed form. No point depends on its neighbours, so no part of
+a curve is missed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Single orbits on a branch of one-impact motions: a state to start from, and every Floquet multiplier.
 
-A branch and an angle on it, or a clearance, flow in (theory, "One impact a period").
+An orbit is chosen by its angle on the branch, or by its clearance (theory, "One impact a period").
 """
 
 from __future__ import annotations
@@ -41,14 +41,15 @@ class OneImpactOrbit:
     phase : float
         Forcing phase there, in (-pi, pi].
     multipliers : ndarray of complex, shape (2N,)
-        Floquet multipliers over n forcing periods, by falling modulus.
+        Floquet multipliers over n forcing periods, by decreasing modulus.
     half_multipliers : ndarray of complex, shape (2N,), or None
         Symmetric motions only: those of half the period followed by the mirror image, whose squares the multipliers
         are. +1 is a saddle-node, -1 breaks the symmetry.
     stable : bool
         Every multiplier has a modulus below 1.
     admissible : bool
-        There is no contact with a stop but its impacts. An orbit that is not solves the equations and is no motion.
+        There is no contact with a stop but its impacts. An orbit that is not admissible solves the equations, but is no
+        motion.
     """
 
     omega: float
@@ -140,7 +141,7 @@ def _orbit(branch: OneImpactBranch, angle: float, clearance: float, speed: float
 
 
 def _before(branch: OneImpactBranch) -> Floats:
-    """Return the blocks' state just before an impact from all earlier ones, each a unit kick of mass 1."""
+    """Return the blocks' state just before an impact from all earlier ones, each a unit impulse on mass 1."""
     model = branch.model
     return np.asarray(
         before_kick(
@@ -156,7 +157,7 @@ def _before(branch: OneImpactBranch) -> Floats:
 
 
 def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> Complexes:
-    """Return the eigenvalues of flow times saltation matrix, by falling modulus.
+    """Return the eigenvalues of flow times saltation matrix, by decreasing modulus.
 
     Of the saltation matrix one part, ``(1 + R)(a/v) k x_1``, grows as the impact velocity v vanishes. With its factor
     ``s = omega x_1 V/v`` for an unknown of its own, V = omega A, the eigenvalues are those of a pencil whose entries

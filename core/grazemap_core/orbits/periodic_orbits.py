@@ -1,8 +1,8 @@
-"""Any periodic motion with impacts, solved for with certainty: its impacts, states, multipliers, and what it meets.
+"""Periodic orbits with any number of impacts: impacts, states, multipliers, contacts and error bounds.
 
-An oscillator, forcing frequency, clearance and a sequence of impacts near those of the motion flow in. The equations
-are analytic through impacts of velocity 0, so an orbit may have virtual impacts, of negative velocity: it then solves
-the equations and is no motion, and says so (theory, "Any impacting orbit").
+An orbit is solved for from a sequence of impacts near its own. The equations are analytic through impacts of velocity
+0, so a solution may have virtual impacts, at which mass 1 moves away from the stop. It then is no motion, and is not
+admissible (theory, "Any impacting orbit").
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.batches import CONTACTS, REASONS, check_place, solve_sequences
+from grazemap_core.orbits.batches import CONTACTS, REASONS, check_parameters, solve_sequences
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.states import multipliers_of, state_at
-from grazemap_core.orbits.tolerances import KANTOROVICH
+from grazemap_core.orbits.tolerances import MAX_KANTOROVICH
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.start import State
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicOrbit:
-    """A periodic motion with impacts; or, where `converged` is false, where Newton's method has ended.
+    """A periodic orbit with impacts or, where `converged` is false, the last iterate of Newton's method.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class PeriodicOrbit:
     impacts : ImpactSequence
         As solved for: of a symmetric motion half the period. `impacts.whole` has all.
     converged : bool
-        The residual is round-off. All below means something only then; numbers are NaN otherwise.
+        The residual is round-off. Otherwise the numbers below are NaN.
     reason : str
         Why it has not; empty when it has.
     residual : float
@@ -43,8 +43,8 @@ class PeriodicOrbit:
     steps : int
         Newton steps used.
     kantorovich : float
-        Number of Newton and Kantorovich, round-off of the residual included. At most 1/2: exactly one solution lies
-        within `radius`, as surely as floating-point numbers can tell.
+        The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
+        lies within `radius`, as certainly as floating-point numbers allow.
     radius : float
         Of phases in radians, and of velocities over omega and that unit of length.
     displacement, velocity : ndarray of shape (N,)
@@ -54,22 +54,22 @@ class PeriodicOrbit:
     start : State
         State at forcing phase 0, on the stroboscopic section.
     multipliers : ndarray of complex, shape (2N,)
-        Floquet multipliers over the period, by falling modulus.
+        Floquet multipliers over the period, by decreasing modulus.
     half_multipliers : ndarray of complex, shape (2N,), or None
         Of a symmetric motion: those of half the period followed by the mirror image, whose squares the multipliers are.
     stable : bool
-        Every multiplier has a modulus below 1.
+        Every multiplier lies inside the unit circle.
     physical : bool
         No impact is virtual.
     contacts : {"none", "some", "undecided", "not searched"}
         Contacts with a stop other than the impacts; "some" too where an impact is virtual.
     excess : float
-        How far beyond a stop mass 1 goes at the highest maximum between its impacts, in units of length; negative where
-        it stays inside, minus infinity where there is no such maximum.
+        Largest excess of mass 1 over a stop at a maximum between its impacts, in units of length; negative where it
+        stays inside, minus infinity where there is no such maximum.
     excess_phase : float
-        Where that is, radians; NaN without one.
+        Phase of that maximum, radians; NaN without one.
     excess_stop : int
-        On which stop; 0 without one.
+        Stop of that maximum; 0 without one.
     least_period : int
         Forcing periods after which the motion repeats: less than `impacts.period` for one that was found as a multiple.
     symmetric : bool
@@ -101,14 +101,19 @@ class PeriodicOrbit:
     symmetric: bool
 
     @property
-    def certified(self) -> bool:
-        """There is a solution near the numbers, and only one."""
-        return self.converged and self.kantorovich <= KANTOROVICH
+    def isolated(self) -> bool:
+        """The Newton-Kantorovich theorem holds: there is one orbit, and only one, within `radius`."""
+        return self.converged and self.kantorovich <= MAX_KANTOROVICH
 
     @property
     def admissible(self) -> bool:
-        """The orbit is a motion: every impact is one, and mass 1 meets no stop between them."""
+        """Every impact velocity points at its stop, and mass 1 has no other contact with a stop."""
         return self.contacts == "none"
+
+    @property
+    def verified(self) -> bool:
+        """The orbit is isolated, admissible and stable, and its period is the least one."""
+        return self.isolated and self.admissible and self.stable and self.least_period == self.impacts.period
 
     @property
     def impacts_per_period(self) -> tuple[int, int]:
@@ -131,8 +136,8 @@ class PeriodicOrbit:
             impacts_left=left,
             symmetric=self.symmetric,
             sticking=False,
-            certified=self.certified and self.admissible,
-            reason=None if self.admissible else "the orbit is no motion: it is not admissible",
+            verified=self.verified,
+            reason=None if self.admissible else "the orbit is not admissible",
         )
 
     @property
@@ -157,7 +162,7 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess
     Returns
     -------
     PeriodicOrbit
-        One that is not `converged` where there is none of this sequence near the guess; it says why.
+        It is not `converged` where Newton's method finds no orbit of this sequence; `reason` says why.
 
     Raises
     ------
@@ -168,7 +173,7 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess
     ConditioningError
         The modal model would lose digits.
     """
-    check_place(omega, clearance)
+    check_parameters(omega, clearance)
     family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
     steady = family.steady(omega)
     problem = family.problem(omega, max(abs(steady[0]), clearance), steady)
@@ -182,14 +187,14 @@ def solved_orbit(
     clearance: float,
     guess: ImpactSequence,
 ) -> PeriodicOrbit:
-    """Return the orbit near a guess for a problem that is at hand."""
-    phases, speeds, told = solve_sequences(
+    """Return the orbit near a guess for equations that have been set up."""
+    phases, speeds, results = solve_sequences(
         problem, guess, np.array([clearance]), guess.phases[None], guess.velocities[None]
     )
     omega, unit = problem.omega, problem.omega * problem.length
     shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
     found = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
-    converged = int(told.status[0]) == CONVERGED
+    converged = int(results.status[0]) == CONVERGED
     count = family.oscillator.size
     x, v = np.full(count, np.nan), np.full(count, np.nan)
     state = State(x, v, 0.0)
@@ -200,7 +205,7 @@ def solved_orbit(
         # mass 1 is on its stop, and strikes it with that velocity, exactly
         x[0], v[0] = found.stops[0] * clearance, found.velocities[0]
         state = State(*state_at(family, omega, steady, found, 0.0), 0.0)
-        multipliers = multipliers_of(problem, phases[0], speeds[0], told.before[0])
+        multipliers = multipliers_of(problem, phases[0], speeds[0], results.before[0])
     symmetric = converged and found.mirrors()
     half: Complexes | None = None
     if guess.symmetric:
@@ -210,11 +215,11 @@ def solved_orbit(
         clearance=clearance,
         impacts=found,
         converged=converged,
-        reason=REASONS[int(told.status[0])],
-        residual=float(told.residual[0]),
-        steps=int(told.steps[0]),
-        kantorovich=float(told.kantorovich[0]),
-        radius=float(told.radius[0]),
+        reason=REASONS[int(results.status[0])],
+        residual=float(results.residual[0]),
+        steps=int(results.steps[0]),
+        kantorovich=float(results.kantorovich[0]),
+        radius=float(results.radius[0]),
         displacement=x,
         velocity=v,
         phase=phase if phase > -math.pi else math.pi,
@@ -223,10 +228,10 @@ def solved_orbit(
         half_multipliers=half,
         stable=bool(np.all(np.abs(multipliers) < 1.0)),
         physical=converged and bool(np.all(found.stops * found.velocities > 0.0)),
-        contacts=CONTACTS[int(told.contact[0])],
-        excess=float(told.excess[0]) * problem.length,
-        excess_phase=float(told.phase[0]) - shift,
-        excess_stop=int(told.stop[0]),
+        contacts=CONTACTS[int(results.contact[0])],
+        excess=float(results.excess[0]) * problem.length,
+        excess_phase=float(results.phase[0]) - shift,
+        excess_stop=int(results.stop[0]),
         least_period=found.repeats_after() if converged else found.period,
         symmetric=symmetric,
     )

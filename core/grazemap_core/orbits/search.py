@@ -1,8 +1,7 @@
-"""Finding where Newton's method for a periodic orbit begins, when only its period and its stops are known.
+"""Guesses for a periodic orbit of which only the period and the stops are known.
 
-A period and a sequence of stops flow in; out flows an impact sequence near such a motion: closed form for one impact a
-period, otherwise from trajectories that settle to it. Unstable motions with more impacts are found by neither; for them
-a person gives phases and velocities.
+Motions with one impact a period are known in closed form; others are taken from trajectories that settle to them.
+Unstable motions with more impacts are found by neither: their phases and velocities have to be given.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ TRANSIENT_PERIODS = 400
 def sequence_of_stops(
     oscillator: Oscillator, omega: float, clearance: float, period: int, stops: Sequence[int], seed: int = 0
 ) -> ImpactSequence | None:
-    """Return the impacts of a motion with a period and stops, or None where none was met.
+    """Return the impacts of a motion with a given period and stops, or None where none was found.
 
     Parameters
     ----------

@@ -1,14 +1,15 @@
-"""Periodic motions that are no sequence of impacts: with rests on a stop, or complete chatter; found by simulation.
+"""Periodic motions that rest on a stop, or with complete chatter, found by simulation.
 
-A trajectory that has settled to one flows in. It is followed until it closes to round-off; out flow its events over one
-period, and the Floquet multipliers of the tangent flow. There are no equations of impact to solve for such a motion
-here, so nothing is proven of it, and it says so.
+Such a motion is not a finite sequence of impacts, so there are no equations of impact to solve. A trajectory that has
+settled to it is followed until it closes to round-off. Its events over one period and the Floquet multipliers of the
+tangent flow are returned. The orbit is not verified.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,27 +26,27 @@ REASON = (
     "found by simulation, not from equations of impact: mass 1 rests on a stop; multipliers are those of the tangent "
     "flow, the residual is by how much the motion does not close, over the clearance"
 )
-"""Why nothing is certified."""
+"""Why the orbit is not verified."""
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedOrbit:
-    """A periodic motion with rests on a stop, as the simulation has it.
+    """A periodic motion that rests on a stop, found by simulation.
 
     Attributes
     ----------
     omega, clearance : float
     motion : Motion
-        Its name; not certified, and `reason` says why.
+        Its name; not verified, and `reason` says why.
     start : State
         At forcing phase 0.
     impacts : Impacts
         Of one period from there. Of a complete chatter those that are followed one by one, `kind` "chatter" the last;
         how many that are is no property of the motion.
     sticking : Sticking
-        Of one period from there; a rest that goes on at its end is two intervals.
+        Of one period from there; a rest that continues beyond its end is two intervals.
     multipliers : complex (2 N,)
-        Floquet multipliers by the tangent flow, by falling modulus. A rest makes two of them 0, to round-off.
+        Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
     closing : float
         Largest displacement, over the clearance, by which the motion misses its start a period later.
     """
@@ -58,6 +59,13 @@ class SimulatedOrbit:
     sticking: Sticking
     multipliers: Complexes
     closing: float
+
+    isolated: ClassVar[bool] = False
+    """There are no equations of impact to which the Newton-Kantorovich theorem could be applied."""
+    admissible: ClassVar[bool] = True
+    """The simulation follows every contact: `impacts` and `sticking` are all of them."""
+    verified: ClassVar[bool] = False
+    """The orbit is not shown to be isolated."""
 
     @property
     def stable(self) -> bool:
@@ -77,7 +85,7 @@ def simulated_orbit(
     run : Trajectory
         Named as a periodic motion.
     max_period : int
-        Longest period looked for.
+        Longest period that is searched for.
 
     Raises
     ------

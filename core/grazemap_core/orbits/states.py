@@ -26,7 +26,7 @@ def state_at(
     model, count = family.model, family.model.size
     first, second = np.ascontiguousarray(model.unit_impulse[:, 0]), np.ascontiguousarray(model.unit_impulse[:, 1])
     span = family.pattern.spacing(omega)
-    behind = model.unit_impulse + before_kick(
+    periodic_impulse = model.unit_impulse + before_kick(
         family.pattern.kinds[0], model.decay, model.discriminant, model.frequency_squared, first, second, span
     )
     state = np.zeros((count, 2))
@@ -37,19 +37,20 @@ def state_at(
         strength = -sign * (1.0 + family.oscillator.restitution) * speed
         for j in range(count):
             e11, e12, e21, e22 = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], time)
-            state[j, 0] += strength * (e11 * behind[j, 0] + e12 * behind[j, 1])
-            state[j, 1] += strength * (e21 * behind[j, 0] + e22 * behind[j, 1])
+            state[j, 0] += strength * (e11 * periodic_impulse[j, 0] + e12 * periodic_impulse[j, 1])
+            state[j, 1] += strength * (e21 * periodic_impulse[j, 0] + e22 * periodic_impulse[j, 1])
     turned = steady * np.exp(1j * phase)
     free = model.from_modal @ state.ravel()
     return turned.imag + free[:count], omega * turned.real + free[count:]
 
 
 def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats) -> Complexes:
-    """Return the eigenvalues of flows and saltation matrices over a span, by falling modulus, complex (2N,).
+    """Return the Floquet multipliers over a span, by decreasing modulus, complex (2N,).
 
-    Of each saltation matrix one part grows as 1/v where the impact's velocity v vanishes. With an unknown of its own
-    for that part of every impact the eigenvalues are those of a pencil whose entries stay of one size, so small ones
-    keep their digits next to one that goes to infinity. The infinite ones of those unknowns are left out.
+    One part of each saltation matrix grows as 1/v where the impact velocity v vanishes. With an additional unknown for
+    that part of every impact the multipliers are the eigenvalues of a pencil with entries of one size, so small
+    multipliers keep their digits beside one that tends to infinity. The infinite eigenvalues that belong to the
+    additional unknowns are left out.
     """
     size, count = 2 * len(problem.decay), len(phases)
     scale = np.array([block_scale(problem, j) for j in range(size // 2)])

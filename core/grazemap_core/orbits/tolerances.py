@@ -4,42 +4,68 @@ from __future__ import annotations
 
 from typing import Final
 
+from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+from grazemap_core.tolerances import EPSILON
+
 ORBIT_RESIDUAL: Final = 1e-12
 """Largest residual, relative to the terms that it is a sum of, with which an orbit counts as solved; round-off of an
 orbit with tens of impacts is a hundredth of it."""
 
 ORBIT_SETTLED: Final = 1e-8
-"""Newton step, in radians of phase and in units of omega times length, behind which the next one is round-off."""
+"""Newton step, in radians of phase and in units of omega times length, after which the next one is round-off."""
+
+ORBIT_EXACT: Final = 0.01 * RESPONSE_ROUNDOFF
+"""Residual, relative to the terms that it is a sum of, at which Newton's method has nothing left to do: a hundredth of
+the round-off that is allowed for, which only a guess that is a solution already reaches."""
 
 ORBIT_NEWTON_STEPS: Final = 40
-"""Newton steps from a guess; from a close one three to five are used, far ones are shortened a few times."""
+"""Maximum number of Newton steps. A close guess takes three to five; steps from a far one are shortened a few times."""
 
 ORBIT_HALVINGS: Final = 12
-"""Halvings of one Newton step that does not lower the residual, and steps that may be cut short by a neighbour."""
+"""Maximum number of halvings of a Newton step that does not lower the residual, and of steps that are shortened because
+two impacts come too close."""
 
 ORBIT_GAP: Final = 0.2
-"""Share of the time between two impacts that one Newton step leaves of it."""
+"""Minimum ratio of the time between two impacts after a Newton step to that before it."""
 
 ORBIT_FLOOR: Final = 1e-6
-"""Distance from a stop, in lengths, beyond which maxima are not looked for where only contacts are asked for; far above
-round-off of the distance."""
+"""Distance from a stop, in lengths, beyond which maxima are not searched for where only contacts are asked for. It is
+far above the round-off of the distance."""
+
+MAXIMUM_NEWTON_STEPS: Final = 60
+"""Maximum number of steps to a maximum of the displacement between two impacts. Newton's method takes a few; bisection,
+which replaces a step that leaves the cell, reaches round-off in fewer than 60."""
+
+MAXIMUM_ANGLE: Final = 4.0 * EPSILON
+"""Step toward such a maximum, relative to the angle between the impacts, that is round-off."""
+
+MAXIMUM_AT_IMPACT: Final = 64.0 * EPSILON
+"""Distance of such a maximum from an impact, relative to the angle between the impacts, up to which it is the impact
+itself, with a vanishing velocity. It is a multiple of MAXIMUM_ANGLE, the accuracy of the maximum."""
 
 SAME_ORBIT: Final = 1e-7
-"""Relative difference of phases and velocities up to which two halves, or parts, of an orbit are the same. Orbits with
-a broken symmetry or a doubled period differ by the root of the distance from where they were born: here 1e-14 of it."""
+"""Relative difference of phases and velocities up to which two parts of an orbit are the same. The parts of an orbit
+whose symmetry is broken, or whose period is doubled, differ by the square root of the distance from the bifurcation:
+orbits that are taken for the same are within 1e-14 of it."""
 
-KANTOROVICH: Final = 0.5
-"""Largest number of Newton and Kantorovich with which a solution is certain to exist, and to be one."""
+MAX_KANTOROVICH: Final = 0.5
+"""Maximum of the Newton-Kantorovich quantity with which exactly one solution exists near the numbers: the bound of the
+theorem."""
 
 ORBIT_NEARBY: Final = 100.0
-"""Distance of impacts of an orbit from those of a trajectory, in units of what its returns extrapolate to, up to which
-the trajectory goes to that orbit: stiff modes and slow impacts stretch it."""
+"""Maximum distance between the impacts of an orbit and those of a trajectory that is taken to converge to it, in units
+of the distance to which its returns extrapolate. Stiff modes and slow impacts increase it."""
 
-MOST_PROVEN_IMPACTS: Final = 128
-"""Impacts of a motion up to which it is proven: the time that takes grows with their square."""
+MAX_VERIFIED_IMPACTS: Final = 128
+"""Maximum number of impacts of a motion that is verified: the time that it takes grows with its square."""
 
-PROOF_STEPS: Final = 8
-"""Newton steps from a trajectory to the motion that it is close to: three are used, more where an impact is slow."""
+VERIFICATION_STEPS: Final = 8
+"""Maximum number of Newton steps from a trajectory to the orbit near it: three are used, more for slow impacts."""
 
-SURELY_STABLE: Final = 1.0 - 1e-6
-"""Largest modulus of the multipliers of an orbit that is stable: two that meet are good to the root of round-off."""
+REPEATED_RADII: Final = 4.0
+"""Difference between two parts of an orbit, in units of the radius within which the orbit lies, up to which they may be
+the same: two for the two parts, and twice that for the round-off of the comparison."""
+
+MAX_STABLE_MODULUS: Final = 1.0 - 1e-6
+"""Maximum modulus of the multipliers of an orbit that is verified to be stable. Two multipliers that coincide are
+accurate only to the square root of round-off, 1e-8, and the bound leaves a hundred times that."""

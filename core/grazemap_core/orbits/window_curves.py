@@ -1,8 +1,7 @@
-"""The curves of special one-impact motions inside a window of the plane, cut into pieces that can be drawn.
+"""The curves of special one-impact motions inside a window of the plane, cut into pieces.
 
-An oscillator, a window and the largest multiple flow in; out flow the pieces of SN, PD, SB and GR curves that lie
-inside it, each with its motion and what it ends at. They are closed form, frequency by frequency, so none is lost on
-the way.
+Each piece of an SN, PD, SB or GR curve comes with its motion and with the reason why it ends. The curves are known in
+closed form, frequency by frequency, so no part of a curve is missed.
 """
 
 from __future__ import annotations
@@ -35,13 +34,13 @@ class CurvePiece:
         symmetric motions.
     symmetric : bool
     admissible : bool
-        The motions there touch a stop at their impacts only; otherwise the piece is no border of motions.
+        The orbits have no contact with a stop but their impacts; otherwise the piece is no border of motions.
     stop : int
         GR only, else 0: +1 where the further contact is with a stop that is struck first, -1 with the other one.
     omega, clearance, impact_velocity : ndarray of shape (m,), m >= 2
     ends : (str, str)
-        "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece goes on there), or
-        "none" (there are no such motions beyond).
+        "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece continues the curve
+        there), or "none" (there are no such motions beyond).
     """
 
     type: str
@@ -141,7 +140,7 @@ def _pieces(
 
 
 def _runs(inside: Booleans, admissible: Booleans, stop: Integers) -> list[Integers]:
-    """Return the stretches of neighbours that are inside and alike."""
+    """Return the runs of neighbouring points that are inside and alike."""
     places = np.flatnonzero(inside)
     if not places.size:
         return []
@@ -150,7 +149,7 @@ def _runs(inside: Booleans, admissible: Booleans, stop: Integers) -> list[Intege
 
 
 def _end(curve: OneImpactCurve, curves: OneImpactCurves, window: tuple[float, float], place: int, step: int) -> str:
-    """Say what a piece ends at, at its last place in one direction."""
+    """Return why a piece ends after its last point in one direction."""
     beyond = place + step
     if not 0 <= beyond < len(curves.omega):
         return "window"

@@ -26,10 +26,10 @@ REASONS: Final[dict[int, str]] = {
     codes.OVERFLOWS: "a number overflowed",
     codes.HIDDEN: "the steady motion is so large, as near an undamped resonance, that its round-off hides the "
     "motion between the stops",
-    codes.NOT_SOUGHT: "no proof was asked for, or the chain has an undamped mode or ill-conditioned ones",
+    codes.NOT_SOUGHT: "verification was not requested, or the chain has an undamped mode or ill-conditioned ones",
     codes.RESTS: "mass 1 rests on a stop or chatters: found by simulation, which has no finite sequence of impacts "
     "to be solved for",
-    codes.SEQUENCE_UNKNOWN: "more impacts than a proof is sought for, or a graze or a rest among them",
+    codes.SEQUENCE_UNKNOWN: "there are more impacts than are verified, or a graze or a rest among them",
     codes.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory",
     codes.NOT_ISOLATED: "the orbit is not certain to be the only one nearby, as at a saddle-node",
     codes.TOUCHES_OR_NOT: "an impact, or a passage of a stop, is so near to a graze that the orbit is not "
@@ -37,7 +37,7 @@ REASONS: Final[dict[int, str]] = {
     codes.NOT_STABLE: "a multiplier is on the unit circle or too close to it",
     codes.NOT_DISTINCT: "the orbit is too close to one of a shorter period, or to its own mirror image",
 }
-"""Why a motion is unresolved, or is periodic but not certified; the key is the code."""
+"""Why a motion is unresolved, or is periodic but not verified; the key is the code."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,9 @@ class Motion:
         Whether the motion is its own mirror image, half a period later.
     sticking : bool or None
         Whether mass 1 rests on a stop some time in the period.
-    certified : bool
-        Whether the orbit was proven (Newton on the periodic orbit); closing of the orbit alone is no proof.
+    verified : bool
+        Whether the periodic orbit was solved for and is isolated, admissible and stable, with the least period. A
+        trajectory that returns to its start is not verified by that alone.
     reason : str or None
         Why an unresolved motion is so.
     """
@@ -68,7 +69,7 @@ class Motion:
     impacts_left: int | None = None
     symmetric: bool | None = None
     sticking: bool | None = None
-    certified: bool = False
+    verified: bool = False
     reason: str | None = None
 
 
@@ -91,7 +92,7 @@ def motion_from_codes(
 def kinds_of(reason: Integers, growth: Integers, doubt: Integers) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Return the codes of kind and reason.
 
-    From the codes of `closing`; of `lyapunov` where that has named nothing, and of `proving` where it has.
+    From the codes of `closing`; of `lyapunov` where that has named nothing, and of `verification` where it has.
     """
     periodic = reason == codes.NAMED
     kind = np.select(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values, motion_label
-from grazemap_worker.processes.conversion import Report, core_oscillator, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, on_the_wire, record
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
         "horizontal": grid_values(request.horizontal.values),
         "vertical": grid_values(request.vertical.values),
         "label": label,
-        "attractors": [_named(record(attractor)) for attractor in found],
+        "attractors": [_named(on_the_wire(record(attractor))) for attractor in found],
         "settled_after": whole["settled_after"],
         "lyapunov": whole["lyapunov"],
         "reason": whole["reason"],

@@ -48,6 +48,11 @@ def record(item: Any) -> Any:
     return item
 
 
+def on_the_wire(values: dict[str, Any]) -> dict[str, Any]:
+    """Return a dictionary of the core under the names of the documents, where `verified` is called `certified`."""
+    return {"certified" if name == "verified" else name: value for name, value in values.items()}
+
+
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
     """Return the JSON pointer of the request's field that an error of the core names, or None."""
     if name in Oscillator.model_fields:

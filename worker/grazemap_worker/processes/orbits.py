@@ -175,7 +175,7 @@ def _document(orbit: PeriodicOrbit) -> Document:
         "residual": orbit.residual,
         "kantorovich": orbit.kantorovich,
         "radius": orbit.radius,
-        "certified": orbit.certified,
+        "certified": orbit.isolated,
         "multipliers": _pairs(orbit.multipliers),
         "stable": orbit.stable,
         "physical": orbit.physical,
@@ -190,7 +190,7 @@ def _document(orbit: PeriodicOrbit) -> Document:
 
 
 def _simulated(orbit: SimulatedOrbit) -> Document:
-    """Return the document of a motion with rests: nothing is proven of it, and its reason says how it was found."""
+    """Return the document of a motion with rests: it is not verified, and its reason says how it was found."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return {
         "omega": orbit.omega,
@@ -206,10 +206,11 @@ def _simulated(orbit: SimulatedOrbit) -> Document:
         "sticking": _rests(sticking.start, sticking.stop_time, sticking.stop),
         "residual": orbit.closing,
         **dict.fromkeys(("kantorovich", "radius", "excess", "excess_phase"), np.nan),
-        "certified": False,
+        "certified": orbit.isolated,
         "multipliers": _pairs(orbit.multipliers),
         "stable": orbit.stable,
-        **dict.fromkeys(("physical", "admissible"), True),
+        "physical": True,
+        "admissible": orbit.admissible,
         "contacts": "none",
         "excess_stop": 0,
         "start": _state(orbit.start),

@@ -94,6 +94,6 @@ def motion_document(found: Motion) -> Document:
         "symmetric": motion.get("symmetric"),
         "sticking": motion.get("sticking"),
         "label": motion_label(*named) if None not in named else None,
-        "certified": motion.get("certified", False),
+        "certified": motion.get("verified", False),
         "reason": motion.get("reason"),
     }

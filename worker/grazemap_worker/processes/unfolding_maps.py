@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
-from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, on_the_wire
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -41,11 +41,11 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     oscillator, settings = core_oscillator(request.oscillator), _settings(request)
     arrays: Document
     if request.adaptive:
-        arrays = _without_figures_of_inferred(adaptive_map_tile(oscillator, omega, clearance, **settings))
+        arrays = _without_figures_of_inferred(on_the_wire(adaptive_map_tile(oscillator, omega, clearance, **settings)))
         assert len(reasons) == NOT_COMPUTED
         reasons.append(NOT_COMPUTED_REASON)
     else:
-        arrays = dict(unfolding_map_tile(oscillator, omega, clearance, **settings))
+        arrays = on_the_wire(unfolding_map_tile(oscillator, omega, clearance, **settings))
     return {
         "omega": omega,
         "clearance": clearance,
@@ -114,6 +114,7 @@ def _closed(
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
         **_settings(request),
     )
+    fresh = on_the_wire(fresh)
     if report is not None:
         report(1, 2)
     figures: Document = {}

@@ -1,7 +1,4 @@
-"""Polylines over a map, in its steps: how far points are from a curve.
-
-A grid's values and a curve flow in; positions in rows and columns, and distances, flow out.
-"""
+"""Distances of points from a curve over a map, in steps of the map."""
 
 from __future__ import annotations
 
@@ -20,11 +17,11 @@ class Line(NamedTuple):
 
 
 def positions(values: Floats, points: Floats) -> Floats:
-    """Return where points lie among the increasing values of a grid, in steps; beyond its ends by the last step."""
+    """Return the positions of points in a grid of increasing values, in steps; extrapolated beyond its ends."""
     inside = np.interp(points, values, np.arange(len(values), dtype=np.float64))
     before = (points - values[0]) / (values[1] - values[0])
-    behind = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
-    return np.select([points < values[0], points > values[-1]], [before, behind], inside)
+    after = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
+    return np.select([points < values[0], points > values[-1]], [before, after], inside)
 
 
 def nearest(line: Line, drawn: Booleans, places: Floats) -> Floats:

@@ -1,14 +1,13 @@
-"""The borders of an unfolding map, each explained by a computed curve, as one of basins of attraction, or not at all.
+"""The borders of an unfolding map, each explained by a bifurcation curve, as a basin boundary, or not at all.
 
-A map's grid and arrays flow in. Two neighbouring points with different motions are a border pair. The motion of each
-is solved for at the other point: where it does not go on there, it is followed from one point toward the other until
-it ends, and the curve of the special point at which it does is followed through the window; all pairs at which that
-motion ends and which the curve passes are explained by it. Where both motions are there at both points, stable, the
-border is no bifurcation: the trajectories' start has gone over from one basin of attraction to the other. Out flow the
-pairs, the curves, and what is left (theory, "Borders of a map").
+Two neighbouring points with different motions are a border pair. The motion of each is solved for at the other point.
+Where it does not exist there, it is followed from one point toward the other until it ends at a special point, and the
+bifurcation curve of that point is followed through the window. The curve explains all pairs at which that motion ends
+and which it separates. Where both motions exist at both points and are stable, the border is not a bifurcation: the
+initial state has passed from one basin of attraction to the other (theory, "Borders of a map").
 
-Motions of a hundred impacts take thousands of times the work of those with few, so both what one border takes and what
-all of them take is bounded, in numbers that do not depend on the machine.
+The work grows with the square of the number of impacts, so both the work for one border and that for all of them are
+bounded, by numbers that do not depend on the machine.
 """
 
 from __future__ import annotations
@@ -57,10 +56,10 @@ REASONS: Final = (
     "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed",
     "the branch of the motion breaks off between the points",
     "the motion ends at a special point that is not solved for to round-off",
-    "the curve of the special point leaves the border, or its orbits are no motions there",
-    "the motion has so many impacts that following it takes more than is spent on one border",
-    "what is spent on all borders of a map was spent on others",
-    "a system of equations on the way is too ill-conditioned",
+    "the curve of the special point leaves the border, or its orbits are not admissible there",
+    "the motion has so many impacts that following it exceeds the work allowed for one border",
+    "the work allowed for all borders of a map was spent on others",
+    "a system of equations is too ill-conditioned",
 )
 """Why a border is unexplained; the position is the code."""
 
@@ -71,8 +70,8 @@ _GRAZING_SAMPLES = 4
 _CURVE_POINTS = 500
 _BRANCH_STEP = 0.05
 _TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
-"""What a point of a curve takes, in those of a branch: singular values of twice the size, or differences that look at
-multipliers and contacts."""
+"""Work for a point of a curve, relative to that for a point of a branch: singular values of twice the size, or
+differences for which multipliers and contacts are computed."""
 _SHORTER = 0.1
 """Of a step along a branch, where nothing was met."""
 
@@ -159,10 +158,10 @@ def map_borders(
     omega, clearance : (m,), (n,)
         The map's grid, increasing.
     arrays : dict of arrays (n, m)
-        As `unfolding.unfolding_map_tile` returns. Orbits are looked for with trajectories from rest first, so of other
-        policies some may not be found.
+        As `unfolding.unfolding_map_tile` returns. Trajectories from rest are tried first, so the orbits of
+        other policies may not all be found.
     report : callable of (done, total), optional
-        Told how much of the work is done, whenever that is more than before; done stays below total.
+        Called when more of the work is done than before; done stays below total.
 
     Raises
     ------
@@ -343,7 +342,7 @@ class _Explaining:
             self.known[i, side] = False
             return None
         try:
-            special, arrives, full = self._walked(i, side, region, most)
+            special, arrives, full = self._follow_branch(i, side, region, most)
             start = None if special is None else followable(self.grid.oscillator, special)
         except (SteadyMotionError, ConditioningError):
             self.known[i, side] = False
@@ -353,13 +352,13 @@ class _Explaining:
             self.ends[i, side] = True
             self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
             return start
-        # the motion is there too, or nothing is known of where it ends
+        # the motion exists there too, or it is unknown where it ends
         self.ends[i, side] = False
         self.known[i, side] = arrives
         self.reason[i, side] = 0 if arrives else _TOO_LONG if full else _BREAKS_OFF
         return None
 
-    def _walked(self, i: int, side: int, region: Region, most: int) -> tuple[SpecialPoint | None, bool, bool]:
+    def _follow_branch(self, i: int, side: int, region: Region, most: int) -> tuple[SpecialPoint | None, bool, bool]:
         """Follow the branch of a motion from its point to the other one, or to the first special point.
 
         Returns that point, whether the branch arrives, and whether it was left because of its length.
@@ -410,9 +409,9 @@ class _Explaining:
         places = [point[axis] for i in waiting.tolist() for point in self.pairs[i]]
         low, high = min(places), max(places)
         before = values[max(low, 1)] - values[max(low, 1) - 1]
-        behind = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
+        after = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
         least = max(float(values[low] - BORDER_MARGIN * before), 0.5 * float(values[low]))
-        return least, float(values[high] + BORDER_MARGIN * behind)
+        return least, float(values[high] + BORDER_MARGIN * after)
 
     def _longest_step(self) -> float:
         """Return the longest step along a branch or a curve, relative as their units are."""
@@ -454,7 +453,7 @@ def _an_orbit(impacts: int) -> int:
 
 
 def _is_one(other: Region | None, place: Point, region: Region, velocities: Floats) -> bool:
-    """Say whether the orbit at a place of another region is one with these impacts, or their mirror images."""
+    """Return whether the orbit at a point of another region is one with these impacts, or their mirror images."""
     if other is None or other.name != region.name:
         return False
     speeds = [np.sort(np.abs(one)) for one in (other.orbits[place][1], velocities)]

@@ -1,6 +1,6 @@
-"""How much of explaining a map's borders is done, as one number that only rises.
+"""Progress of explaining a map's borders, as one number that never decreases.
 
-What is done of each stage flows in, as a share; whoever waits is told of every thousandth of the whole.
+Each stage reports the share of it that is done; a listener is called at every thousandth of the whole.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ last one is the longest unless a map is fine and its motions are few."""
 
 
 class BorderProgress:
-    """Tells a listener how far the work is; never less than before, and never that it is over."""
+    """Report progress to a listener; the number never decreases, and stays below the total."""
 
     def __init__(self, report: Report | None) -> None:
-        """Take who is told, if anybody is."""
+        """Take the listener, or None."""
         self._report = report
-        self._told = 0
+        self._reported = 0
 
     def regions(self, share: float) -> None:
-        """Say what share of the points has been looked at."""
-        self._say(_REGIONS * share)
+        """Report the share of the points that have been searched."""
+        self._report_share(_REGIONS * share)
 
     def across(self, share: float) -> None:
-        """Say what share of the border pairs has been solved for at the other point."""
-        self._say(_REGIONS + (_ACROSS - _REGIONS) * share)
+        """Report the share of the border pairs that have been solved for at the other point."""
+        self._report_share(_REGIONS + (_ACROSS - _REGIONS) * share)
 
     def coexisting(self, share: float) -> None:
-        """Say what share of the pairs with both motions at both points has been followed."""
-        self._say(_ACROSS + (_COEXISTING - _ACROSS) * share)
+        """Report the share of the pairs with both motions at both points that have been followed."""
+        self._report_share(_ACROSS + (_COEXISTING - _ACROSS) * share)
 
     def curves(self, share: float) -> None:
-        """Say what share of the borders at which a motion ends is explained, or given up."""
-        self._say(_COEXISTING + (1.0 - _COEXISTING) * share)
+        """Report the share of the borders at which a motion ends that are explained, or given up."""
+        self._report_share(_COEXISTING + (1.0 - _COEXISTING) * share)
 
-    def _say(self, share: float) -> None:
+    def _report_share(self, share: float) -> None:
         done = min(int(TOTAL * share), TOTAL - 1)
-        if self._report is not None and done > self._told:
-            self._told = done
+        if self._report is not None and done > self._reported:
+            self._reported = done
             self._report(done, TOTAL)

@@ -1,9 +1,9 @@
-"""The orbits of an unfolding map: which of its points have one family of motions, and the orbit at each of them.
+"""The orbits of an unfolding map: the regions of points with one family of orbits, and the orbit at each point.
 
-A map's grid and arrays flow in. Where a trajectory from rest leads to a periodic motion it gives the orbit at one
-point; from there the orbit is solved for from point to neighbouring point, as long as the map has the same name there
-and the slowest impact is the map's. Out flow regions, each a connected set of points with one family of orbits. So
-every point of a region is checked twice: the map found the motion by simulation, and its equations are solved here.
+A trajectory that settles to a periodic motion gives the orbit at one point of a region. From there the orbit is solved
+for from point to neighbouring point, as long as the map has the same name and the same slowest impact there. A region
+is a connected set of such points. Every point of a region is so checked twice: the map found its motion by simulation,
+and its equations are solved here.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ NO_NAME = -1
 _RUNS = 3
 """Trajectories from rest at a point, each twice as long as the one before, that are tried for an orbit there."""
 _RANDOM_STATES = 256
-"""Initial states at a point of which those are looked for that lead to the map's motion."""
+"""Initial states at a point that are tried for one that leads to the map's motion."""
 _MOST_STATES = 4
 """Of those, the ones that settle first, how many are followed."""
 
@@ -103,7 +103,7 @@ class Grid(NamedTuple):
     name : int (n, m)
         Place in `names`; NO_NAME where the map has no periodic motion.
     slowest : (n, m)
-        Speed of the slowest impact, by which orbits of one name are told apart.
+        Speed of the slowest impact, which distinguishes orbits of one name.
     settled_after : int (n, m)
     """
 
@@ -151,10 +151,10 @@ class Grid(NamedTuple):
 
 
 class Equations:
-    """The kernels' view of all columns of a grid, made once for every period, and for symmetric motions."""
+    """The equations at all columns of a grid, set up once for every period, and for symmetric motions."""
 
     def __init__(self, grid: Grid) -> None:
-        """Make nothing yet."""
+        """Take the grid; the equations are set up when they are asked for."""
         self._grid = grid
         self._families: dict[tuple[int, bool], OrbitFamily] = {}
         self._problems: dict[tuple[int, bool, int], OrbitProblem] = {}
@@ -216,18 +216,18 @@ class Region:
     def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
         """Solve for the orbits at points of a column, each from its own guess.
 
-        Fine is what is stable, admissible, and neither of a shorter period nor, where the region's are not, symmetric.
+        An orbit is fine if it is stable, admissible, not of a shorter period, and symmetric only if the region's are.
         """
         problem = self.equations.problem(self.period, self.symmetric, column)
         phases = np.array([phases for phases, _ in guesses])
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
-        found, speeds, told = solve_sequences(
+        found, speeds, results = solve_sequences(
             problem, first, self.grid.clearance[rows], phases, velocities, floor=-ORBIT_FLOOR
         )
         found_velocities = speeds * (problem.omega * problem.length)
-        fine = (told.status == CONVERGED) & (told.contact == CLEAR)
-        fine &= np.all(np.hypot(told.real, told.imaginary) < 1.0, axis=1)
+        fine = (results.status == CONVERGED) & (results.contact == CLEAR)
+        fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
         for i in np.flatnonzero(fine):
             one = self._sequence(found[i], found_velocities[i])
             fine[i] = one.repeats_after() == self.period and (self.symmetric or not one.mirrors())
@@ -250,7 +250,7 @@ class Regions:
     """
 
     def __init__(self, grid: Grid, progress: BorderProgress | None = None) -> None:
-        """Find them all, and say how far that is.
+        """Find all regions, and report progress.
 
         Raises
         ------
@@ -269,7 +269,7 @@ class Regions:
             name, there = grid.names[place], grid.name == place
             for row, column in np.argwhere(there).tolist():
                 if self.number[row, column] == NO_REGION:
-                    self._look_at(1)
+                    self._evaluate_at(1)
                     region = self._begun((row, column), name)
                     if region is not None:
                         self._grow(region, (row, column), there & (self.number == NO_REGION))
@@ -285,7 +285,7 @@ class Regions:
         free = np.array([name.free for name in self.grid.names] + [True])  # the last one: NO_NAME
         return np.asarray((self.number == NO_REGION) & ~free[self.grid.name])
 
-    def _look_at(self, points: int) -> None:
+    def _evaluate_at(self, points: int) -> None:
         self._looked_at += points
         self._progress.regions(self._looked_at / self._all)
 
@@ -302,7 +302,7 @@ class Regions:
     def _guesses(self, point: Point, name: Name) -> Iterator[ImpactSequence]:
         """Yield impacts near a motion: of trajectories from rest, of the next point of its name, of random states.
 
-        Behind a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
+        After a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
         """
         yield from self._settled(point, name, np.zeros((2, self.grid.oscillator.size)), self.grid.settled_after[point])
         for region in self.found:
@@ -403,7 +403,7 @@ class Regions:
                 self.number[point] = number
                 left[point] = False
                 some = True
-        self._look_at(int(np.count_nonzero(got.fine)))
+        self._evaluate_at(int(np.count_nonzero(got.fine)))
         return some
 
 

@@ -71,13 +71,13 @@ from grazemap_core.maps.tolerances import APPARENT, APPROACH_RETRY, SETTLING_IMP
 from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain
 from grazemap_core.orbits.kernels.verification import (
     ImpulseBlocks,
-    Proof,
+    Verification,
     VerificationScratch,
     apparent_length,
-    prove,
-    recall,
-    replay,
+    guess_from_record,
+    guess_from_replay,
     unit_of_speeds,
+    verify,
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
 from grazemap_core.simulation.kernels.fixed_point_extrapolation import Extrapolation
@@ -188,38 +188,38 @@ def _prove(
     recorded: int,
     length: int,
     distance: float,
-) -> Proof:
-    """Look for the motion near a lane, as `proving.prove`; its events are complete from half period `recorded` on.
+) -> Verification:
+    """Look for the motion near a lane, as `proving.verify`; its events are complete from half period `recorded` on.
 
     The shortest part of it in which the impacts repeat is tried first. That these do so all along is known no better
     than to the distance itself, so the motion must be as near.
     """
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
-    if not chain.provable:
-        return prove(problem, chain, scratch, clearance, plain(0), length, distance)
+    if not chain.verifiable:
+        return verify(problem, chain, scratch, clearance, plain(0), length, distance)
     known = recorded <= k - length and rows <= events.shape[0]
     if known:
-        count = recall(problem, scratch, clearance, k, length, events, rows)
+        count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
     else:
         for j in range(scratch.start.shape[0]):
             scratch.start[j, 0] = group.even[2 * j * LANES + lane]
             scratch.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
         copy_vector(scratch.replay.cursor, group.cursor[lane])
         copy_vector(scratch.replay.near[:3], group.near[lane])
-        count = replay(problem, held, scratch, clearance, k, length)
+        count = guess_from_replay(problem, held, scratch, clearance, k, length)
     part = apparent_length(scratch, count, length, APPARENT * distance * clearance / unit_of_speeds(problem, clearance))
     if part < length:
-        few = recall(problem, scratch, clearance, k, part, events, rows) if known else count * part // length
-        proof = prove(problem, chain, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
-        if proof.doubt == NAMED:
+        few = guess_from_record(problem, scratch, clearance, k, part, events, rows) if known else count * part // length
+        proof = verify(problem, chain, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
+        if proof.reason == NAMED:
             return proof
         if known:
-            count = recall(problem, scratch, clearance, k, length, events, rows)
-    return prove(problem, chain, scratch, clearance, count, length, distance)
+            count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
+    return verify(problem, chain, scratch, clearance, count, length, distance)
 
 
 @kernel
-def _enter_proof(codes: Integers, figures: Floats, proof: Proof, after: int) -> None:
+def _enter_proof(codes: Integers, figures: Floats, proof: Verification, after: int) -> None:
     """Write a motion that is proven."""
     symmetric = proof.length % 2 == 1
     period = proof.length if symmetric else proof.length // 2
@@ -227,7 +227,7 @@ def _enter_proof(codes: Integers, figures: Floats, proof: Proof, after: int) -> 
     if symmetric:  # the other half of the motion is the mirror image of this one
         right = left = right + left
     right, left = right if right > 0 else -1, left if left > 0 else -1
-    _enter_motion(codes, figures, NAMED, period, right, left, symmetric, proof.least, False, after, NAMED)
+    _enter_motion(codes, figures, NAMED, period, right, left, symmetric, proof.min_impact_speed, False, after, NAMED)
     _enter_multiplier(codes, figures, proof.multiplier)
     figures[MEAN_POSITION], figures[MEAN_VELOCITY] = proof.mean_position, proof.mean_velocity
 
@@ -284,17 +284,17 @@ def _judge_settling(
             known_rate,
         )
     if reason != NAMED and not last:
-        wanted = chain.provable or counts[AT] == SETTLES
+        wanted = chain.verifiable or counts[AT] == SETTLES
         if wanted and sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
             distance = orbit_nearby(problem, ring, lane, k, returned, task.max_period, clearance)
-            if not chain.provable:
+            if not chain.verifiable:
                 counts[LOOK] = k + 2 * returned
                 if np.isfinite(distance):
                     leap(problem, scratch, ahead, task, group, ring, notes, lane, k, returned, distance)
             elif np.isfinite(distance):
                 distance = max(distance, LIMIT_DISTANCE)
                 proof = _prove(problem, held, chain, scratch, group, lane, k, counts[RECORDED], returned, distance)
-                if proof.doubt == NAMED:
+                if proof.reason == NAMED:
                     _enter_proof(codes, figures, proof, (entered + 1) // 2)
                     return True
                 sizes[GOAL] = max(APPROACH_RETRY * sizes[GOAL], CLOSING_GOAL)
@@ -309,7 +309,7 @@ def _judge_settling(
             doubt = RESTS
         else:
             proof = _prove(problem, held, chain, scratch, group, lane, k, counts[RECORDED], window, LIMIT_DISTANCE)
-            doubt = proof.doubt
+            doubt = proof.reason
             if doubt == NAMED:
                 _enter_proof(codes, figures, proof, after)
                 return True

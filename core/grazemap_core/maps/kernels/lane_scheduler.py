@@ -261,7 +261,7 @@ def settle_column(
                             for c in range(2):
                                 u[j, c] = task.base[j, c] + clearance * task.directions[queued % starts, j, c]
                         begin(group, lane, problem, u, clearance)
-                    enter_lane(notes, lane, queued, k, task, chain.provable)
+                    enter_lane(notes, lane, queued, k, task, chain.verifiable)
                     queued += 1
                     used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
         make_room(group, notes, k, used)

@@ -128,7 +128,7 @@ def lane_records(masses: int) -> LaneRecords:
 
 
 @kernel
-def enter_lane(known: LaneRecords, lane: int, point: int, k: int, task: ColumnTask, provable: bool) -> None:
+def enter_lane(known: LaneRecords, lane: int, point: int, k: int, task: ColumnTask, verifiable: bool) -> None:
     """Take note of a trajectory that begins in a lane after k half periods."""
     counts, sizes = known.counts, known.sizes
     counts[lane] = 0
@@ -139,4 +139,4 @@ def enter_lane(known: LaneRecords, lane: int, point: int, k: int, task: ColumnTa
     counts[lane, RECORDED] = k
     counts[lane, SINCE] = k
     sizes[lane] = 0.0
-    sizes[lane, GOAL] = (APPROACH if provable else EXTRAPOLATED_FROM) if task.early else CLOSING_GOAL
+    sizes[lane, GOAL] = (APPROACH if verifiable else EXTRAPOLATED_FROM) if task.early else CLOSING_GOAL

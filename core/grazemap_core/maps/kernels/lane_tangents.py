@@ -25,7 +25,7 @@ from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
 from grazemap_core.maps.kernels.tangent_pairs import PairTile, carry_pairs, pair_tile
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
-from grazemap_core.orbits.tolerances import MOST_PROVEN_IMPACTS
+from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.simulation.kernels.lyapunov import (
     Tangents,
     begin_growth,
@@ -39,7 +39,7 @@ from grazemap_core.simulation.kernels.tangent import flow_tangent, run_half_line
 
 ROOM = 48
 """Impacts of half a period that a lane has room for."""
-RECORD = MOST_PROVEN_IMPACTS + ROOM
+RECORD = MAX_VERIFIED_IMPACTS + ROOM
 """Impacts that a lane's events keep, before they are begun anew: a proof finds all of a motion's there as often as not,
 however many it has, and replays them else."""
 SCALAR_ROOM = 4096

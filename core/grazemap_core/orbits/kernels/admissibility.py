@@ -1,39 +1,45 @@
-"""Whether a periodic motion meets a stop between its impacts, with a guarantee, and how near it comes.
+"""Contacts of a periodic motion with a stop between its impacts, found without sampling.
 
-Between two impacts the distance of mass 1 from a stop can only be negative where it has a maximum. All maxima that
-matter are found by halving: value, slope and curvature at the middle of a cell, and a bound on the third derivative
-from the blocks' energies, tell for each stop that mass 1 stays further away than the nearest so far, that it passes the
-cell in one direction, that its distance is concave, or that it is convex, when Newton's method finds the nearest place.
+The distance of mass 1 from a stop can be negative between two impacts only where it has a minimum, that is, where the
+displacement toward the stop has a maximum. All maxima that matter are found by bisection. In each cell the displacement
+and its first two derivatives in the middle, with a bound on the third derivative from the blocks' energies, decide for
+each stop whether the displacement stays below the largest maximum so far, is monotonic, is convex, or is concave; then
+Newton's method finds its maximum. A cell in which none of these is certain is halved.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Final, NamedTuple
+
+import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, LEAST_CONTACT_CELL, MAX_CELLS
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.by_reference import reference
+from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.orbits.kernels.equations import OrbitProblem
-from grazemap_core.tolerances import EPSILON
+from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
 
 CLEAR = 0
-"""Mass 1 meets no stop but at its impacts."""
+"""Mass 1 has no contact with a stop but its impacts."""
 MEETS = 1
-"""It does, or one of the impacts is from outside (a virtual one)."""
+"""It has another contact, or one of the impacts is virtual: mass 1 moves away from the stop before it."""
 TOUCHES = 2
-"""Round-off hides whether it does."""
+"""Round-off hides whether there is another contact."""
 GIVEN_UP = 3
-"""MAX_CELLS were not enough."""
+"""MAX_CELLS were not enough to decide."""
 
-STACK = 256
-_NEWTON_STEPS = 60
+STACK: Final = 256
+"""Cells that may wait to be searched. A cell that is halved adds one, and none is halved below LEAST_CONTACT_CELL."""
+_TOO_MANY: Final = -1
 
 
 @kernel
-def _state_behind(problem: OrbitProblem, phases: Floats, speeds: Floats, state: Floats) -> None:
-    """Write each block's part in displacement and velocity of mass 1 just behind the first impact into state (N, 2)."""
+def _state_after_first_impact(problem: OrbitProblem, phases: Floats, speeds: Floats, state: Floats) -> None:
+    """Write each block's part in displacement and velocity of mass 1 just after the first impact into state (N, 2)."""
     for j in range(state.shape[0]):
         state[j, 0], state[j, 1] = 0.0, 0.0
         for m in range(phases.shape[0]):
@@ -42,21 +48,21 @@ def _state_behind(problem: OrbitProblem, phases: Floats, speeds: Floats, state: 
                 problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
             )
             strength = -problem.sign * problem.rebound * problem.omega * speeds[m]
-            state[j, 0] += strength * (e11 * problem.behind[j, 0] + e12 * problem.behind[j, 1])
-            state[j, 1] += strength * (e21 * problem.behind[j, 0] + e22 * problem.behind[j, 1])
+            state[j, 0] += strength * (e11 * problem.periodic_impulse[j, 0] + e12 * problem.periodic_impulse[j, 1])
+            state[j, 1] += strength * (e21 * problem.periodic_impulse[j, 0] + e22 * problem.periodic_impulse[j, 1])
         strength = -problem.rebound * problem.omega * speeds[0]
         state[j, 0] += strength * problem.unit_impulse[j, 0]
         state[j, 1] += strength * problem.unit_impulse[j, 1]
 
 
 @kernel
-def _flows_between(problem: OrbitProblem, phases: Floats, across: Floats) -> None:
-    """Write each block's flow from every impact to the next one into across (k, N, 4)."""
+def _flows_between_impacts(problem: OrbitProblem, phases: Floats, flow_between: Floats) -> None:
+    """Write each block's flow from every impact to the next one into flow_between (k, N, 4)."""
     count = phases.shape[0]
     for i in range(count):
         end = phases[i + 1] if i + 1 < count else phases[0] + problem.turn
-        for j in range(across.shape[1]):
-            across[i, j, 0], across[i, j, 1], across[i, j, 2], across[i, j, 3] = block_flow(
+        for j in range(flow_between.shape[1]):
+            flow_between[i, j, 0], flow_between[i, j, 1], flow_between[i, j, 2], flow_between[i, j, 3] = block_flow(
                 problem.decay[j],
                 problem.discriminant[j],
                 problem.frequency_squared[j],
@@ -65,8 +71,8 @@ def _flows_between(problem: OrbitProblem, phases: Floats, across: Floats) -> Non
 
 
 @kernel
-def _carry(problem: OrbitProblem, start: Floats, angle: float, end: Floats) -> None:
-    """Write into end (N, 2) where the blocks are an angle later than start (N, 2)."""
+def _advance(problem: OrbitProblem, start: Floats, angle: float, end: Floats) -> None:
+    """Write into end (N, 2) the state of the blocks an angle later than start (N, 2)."""
     for j in range(start.shape[0]):
         e11, e12, e21, e22 = block_flow(
             problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], angle / problem.omega
@@ -76,7 +82,7 @@ def _carry(problem: OrbitProblem, start: Floats, angle: float, end: Floats) -> N
 
 
 @kernel
-def _look(
+def _evaluate(
     problem: OrbitProblem,
     size: float,
     state: Floats,
@@ -84,17 +90,17 @@ def _look(
     angle: float,
     sine: float,
     cosine: float,
-    here: Floats,
+    values: Floats,
 ) -> None:
-    """Write into here (4,): mass 1, its first two derivatives, and its terms.
+    """Write into values (4,) the displacement of mass 1, its first two derivatives, and the sum of its terms' moduli.
 
-    `state` (N, 2) is where the blocks are, `angle` behind an impact at the phase `start`; sine and cosine are those of
+    `state` (N, 2) is that of the blocks, `angle` after an impact at the phase `start`; sine and cosine are those of
     the phase there, `size` is the amplitude of the steady motion.
     """
     omega = problem.omega
     time = angle / omega
-    value = problem.gain_real * sine + problem.gain_imag * cosine
-    slope = problem.gain_real * cosine - problem.gain_imag * sine
+    value = problem.steady_real * sine + problem.steady_imag * cosine
+    slope = problem.steady_real * cosine - problem.steady_imag * sine
     second_derivative, terms = -value, size * (1.0 + abs(start) + angle)
     for j in range(state.shape[0]):
         square, twice, frequency = problem.frequency_squared[j], 2.0 * problem.decay[j], problem.frequency[j]
@@ -104,18 +110,18 @@ def _look(
         slope += rate / omega
         second_derivative += second / (omega * omega)
         terms += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
-    here[0], here[1], here[2], here[3] = value, slope, second_derivative, terms
+    values[0], values[1], values[2], values[3] = value, slope, second_derivative, terms
 
 
 @kernel
-def _look_at(problem: OrbitProblem, size: float, state: Floats, start: float, angle: float, here: Floats) -> None:
-    """Write the same as `_look` at any angle."""
-    _look(problem, size, state, start, angle, math.sin(start + angle), math.cos(start + angle), here)
+def _evaluate_at(problem: OrbitProblem, size: float, state: Floats, start: float, angle: float, values: Floats) -> None:
+    """Write the same as `_evaluate` at any angle."""
+    _evaluate(problem, size, state, start, angle, math.sin(start + angle), math.cos(start + angle), values)
 
 
 @kernel
 def _third_derivative(problem: OrbitProblem, size: float, state: Floats) -> float:
-    """Bound the third derivative of mass 1's place from where the blocks are at `state` (N, 2) to the next impact."""
+    """Return a bound on the third derivative of mass 1's displacement from `state` (N, 2) up to the next impact."""
     bound = 0.0
     for j in range(state.shape[0]):
         square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
@@ -126,34 +132,291 @@ def _third_derivative(problem: OrbitProblem, size: float, state: Floats) -> floa
     return total
 
 
+class ContactScratch(NamedTuple):
+    """Scratch of the search for contacts, for N blocks.
+
+    Attributes
+    ----------
+    states : (4, N, 2)
+        Each block's part in displacement and velocity of mass 1 after an impact, at the beginning of a cell, in its
+        middle, and anywhere.
+    cell_flow : (N, 4)
+        Each block's flow over half a cell.
+    stack : (STACK, 2)
+        Beginnings and ends of the cells that are still to be searched.
+    values : (3, 4)
+        What `_evaluate` writes, at the beginning of a cell, in its middle, and anywhere.
+    """
+
+    states: Floats
+    cell_flow: Floats
+    stack: Floats
+    values: Floats
+
+
+def contact_scratch(blocks: int) -> ContactScratch:
+    """Return scratch for an oscillator of `blocks` masses."""
+    return ContactScratch(
+        states=np.zeros((4, blocks, 2)),
+        cell_flow=np.zeros((blocks, 4)),
+        stack=np.zeros((STACK, 2)),
+        values=np.zeros((3, 4)),
+    )
+
+
+class Interval(NamedTuple):
+    """The motion between two successive impacts.
+
+    Attributes
+    ----------
+    phase : float
+        Of the first impact.
+    length : float
+        Angle to the next one.
+    stop, next_stop : float
+        Of the two impacts, +1 or -1.
+    """
+
+    phase: float
+    length: float
+    stop: float
+    next_stop: float
+
+
+class Cell(NamedTuple):
+    """A part of an interval, and the motion toward one stop in its middle.
+
+    Attributes
+    ----------
+    left, right : float
+        Its ends, angles after the impact.
+    slope, second_derivative : float
+        Of the displacement toward the stop, in the middle.
+    noise : float
+        Round-off there.
+    """
+
+    left: float
+    right: float
+    slope: float
+    second_derivative: float
+    noise: float
+
+
+class Maximum(NamedTuple):
+    """The largest excess over a stop that was found.
+
+    Attributes
+    ----------
+    excess, phase : float
+    stop : int
+        0: none was found.
+    noise : float
+        Round-off of the excess.
+    """
+
+    excess: float
+    phase: float
+    stop: int
+    noise: float
+
+
 @kernel
-def nearest_on_way(
+def _apply(flow: Floats, start: Floats, end: Floats) -> None:
+    """Write into end (N, 2) the state of the blocks after a flow (N, 4) from start (N, 2)."""
+    for j in range(start.shape[0]):
+        y, rate = start[j, 0], start[j, 1]
+        end[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
+        end[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
+
+
+@kernel
+def _locate_maximum(
+    problem: OrbitProblem,
+    interval: Interval,
+    size: float,
+    stop: float,
+    cell: Cell,
+    concave: bool,
+    scratch: ContactScratch,
+) -> float:
+    """Return the angle of the maximum in a cell, or NaN where there is none but an impact.
+
+    Parameters
+    ----------
+    concave : bool
+        The displacement toward the stop is concave in the cell. Otherwise the cell is too short to be halved, and the
+        maximum is taken to be in its middle.
+    """
+    state, left_state, point_state = scratch.states[0], scratch.states[1], scratch.states[3]
+    at_left, at_point = scratch.values[0], scratch.values[2]
+    left, right, end = cell.left, cell.right, interval.length
+    # mass 1 leaves the stop of this impact, and returns to that of the next one
+    at_start = left == 0.0 and stop == interval.stop
+    at_end = right == end and stop == interval.next_stop
+    point = 0.5 * (left + right)
+    if concave:
+        _evaluate_at(problem, size, left_state, interval.phase, left, at_left)
+        first = stop * at_left[1]
+        if first < 0.0 or (at_start and first <= cell.noise):
+            return math.nan
+        _advance(problem, state, right, point_state)
+        _evaluate_at(problem, size, point_state, interval.phase, right, at_point)
+        if stop * at_point[1] > (-cell.noise if at_end else 0.0):
+            return math.nan
+        slope, second_derivative = cell.slope, cell.second_derivative
+        low, high = left, right
+        for _ in range(MAXIMUM_NEWTON_STEPS):
+            if slope > 0.0:
+                low = point
+            else:
+                high = point
+            following = point - slope / second_derivative
+            if not low <= following <= high:
+                following = 0.5 * (low + high)
+            if abs(following - point) <= MAXIMUM_ANGLE * end:
+                break
+            point = following
+            _advance(problem, state, point, point_state)
+            _evaluate_at(problem, size, point_state, interval.phase, point, at_point)
+            slope, second_derivative = stop * at_point[1], stop * at_point[2]
+    if (at_start or at_end) and min(point, end - point) <= MAXIMUM_AT_IMPACT * end:
+        return math.nan
+    return point
+
+
+@kernel
+def _search_cell(
+    problem: OrbitProblem,
+    interval: Interval,
+    size: float,
+    limit: float,
+    left: float,
+    right: float,
+    best: Maximum,
+    scratch: ContactScratch,
+) -> tuple[bool, Maximum]:
+    """Return whether a cell has to be halved, and the largest excess so far.
+
+    `states[1]` and `values[1]` of the scratch hold the state at the beginning of the cell and the values in its middle;
+    `limit` is the distance of the stops.
+    """
+    at_middle, point_state, at_point = scratch.values[1], scratch.states[3], scratch.values[2]
+    radius = 0.5 * (right - left)
+    third = _third_derivative(problem, size, scratch.states[1])
+    noise = CONTACT_ROUNDOFF * (at_middle[3] + limit)
+    halve = False
+    for side in range(2):
+        stop = 1.0 - 2.0 * side
+        value = stop * at_middle[0] - limit
+        slope, second_derivative = stop * at_middle[1], stop * at_middle[2]
+        upper = second_derivative + radius * third
+        if value + radius * (abs(slope) + 0.5 * radius * max(upper, 0.0)) < best.excess - noise:
+            continue  # below the largest so far
+        if abs(slope) > radius * (abs(second_derivative) + radius * third) + noise:
+            continue  # monotonic
+        if second_derivative > radius * third:
+            continue  # convex: no maximum but at its ends, which belong to other cells too
+        concave = upper < 0.0
+        if not (concave or right - left <= LEAST_CONTACT_CELL * interval.length):
+            halve = True
+            continue
+        cell = Cell(left, right, slope, second_derivative, noise)
+        point = _locate_maximum(problem, interval, size, stop, cell, concave, scratch)
+        if math.isnan(point):
+            continue
+        _advance(problem, scratch.states[0], point, point_state)
+        _evaluate_at(problem, size, point_state, interval.phase, point, at_point)
+        value = stop * at_point[0] - limit
+        if value > best.excess:
+            best = Maximum(value, interval.phase + point, int(stop), CONTACT_ROUNDOFF * (at_point[3] + limit))
+    return halve, best
+
+
+@kernel
+def _search_interval(
+    problem: OrbitProblem,
+    interval: Interval,
+    size: float,
+    limit: float,
+    best: Maximum,
+    cells: int,
+    scratch: ContactScratch,
+) -> tuple[int, Maximum]:
+    """Search for maxima between two impacts; return the number of cells so far and the largest excess so far.
+
+    `states[0]` of the scratch is the state after the first impact. The number is _TOO_MANY where the search is given
+    up.
+    """
+    state, left_state, middle_state = scratch.states[0], scratch.states[1], scratch.states[2]
+    flow, stack, at_middle = scratch.cell_flow, scratch.stack, scratch.values[1]
+    end = interval.length
+    parts = math.ceil(end * CONTACT_CELLS / math.pi)
+    for j in range(state.shape[0]):
+        left_state[j, 0], left_state[j, 1] = state[j, 0], state[j, 1]
+        flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
+            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], 0.5 * end / (parts * problem.omega)
+        )
+    # sine and cosine in the middle of each cell are rotated from one to the next; cells that are halved compute theirs
+    angle = end / parts
+    sine, cosine = math.sin(interval.phase + 0.5 * angle), math.cos(interval.phase + 0.5 * angle)
+    turn_sine, turn_cosine = math.sin(angle), math.cos(angle)
+    for part in range(parts):
+        _apply(flow, left_state, middle_state)
+        stack[0, 0] = part * end / parts
+        stack[0, 1] = (part + 1) * end / parts if part + 1 < parts else end
+        top = 1
+        whole = True
+        while top > 0:
+            cells += 1
+            if cells > MAX_CELLS:
+                return plain(_TOO_MANY), best
+            top -= 1
+            left, right = stack[top, 0], stack[top, 1]
+            middle = 0.5 * (left + right)
+            here_sine, here_cosine = sine, cosine
+            if not whole:
+                _advance(problem, state, left, left_state)
+                _advance(problem, state, middle, middle_state)
+                here_sine, here_cosine = math.sin(interval.phase + middle), math.cos(interval.phase + middle)
+            _evaluate(problem, size, middle_state, interval.phase, middle, here_sine, here_cosine, at_middle)
+            halve, best = _search_cell(problem, interval, size, limit, left, right, best, scratch)
+            if halve:
+                if top + 2 > STACK:
+                    return plain(_TOO_MANY), best
+                stack[top, 0], stack[top, 1] = middle, right
+                stack[top + 1, 0], stack[top + 1, 1] = left, middle
+                top += 2
+                whole = False
+        sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
+        if whole:
+            _apply(flow, middle_state, left_state)
+        else:
+            _advance(problem, state, (part + 1) * end / parts, left_state)
+    return cells, best
+
+
+@kernel
+def further_contact_from(
     problem: OrbitProblem,
     stops: Floats,
     clearance: float,
     phases: Floats,
     speeds: Floats,
     floor: float,
-    across: Floats,
-    states: Floats,
-    flow: Floats,
-    stack: Floats,
-    here: Floats,
+    flow_between: Floats,
+    scratch: ContactScratch,
 ) -> tuple[int, float, float, int]:
     """Return whether there is a further contact, and the largest excess over a stop at a maximum between the impacts.
 
     Parameters
     ----------
     floor : float
-        Maxima that stay below a stop by more than this are not looked for; minus infinity for all.
-    across : (k, N, 4)
+        Maxima that stay below a stop by more than this are not searched for; minus infinity for all.
+    flow_between : (k, N, 4)
         Each block's flow from every impact to the next one.
-    states : (4, N, 2)
-        The first is each block's part just behind the first impact; all are overwritten.
-    flow : (N, 4)
-    stack : (STACK, 2)
-    here : (3, 4)
-        Scratch.
+    scratch : ContactScratch
+        `states[0]` is each block's part just after the first impact; overwritten.
 
     Returns
     -------
@@ -162,158 +425,59 @@ def nearest_on_way(
     excess : float
         In lengths, negative where mass 1 stays inside; minus infinity when there is no maximum above `floor`.
     phase : float
-        Where.
+        Of that maximum.
     stop : int
-        Which one; 0 when there is none.
+        Of that maximum; 0 when there is none.
     """
     count = stops.shape[0]
-    place = clearance / problem.length
-    best, phase, which, noise_there = floor, math.nan, 0, 0.0
-    cells = 0
-    at_left, at_middle, at_point = here[0], here[1], here[2]
-    # behind the impact; where a cell that is not halved begins, and its middle; anywhere
-    state, left_state, middle_state, point_state = states[0], states[1], states[2], states[3]
-    blocks = state.shape[0]
-    size = math.hypot(problem.gain_real, problem.gain_imag)
+    limit = clearance / problem.length
+    best = Maximum(floor, math.nan, plain(0), 0.0)
+    cells = plain(0)
+    state = scratch.states[0]
+    size = math.hypot(problem.steady_real, problem.steady_imag)
     for i in range(count):
         last = i == count - 1
-        end = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
-        meets = problem.sign * stops[0] if last else stops[i + 1]
-        parts = math.ceil(end * CONTACT_CELLS / math.pi)
-        for j in range(blocks):
-            left_state[j, 0], left_state[j, 1] = state[j, 0], state[j, 1]
-            flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
-                problem.decay[j],
-                problem.discriminant[j],
-                problem.frequency_squared[j],
-                0.5 * end / (parts * problem.omega),
-            )
-        # of the phase at the middle of every cell, turned on from one to the next; those of cells that are halved anew
-        across_cell = end / parts
-        sine, cosine = math.sin(phases[i] + 0.5 * across_cell), math.cos(phases[i] + 0.5 * across_cell)
-        turn_sine, turn_cosine = math.sin(across_cell), math.cos(across_cell)
-        for part in range(parts):
-            for j in range(blocks):
-                y, rate = left_state[j, 0], left_state[j, 1]
-                middle_state[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
-                middle_state[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
-            stack[0, 0] = part * end / parts
-            stack[0, 1] = (part + 1) * end / parts if part + 1 < parts else end
-            top = 1
-            whole = True
-            while top > 0:
-                cells += 1
-                if cells > MAX_CELLS:
-                    return GIVEN_UP, math.inf, math.nan, 0
-                top -= 1
-                left, right = stack[top, 0], stack[top, 1]
-                middle, radius = 0.5 * (left + right), 0.5 * (right - left)
-                here_sine, here_cosine = sine, cosine
-                if not whole:
-                    _carry(problem, state, left, left_state)
-                    _carry(problem, state, middle, middle_state)
-                    here_sine, here_cosine = math.sin(phases[i] + middle), math.cos(phases[i] + middle)
-                _look(problem, size, middle_state, phases[i], middle, here_sine, here_cosine, at_middle)
-                third = _third_derivative(problem, size, left_state)
-                noise = CONTACT_ROUNDOFF * (at_middle[3] + place)
-                halve = False
-                for side in range(2):
-                    stop = 1.0 - 2.0 * side
-                    value = stop * at_middle[0] - place
-                    slope, second_derivative = stop * at_middle[1], stop * at_middle[2]
-                    steepest = second_derivative + radius * third
-                    if value + radius * (abs(slope) + 0.5 * radius * max(steepest, 0.0)) < best - noise:
-                        continue
-                    if abs(slope) > radius * (abs(second_derivative) + radius * third) + noise:
-                        continue
-                    if second_derivative > radius * third:
-                        continue  # no maximum but at its ends, which are other cells' too
-                    tiny = right - left <= LEAST_CONTACT_CELL * end
-                    if not (steepest < 0.0 or tiny):
-                        halve = True
-                        continue
-                    # mass 1 leaves the stop that it has struck, and comes back to the one that it strikes next
-                    at_start = left == 0.0 and stop == stops[i]
-                    at_end = right == end and stop == meets
-                    point = middle
-                    if steepest < 0.0:
-                        _look_at(problem, size, left_state, phases[i], left, at_left)
-                        first = stop * at_left[1]
-                        if first < 0.0 or (at_start and first <= noise):
-                            continue
-                        _carry(problem, state, right, point_state)
-                        _look_at(problem, size, point_state, phases[i], right, at_point)
-                        if stop * at_point[1] > (-noise if at_end else 0.0):
-                            continue
-                        low, high = left, right
-                        for _ in range(_NEWTON_STEPS):
-                            if slope > 0.0:
-                                low = point
-                            else:
-                                high = point
-                            following = point - slope / second_derivative
-                            if not low <= following <= high:
-                                following = 0.5 * (low + high)
-                            if abs(following - point) <= 4.0 * EPSILON * end:
-                                break
-                            point = following
-                            _carry(problem, state, point, point_state)
-                            _look_at(problem, size, point_state, phases[i], point, at_point)
-                            slope, second_derivative = stop * at_point[1], stop * at_point[2]
-                    if (at_start or at_end) and min(point, end - point) <= 64.0 * EPSILON * end:
-                        continue
-                    _carry(problem, state, point, point_state)
-                    _look_at(problem, size, point_state, phases[i], point, at_point)
-                    value = stop * at_point[0] - place
-                    if value > best:
-                        best, phase, which = value, phases[i] + point, int(stop)
-                        noise_there = CONTACT_ROUNDOFF * (at_point[3] + place)
-                if halve:
-                    if top + 2 > STACK:
-                        return GIVEN_UP, math.inf, math.nan, 0
-                    stack[top, 0], stack[top, 1] = middle, right
-                    stack[top + 1, 0], stack[top + 1, 1] = left, middle
-                    top += 2
-                    whole = False
-            sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
-            if whole:
-                for j in range(blocks):
-                    y, rate = middle_state[j, 0], middle_state[j, 1]
-                    left_state[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
-                    left_state[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
-            else:
-                _carry(problem, state, (part + 1) * end / parts, left_state)
+        length = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
+        next_stop = problem.sign * stops[0] if last else stops[i + 1]
+        interval = Interval(phases[i], length, stops[i], next_stop)
+        cells, best = _search_interval(problem, interval, size, limit, best, cells, scratch)
+        if cells == _TOO_MANY:
+            return GIVEN_UP, math.inf, math.nan, 0
         if not last:
             for j in range(state.shape[0]):
                 y, rate = state[j, 0], state[j, 1]
-                strength = -problem.rebound * problem.omega * speeds[i + 1]
-                state[j, 0] = across[i, j, 0] * y + across[i, j, 1] * rate + strength * problem.unit_impulse[j, 0]
-                state[j, 1] = across[i, j, 2] * y + across[i, j, 3] * rate + strength * problem.unit_impulse[j, 1]
-    excess = best if which != 0 else -math.inf
-    verdict = CLEAR
+                impulse = -problem.rebound * problem.omega * speeds[i + 1]
+                e11, e12, e21, e22 = (
+                    flow_between[i, j, 0],
+                    flow_between[i, j, 1],
+                    flow_between[i, j, 2],
+                    flow_between[i, j, 3],
+                )
+                state[j, 0] = e11 * y + e12 * rate + impulse * problem.unit_impulse[j, 0]
+                state[j, 1] = e21 * y + e22 * rate + impulse * problem.unit_impulse[j, 1]
+    excess = best.excess if best.stop != 0 else -math.inf
+    status = CLEAR
     for i in range(count):
         if not stops[i] * speeds[i] > 0.0:
-            verdict = MEETS
-    if verdict == CLEAR and which != 0 and excess > -noise_there:
-        verdict = MEETS if excess > noise_there else TOUCHES
-    return verdict, excess, phase, which
+            status = MEETS
+    if status == CLEAR and best.stop != 0 and excess > -best.noise:
+        status = MEETS if excess > best.noise else TOUCHES
+    return status, excess, best.phase, best.stop
 
 
 @kernel
-def nearest_contact(
+def further_contact(
     problem: OrbitProblem,
     stops: Floats,
     clearance: float,
     phases: Floats,
     speeds: Floats,
     floor: float,
-    across: Floats,
-    states: Floats,
-    flow: Floats,
-    stack: Floats,
-    here: Floats,
+    flow_between: Floats,
+    scratch: ContactScratch,
 ) -> tuple[int, float, float, int]:
-    """Return the same as `nearest_on_way` from phases and speeds alone; across and states are scratch."""
-    _flows_between(problem, phases, across)
-    _state_behind(problem, phases, speeds, states[0])
-    return nearest_on_way(problem, stops, clearance, phases, speeds, floor, across, states, flow, stack, here)
+    """Return the same as `further_contact_from`, from phases and speeds alone; flow_between is overwritten."""
+    chain, work = reference(problem), reference(scratch)
+    _flows_between_impacts(chain, phases, flow_between)
+    _state_after_first_impact(chain, phases, speeds, work.states[0])
+    return further_contact_from(chain, stops, clearance, phases, speeds, floor, flow_between, work)

@@ -1,4 +1,4 @@
-"""Many periodic motions of one pattern, each from its own guess: solved, certified, judged."""
+"""Many periodic orbits of one sequence of stops, each from its own guess: impacts, multipliers and contacts."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, STACK, nearest_contact
+from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch, contact_scratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
-from grazemap_core.orbits.kernels.newton import CONVERGED, OrbitWork, certificate, solve_orbit
+from grazemap_core.orbits.kernels.newton import CONVERGED, NewtonScratch, newton_kantorovich, solve_orbit
 
 
 class OrbitResults(NamedTuple):
-    """What is told of m motions.
+    """The results for m orbits of k impacts, of a chain with N blocks.
 
     Attributes
     ----------
     status, steps, contact, stop : int (m,)
-        Of `orbit_newton` and `orbit_contacts`.
+        Of `newton.solve_orbit` and `admissibility.further_contact`.
     residual, kantorovich, radius, excess, phase : (m,)
     real, imaginary : (m, 2 N)
         Multipliers, in no order.
@@ -50,22 +50,21 @@ class OrbitScratch(NamedTuple):
     Attributes
     ----------
     newton : OrbitWork
-    across, states, flow, stack, here : (k, N, 4), (4, N, 2), (N, 4), (STACK, 2), (3, 4)
-        Of `orbit_contacts.nearest_on_way`.
+    flow_between : (k, N, 4)
+        Each block's flow from every impact to the next one.
+    contact : ContactScratch
     matrix : (2 N, 2 N)
+        The Floquet matrix.
     """
 
-    newton: OrbitWork
-    across: Floats
-    states: Floats
-    flow: Floats
-    stack: Floats
-    here: Floats
+    newton: NewtonScratch
+    flow_between: Floats
+    contact: ContactScratch
     matrix: Floats
 
 
 def orbit_results(number: int, count: int, blocks: int) -> OrbitResults:
-    """Return room for what is told of `number` motions of `count` impacts."""
+    """Return arrays for the results of `number` orbits of `count` impacts, not yet computed."""
     return OrbitResults(
         status=np.zeros(number, dtype=np.int64),
         steps=np.zeros(number, dtype=np.int64),
@@ -83,9 +82,9 @@ def orbit_results(number: int, count: int, blocks: int) -> OrbitResults:
 
 
 def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
-    """Return scratch for motions of `count` impacts."""
+    """Return scratch for orbits of `count` impacts."""
     size = 2 * count
-    newton = OrbitWork(
+    newton = NewtonScratch(
         residual=np.zeros(size),
         jacobian=np.zeros((size, size + 2)),
         system=np.zeros((size, 2 * size + 1)),
@@ -94,13 +93,10 @@ def orbit_scratch(count: int, blocks: int) -> OrbitScratch:
         before=np.zeros((count, 3)),
     )
     return OrbitScratch(
-        newton,
-        np.zeros((count, blocks, 4)),
-        np.zeros((4, blocks, 2)),
-        np.zeros((blocks, 4)),
-        np.zeros((STACK, 2)),
-        np.zeros((3, 4)),
-        np.zeros((2 * blocks,) * 2),
+        newton=newton,
+        flow_between=np.zeros((count, blocks, 4)),
+        contact=contact_scratch(blocks),
+        matrix=np.zeros((2 * blocks, 2 * blocks)),
     )
 
 
@@ -115,7 +111,7 @@ def solve_orbits(
     results: OrbitResults,
     scratch: OrbitScratch,
 ) -> None:
-    """Solve for every motion, and write what there is to say of it into results.
+    """Solve for every orbit, and write its multipliers, contacts and error bounds into results.
 
     Parameters
     ----------
@@ -124,33 +120,30 @@ def solve_orbits(
     phases, speeds : (m, k)
         Guesses; become the solutions.
     floor : float
-        As in `orbit_contacts.nearest_on_way`.
+        As in `admissibility.further_contact_from`.
     """
-    chain, told, scratch = reference(problem), reference(results), reference(scratch)
+    chain, found, scratch = reference(problem), reference(results), reference(scratch)
     work = scratch.newton
     for i in range(clearances.shape[0]):
         status, steps, residual, terms = solve_orbit(chain, stops, clearances[i], phases[i], speeds[i], work)
-        told.status[i], told.steps[i], told.residual[i] = status, steps, residual
-        told.contact[i], told.stop[i] = GIVEN_UP, 0
+        found.status[i], found.steps[i], found.residual[i] = status, steps, residual
+        found.contact[i], found.stop[i] = GIVEN_UP, 0
         if status != CONVERGED:
-            for j in range(told.real.shape[1]):
-                told.real[i, j], told.imaginary[i, j] = math.nan, math.nan
+            for j in range(found.real.shape[1]):
+                found.real[i, j], found.imaginary[i, j] = math.nan, math.nan
             continue
-        told.kantorovich[i], told.radius[i] = certificate(chain, speeds[i], terms, work)
-        told.contact[i], told.excess[i], told.phase[i], told.stop[i] = nearest_contact(
+        found.kantorovich[i], found.radius[i] = newton_kantorovich(chain, speeds[i], terms, work)
+        found.contact[i], found.excess[i], found.phase[i], found.stop[i] = further_contact(
             chain,
             stops,
             clearances[i],
             phases[i],
             speeds[i],
             floor,
-            scratch.across,
-            scratch.states,
-            scratch.flow,
-            scratch.stack,
-            scratch.here,
+            scratch.flow_between,
+            scratch.contact,
         )
-        orbit_multipliers(chain, phases[i], speeds[i], work.before, scratch.matrix, told.real[i], told.imaginary[i])
+        orbit_multipliers(chain, phases[i], speeds[i], work.before, scratch.matrix, found.real[i], found.imaginary[i])
         for k in range(stops.shape[0]):
             for column in range(3):
-                told.before[i, k, column] = work.before[k, column]
+                found.before[i, k, column] = work.before[k, column]

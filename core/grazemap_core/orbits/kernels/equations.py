@@ -1,11 +1,11 @@
-"""The equations of a periodic motion with impacts, analytic through grazing, and all their derivatives.
+"""The equations of a periodic motion with impacts, analytic through grazing, and their derivatives.
 
-Between impacts the motion is linear, so it is the steady motion less the answers to all its impacts, each a kick of
-mass 1. Unknown are the phases of the impacts and the velocities before them; an impact of velocity 0 is nothing special
-(theory, "Any impacting orbit"). What flows in is an `OrbitProblem` with the unknowns; out flow residuals and matrices.
+Between impacts the motion is linear, so it is the sum of the steady motion and the responses to all impacts, each an
+impulse on mass 1. The unknowns are the phases of the impacts and the velocities before them. An impact of velocity 0 is
+a regular point of the equations (theory, "Any impacting orbit").
 
-Everything is in units in which a forcing period takes 2 pi and a length given with the problem is 1: unknown are
-phases omega t_i and speeds v_i/(omega length).
+Everything is in units in which a forcing period takes 2 pi and a length given with the problem is 1: the unknowns are
+the phases omega t_i and the speeds v_i/(omega length).
 """
 
 from __future__ import annotations
@@ -19,22 +19,24 @@ from grazemap_core.numerics.jit.compiled import kernel
 
 
 class OrbitProblem(NamedTuple):
-    """A chain at one forcing frequency, and after what time its motion repeats (or is mirrored).
+    """A chain at one forcing frequency, and the time after which its motion repeats, or is mirrored.
 
     Attributes
     ----------
     decay, discriminant, frequency_squared, frequency : (N,)
         Blocks.
     unit_impulse : (N, 2)
-        What a unit velocity given to mass 1 adds to each block's part in displacement and velocity of mass 1.
-    behind, doubled : (N, 2)
-        The same just behind a kick that was given after every span before too: with the sign `sign` each time, and
-        with the opposite one.
-    stretched : (N, 2)
-        ``span sum_k k sign^k exp(T k span) unit_impulse``: how `behind` changes with the span.
-    gain_real, gain_imag : float
-        Steady amplitude of mass 1, in lengths: its steady motion is Im(gain exp(i omega t)).
-    slope_real, slope_imag : float
+        Change of each block's part in displacement and velocity of mass 1 by a unit impulse, a unit change of its
+        velocity.
+    periodic_impulse, doubled_impulse : (N, 2)
+        The same just after an impulse that has also been given at every earlier span: multiplied by `sign` from span to
+        span, and by ``-sign``.
+    periodic_impulse_by_span : (N, 2)
+        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` by the span, but for
+        the blocks' generator.
+    steady_real, steady_imag : float
+        Steady amplitude of mass 1, in lengths: its steady motion is Im((steady_real + i steady_imag) exp(i omega t)).
+    steady_real_by_omega, steady_imag_by_omega : float
         Its derivative by omega.
     omega, length : float
     restitution, rebound : float
@@ -50,13 +52,13 @@ class OrbitProblem(NamedTuple):
     frequency_squared: Floats
     frequency: Floats
     unit_impulse: Floats
-    behind: Floats
-    doubled: Floats
-    stretched: Floats
-    gain_real: float
-    gain_imag: float
-    slope_real: float
-    slope_imag: float
+    periodic_impulse: Floats
+    doubled_impulse: Floats
+    periodic_impulse_by_span: Floats
+    steady_real: float
+    steady_imag: float
+    steady_real_by_omega: float
+    steady_imag_by_omega: float
     omega: float
     length: float
     restitution: float
@@ -64,6 +66,31 @@ class OrbitProblem(NamedTuple):
     span: float
     turn: float
     sign: float
+
+
+@kernel
+def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float, float, float, float, float]:
+    """Return the response of mass 1 a time after an impulse that is repeated every span.
+
+    Displacement, velocity and acceleration; the derivatives of the first two by the frequency at fixed phases, but for
+    factors; and the sum of the terms' moduli, each times the angle that round-off of its sines comes from.
+    """
+    value, slope, second_derivative, by_time, slope_by_time, part = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(problem.decay.shape[0]):
+        square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
+        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
+        first, second = problem.periodic_impulse[j, 0], problem.periodic_impulse[j, 1]
+        y, rate = e11 * first + e12 * second, e21 * first + e22 * second
+        value += y
+        slope += rate
+        second_derivative -= square * y + twice * rate
+        part += (abs(y) + abs(rate) / problem.frequency[j]) * (1.0 + problem.frequency[j] * time)
+        first = time * first + problem.periodic_impulse_by_span[j, 0]
+        second = time * second + problem.periodic_impulse_by_span[j, 1]
+        y, rate = e11 * first + e12 * second, e21 * first + e22 * second
+        by_time += rate
+        slope_by_time -= square * y + twice * rate
+    return value, slope, second_derivative, by_time, slope_by_time, part
 
 
 @kernel
@@ -77,14 +104,14 @@ def assemble(
     jacobian: Floats,
     before: Floats,
 ) -> float:
-    """Write the residual and its derivatives, and return the size of the terms that the residual is a sum of.
+    """Write the residual and its derivatives; return the size of the terms of which the residual is the sum.
 
     Parameters
     ----------
     stops : (k,)
         +1 or -1 for every impact.
     phases, speeds : (k,)
-        Phases increase and span less than `turn`. That is not looked at: the equations go on analytically.
+        Phases increase and span less than `turn`; this is not checked, as the equations continue analytically.
     residual : (2 k,)
         Receives mass 1's displacement less that of the stop, and its velocity less the unknown, at every impact.
     jacobian : (2 k, 2 k + 2)
@@ -95,39 +122,25 @@ def assemble(
     Returns
     -------
     terms : float
-        Of the largest sum, each term times the angles that round-off of its sines comes from.
+        The largest sum of the terms' moduli, each times the angle in whose sine its round-off originates.
     """
     count = stops.shape[0]
     omega, rebound = problem.omega, problem.rebound
-    size = math.hypot(problem.gain_real, problem.gain_imag)
+    size = math.hypot(problem.steady_real, problem.steady_imag)
     largest = 0.0
     for i in range(count):
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
-        x = problem.gain_real * sine + problem.gain_imag * cosine
-        v = problem.gain_real * cosine - problem.gain_imag * sine
+        x = problem.steady_real * sine + problem.steady_imag * cosine
+        v = problem.steady_real * cosine - problem.steady_imag * sine
         a = -x
-        x_by_omega = problem.slope_real * sine + problem.slope_imag * cosine
-        v_by_omega = problem.slope_real * cosine - problem.slope_imag * sine
+        x_by_omega = problem.steady_real_by_omega * sine + problem.steady_imag_by_omega * cosine
+        v_by_omega = problem.steady_real_by_omega * cosine - problem.steady_imag_by_omega * sine
         terms = size * (1.0 + abs(phases[i])) + clearance / problem.length
         for m in range(count):
             sign, time = 1.0, (phases[i] - phases[m]) / omega
             if m >= i:
                 sign, time = problem.sign, (phases[i] - phases[m] + problem.turn) / omega
-            value, slope, second_derivative, by_time, slope_by_time, part = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for j in range(problem.decay.shape[0]):
-                square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
-                e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
-                first, second = problem.behind[j, 0], problem.behind[j, 1]
-                y, rate = e11 * first + e12 * second, e21 * first + e22 * second
-                value += y
-                slope += rate
-                second_derivative -= square * y + twice * rate
-                part += (abs(y) + abs(rate) / problem.frequency[j]) * (1.0 + problem.frequency[j] * time)
-                first = time * first + problem.stretched[j, 0]
-                second = time * second + problem.stretched[j, 1]
-                y, rate = e11 * first + e12 * second, e21 * first + e22 * second
-                by_time += rate
-                slope_by_time -= square * y + twice * rate
+            value, slope, second_derivative, by_time, slope_by_time, part = _impulse_response(problem, time)
             factor = sign * rebound
             speed = speeds[m]
             value *= factor * omega
@@ -158,8 +171,8 @@ def assemble(
 
 
 @kernel
-def double_up(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
-    """Write the matrix of changes that come back with the opposite sign after a span; the other one is `jacobian`.
+def assemble_doubled(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
+    """Write the Jacobian for perturbations that return with the opposite sign after a span.
 
     Up to sign its determinant is ``prod v_i det(I + M)/det(I + exp(A span))``, which is smooth where v_i vanishes.
 
@@ -180,7 +193,7 @@ def double_up(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Flo
             for j in range(problem.decay.shape[0]):
                 square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
                 e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
-                first, second = problem.doubled[j, 0], problem.doubled[j, 1]
+                first, second = problem.doubled_impulse[j, 0], problem.doubled_impulse[j, 1]
                 y, rate = e11 * first + e12 * second, e21 * first + e22 * second
                 value += y
                 slope += rate
@@ -195,16 +208,16 @@ def double_up(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Flo
 
 
 @kernel
-def curvature(problem: OrbitProblem, speeds: Floats, reach: float) -> float:
-    """Bound the sum of moduli of one equation's second derivatives, for speeds changed by at most `reach` each.
+def second_derivative_bound(problem: OrbitProblem, speeds: Floats, reach: float) -> float:
+    """Return a bound on the sum of one equation's second derivatives, for speeds changed by at most `reach` each.
 
-    The blocks' energies never rise, so each bounds its part in the answer to a kick for all times behind it.
+    The energy of a block never increases, so it bounds the block's response to an impulse at all later times.
     """
     omega = problem.omega
     first, second, third = 0.0, 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
-        y, rate = problem.behind[j, 0], problem.behind[j, 1]
+        y, rate = problem.periodic_impulse[j, 0], problem.periodic_impulse[j, 1]
         second_derivative = -square * y - twice * rate
         jerk = -square * rate - twice * second_derivative
         first += math.hypot(problem.frequency[j] * y, rate)
@@ -216,5 +229,5 @@ def curvature(problem: OrbitProblem, speeds: Floats, reach: float) -> float:
     others = speeds.shape[0] - 1.0
     place = total * second / omega + others * first
     rate = total * third / (omega * omega) + others * second / omega
-    bound: float = math.hypot(problem.gain_real, problem.gain_imag) + 4.0 * problem.rebound * max(place, rate)
+    bound: float = math.hypot(problem.steady_real, problem.steady_imag) + 4.0 * problem.rebound * max(place, rate)
     return bound

@@ -1,12 +1,11 @@
-"""Floquet multipliers of a periodic motion with impacts: the product of flows and saltation matrices.
+"""Floquet multipliers of a periodic motion with impacts, from the product of flows and saltation matrices.
 
-A motion's phases, speeds and states before its impacts flow in; out flow the matrix in balanced block coordinates and
-its eigenvalues. A change z of a state just before an impact of speed v becomes
+The matrix is in balanced block coordinates. A perturbation z of the state just before an impact of velocity v becomes
 
     z - (1 + R) (k z_v + T k z_x - (a/v) k z_x)
 
-behind it, with k the kick, T the blocks' generator, a the acceleration before the impact and z_x, z_v what the change
-is in displacement and velocity of mass 1.
+just after it, with k the unit impulse, T the blocks' generator, a the acceleration before the impact, and z_x and z_v
+the displacement and velocity of mass 1 in z.
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem
 
 @kernel
 def block_scale(problem: OrbitProblem, j: int) -> float:
-    """Return the length of a block's coordinates in which kick and readout are alike in size."""
+    """Return the unit of a block's coordinates in which the impulse on it and its effect on mass 1 are of one size."""
     size = math.hypot(problem.frequency[j] * problem.unit_impulse[j, 0], problem.unit_impulse[j, 1])
     return math.sqrt(size) if size > 0.0 else 1.0
 
 
 @kernel
 def monodromy_matrix(problem: OrbitProblem, phases: Floats, speeds: Floats, before: Floats, matrix: Floats) -> None:
-    """Write what a change before the first impact is a span later, mirrored where `sign` is -1, into matrix (2N, 2N).
+    """Write the Floquet matrix over a span from before the first impact, mirrored for `sign` -1, into matrix (2N, 2N).
 
     Block j has the coordinates (frequency y, y')/scale.
     """
@@ -72,7 +71,7 @@ def orbit_multipliers(
     real: Floats,
     imaginary: Floats,
 ) -> bool:
-    """Write the eigenvalues into real (2N,) and imaginary (2N,); NaN, and False, where one is beyond all numbers."""
+    """Write the multipliers into real (2N,) and imaginary (2N,); NaN, and return False, where one overflows."""
     monodromy_matrix(problem, phases, speeds, before, matrix)
     if eigenvalues(matrix, real, imaginary) == OK:
         return True

@@ -1,8 +1,8 @@
-"""Newton's method for a periodic motion with impacts, and how sure one can be that there is one where it ends.
+"""Newton's method for a periodic motion with impacts, and the Newton-Kantorovich theorem where it ends.
 
-A guess of phases and speeds flows in; out flow those of the motion, a status, and the number of Newton and Kantorovich:
-with b the norm of the inverse matrix, s that of the next step and L a bound on second derivatives, there is exactly one
-solution within 2 s when ``b s L <= 1/2``. Round-off of the residual is added to s; the inverse itself is rounded.
+With b the norm of the inverse of the Jacobian, s the norm of the next Newton step and L a bound on the second
+derivatives, there is exactly one solution within 2 s when ``b s L <= 1/2``. The round-off of the residual is added to
+s; the round-off of the inverse is not bounded, so the statement is as certain as floating-point numbers allow.
 
 References
 ----------
@@ -19,20 +19,27 @@ from grazemap_core.arrays import Floats
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.dense import eliminate
-from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, curvature
-from grazemap_core.orbits.tolerances import ORBIT_GAP, ORBIT_HALVINGS, ORBIT_NEWTON_STEPS, ORBIT_RESIDUAL, ORBIT_SETTLED
+from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, second_derivative_bound
+from grazemap_core.orbits.tolerances import (
+    ORBIT_EXACT,
+    ORBIT_GAP,
+    ORBIT_HALVINGS,
+    ORBIT_NEWTON_STEPS,
+    ORBIT_RESIDUAL,
+    ORBIT_SETTLED,
+)
 
 CONVERGED = 0
 """The residual is round-off."""
 NOT_CONVERGED = 1
-"""It is not after ORBIT_NEWTON_STEPS, or steps no longer lower it."""
+"""The residual is not round-off after ORBIT_NEWTON_STEPS, or steps no longer lower it."""
 OUT_OF_ORDER = 2
-"""Impacts would have to change places."""
+"""The order of the impacts would have to change."""
 SINGULAR = 3
-"""The matrix is singular: a saddle-node, or a resonant graze."""
+"""The Jacobian is singular: a saddle-node, or a resonant graze."""
 
 
-class OrbitWork(NamedTuple):
+class NewtonScratch(NamedTuple):
     """Scratch for k impacts and N blocks.
 
     Attributes
@@ -64,7 +71,7 @@ def _norm(vector: Floats) -> float:
 
 @kernel
 def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
-    """Return the share, up to 1, of a step of the phases (k,) that leaves every gap at least ORBIT_GAP of itself."""
+    """Return the share, at most 1, of a step of the phases (k,) that leaves at least ORBIT_GAP of every gap."""
     count = phases.shape[0]
     share = 1.0
     for i in range(count):
@@ -83,9 +90,9 @@ def solve_orbit(
     clearance: float,
     phases: Floats,
     speeds: Floats,
-    work: OrbitWork,
+    work: NewtonScratch,
 ) -> tuple[int, int, float, float]:
-    """Move a guess, phases (k,) and speeds (k,), onto the motion.
+    """Solve for the motion near a guess of phases (k,) and speeds (k,), in place.
 
     Returns
     -------
@@ -93,9 +100,9 @@ def solve_orbit(
         CONVERGED, NOT_CONVERGED, OUT_OF_ORDER or SINGULAR.
     steps : int
     residual : float
-        Largest one left, in lengths.
+        The largest, in lengths.
     terms : float
-        As `assemble` returns it. Once converged, `work` holds residual, matrix and states of the motion.
+        As `assemble` returns it. After convergence `work` holds residual, Jacobian and states of the motion.
     """
     count = stops.shape[0]
     size = 2 * count
@@ -107,7 +114,7 @@ def solve_orbit(
     for steps in range(ORBIT_NEWTON_STEPS):
         if not np.isfinite(norm):
             return NOT_CONVERGED, steps, norm, terms
-        if settled or norm <= RESPONSE_ROUNDOFF * terms * 0.01:
+        if settled or norm <= ORBIT_EXACT * terms:
             converged = norm <= ORBIT_RESIDUAL * max(1.0, terms)
             return CONVERGED if converged else NOT_CONVERGED, steps, norm, terms
         for i in range(size):
@@ -146,10 +153,10 @@ def solve_orbit(
 
 
 @kernel
-def certificate(problem: OrbitProblem, speeds: Floats, terms: float, work: OrbitWork) -> tuple[float, float]:
-    """Return the number of Newton and Kantorovich of an orbit as `solve_orbit` leaves it, and the radius 2 s.
+def newton_kantorovich(problem: OrbitProblem, speeds: Floats, terms: float, work: NewtonScratch) -> tuple[float, float]:
+    """Return the Newton-Kantorovich quantity ``b s L`` and the radius 2 s; infinity for a singular Jacobian.
 
-    `terms` is what `assemble` has returned. Infinity where the matrix is singular.
+    `work` is as `solve_orbit` or `assemble` leaves it; `terms` is what `assemble` returns.
     """
     size = 2 * speeds.shape[0]
     system = work.system
@@ -169,4 +176,4 @@ def certificate(problem: OrbitProblem, speeds: Floats, terms: float, work: Orbit
         inverse = max(inverse, row)
         step = max(step, abs(system[i, size]))
     step += inverse * noise
-    return inverse * step * curvature(problem, speeds, 2.0 * step), 2.0 * step
+    return inverse * step * second_derivative_bound(problem, speeds, 2.0 * step), 2.0 * step

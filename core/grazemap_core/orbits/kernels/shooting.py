@@ -1,19 +1,18 @@
-"""The equations of a periodic motion with impacts, walked from impact to impact: cost linear in their number.
+"""The equations of a periodic motion with impacts, by shooting: the cost is linear in the number of impacts.
 
-They are those of `orbit_equations`, unknown the phases and speeds of all impacts, units as there. That room sums the
-answers to all impacts at every impact, which is regular for impacts of velocity 0 and costs the square of their number,
-its matrix the cube. Here the state itself is carried around: what its changes come to in one turn is a matrix of the
-size of the chain, in which a velocity is divided by. So this room is for motions whose impacts all have one, as those
-that trajectories settle to do.
+The equations, their unknowns and units are those of `equations`. There, the responses to all impacts are summed at
+every impact; this is regular for impacts of velocity 0, but costs the square of the number of impacts, and solving for
+the step costs its cube. Here, the state is carried from impact to impact, and the Jacobian is reduced to a matrix of
+the size of the chain. The reduction divides by the impact velocities, so it needs impacts of a velocity other than 0,
+as those of motions to which trajectories settle.
 
-Phases and speeds flow in; out flow residuals, the Newton step, the norm of the inverse matrix and the Floquet matrix.
-
-The change of a state just before impact i, d, becomes behind it
+A perturbation d of the state just before impact i becomes, just after it,
 
     d - (1 + R) w (s' k - s p' T k/w),     p' = (r - c d)/v,    s' = c' d/w + a p' - q
 
-with p', s' the changes of phase and speed that keep the equations' residuals at r and q, k the kick, T the blocks'
-generator, c and c' what the state is in place and velocity of mass 1, v and a its velocity and acceleration.
+with p', s' the changes of phase and speed that leave residuals r and q, k the unit impulse, T the blocks' generator, c
+d and c' d the displacement and velocity of mass 1 in d, v and a the velocity and acceleration of mass 1, and w the
+frequency.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class Shooting(NamedTuple):
     Attributes
     ----------
     closing : (N, 2)
-        p and q with ``p + q T = sum_(j>=1) (sign E)^j``, E a block's flow over a span; set by who asks.
+        p and q with ``p + q T = sum_(j>=1) (sign E)^j``, E a block's flow over a span; an input.
     flow : (k, N, 4)
         Each block's flow from an impact to the next one.
     state : (k, N, 2)
@@ -44,19 +43,19 @@ class Shooting(NamedTuple):
     before : (k, 3)
         Displacement, velocity and acceleration of mass 1 there.
     residual, step : (k, 2)
-        Of place and speed; of phase and speed.
+        Of displacement and speed; of phase and speed.
     turned : (2 N, 2 N + 1)
-        What changes before the first impact, and the residuals, come to in one turn.
+        Effect of perturbations before the first impact, and of the residuals, after one span.
     system : (2 N, 4 N)
         For elimination.
     change : (2 N, 1)
-        The change of the state that goes with the step.
+        The change of the state that belongs to the step.
     across : (4, 2 N + 1)
-        Of columns of changes at an impact: place, velocity, and changes of its phase and speed.
+        Of columns of perturbations at an impact: displacement, velocity, and changes of its phase and speed.
     second_derivative : (N,)
-        What a kick adds to each block's part in the acceleration of mass 1.
+        Response of each block's part in the acceleration of mass 1 to a unit impulse.
     places, speeds : (2 N, k)
-        What a unit residual of place, or speed, at an impact comes to at the end of the turn.
+        Effect of a unit residual of displacement, or speed, at an impact on the state after the span.
     basis, rows : (2 N + 2, 2 N), (2 N + 2, 2 k)
     of_place, of_speed : (2 k, k)
     closed : (2 N,)
@@ -108,23 +107,22 @@ def shooting(count: int, blocks: int) -> Shooting:
 
 
 @kernel
-def walk_orbit(
+def shoot(
     problem: OrbitProblem, stops: Floats, clearance: float, phases: Floats, speeds: Floats, scratch: Shooting
 ) -> tuple[float, float]:
-    """Carry the state around, and write flow, state, before and residual.
+    """Carry the state from impact to impact over a span; write flow, state, before and residual.
 
     Returns
     -------
     residual : float
         The largest.
     terms : float
-        As `orbit_equations.assemble`: of a sum, each term times the angles that round-off of its sines comes from. Here
-        of all parts of the way around, and of what they come to when the motion is closed.
+        As `equations.assemble`, summed over all impacts and all earlier spans.
     """
     count, blocks = stops.shape[0], problem.decay.shape[0]
     omega, rebound = problem.omega, problem.rebound
     flow, state = scratch.flow, scratch.state
-    walked = 0.0
+    terms_sum = 0.0
     for j in range(blocks):
         decay, square, frequency = problem.decay[j], problem.frequency_squared[j], problem.frequency[j]
         unit_impulse, drift = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
@@ -138,18 +136,18 @@ def walk_orbit(
             y, rate = y + strength * unit_impulse, rate + strength * drift
             summed += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
             y, rate = e11 * y + e12 * rate, e21 * y + e22 * rate
-        # the state that comes back: what one turn adds, and what it comes to from turn to turn
+        # the periodic state: the response to one span, summed over all earlier spans
         p, q = 1.0 + scratch.closing[j, 0], scratch.closing[j, 1]
-        walked += summed * (abs(p) + abs(q) * (frequency + 2.0 * decay))
+        terms_sum += summed * (abs(p) + abs(q) * (frequency + 2.0 * decay))
         state[0, j, 0] = problem.sign * (p * y + q * rate)
         state[0, j, 1] = problem.sign * (p * rate - q * (square * y + 2.0 * decay * rate))
-    size = math.hypot(problem.gain_real, problem.gain_imag)
+    size = math.hypot(problem.steady_real, problem.steady_imag)
     place = clearance / problem.length
     largest, terms = 0.0, 0.0
     for i in range(count):
         sine, cosine = math.sin(phases[i]), math.cos(phases[i])
-        x = problem.gain_real * sine + problem.gain_imag * cosine
-        v = problem.gain_real * cosine - problem.gain_imag * sine
+        x = problem.steady_real * sine + problem.steady_imag * cosine
+        v = problem.steady_real * cosine - problem.steady_imag * sine
         a = -x
         strength = -rebound * omega * speeds[i]
         for j in range(blocks):
@@ -158,27 +156,27 @@ def walk_orbit(
             x += y
             v += rate / omega
             a -= (problem.frequency_squared[j] * y + 2.0 * problem.decay[j] * rate) / (omega * omega)
-            walked += abs(y) + abs(rate) / frequency
+            terms_sum += abs(y) + abs(rate) / frequency
             if i + 1 < count:
                 y, rate = y + strength * problem.unit_impulse[j, 0], rate + strength * problem.unit_impulse[j, 1]
                 state[i + 1, j, 0] = flow[i, j, 0] * y + flow[i, j, 1] * rate
                 state[i + 1, j, 1] = flow[i, j, 2] * y + flow[i, j, 3] * rate
                 time = (phases[i + 1] - phases[i]) / omega
-                walked += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
+                terms_sum += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
         scratch.before[i, 0], scratch.before[i, 1], scratch.before[i, 2] = x, v, a
         scratch.residual[i, 0], scratch.residual[i, 1] = x - stops[i] * place, v - speeds[i]
         largest = max(largest, max(abs(scratch.residual[i, 0]), abs(scratch.residual[i, 1])))
         terms = max(terms, size * (1.0 + abs(phases[i])) + place)
-    return largest, terms + walked
+    return largest, terms + terms_sum
 
 
 @fused_kernel
 def _pass_impact(
     problem: OrbitProblem, i: int, speed: float, second_derivative: Floats, change: Floats, scratch: Shooting
 ) -> None:
-    """Carry columns of changes (2 N, n) from just before impact i to just before the next one.
+    """Carry columns of perturbations (2 N, n) from just before impact i to just before the next one.
 
-    Changes of phase and speed make up for the residuals in the last column, and for none in the others.
+    Changes of phase and speed compensate for the residuals in the last column, and for none in the others.
     """
     flow, across = scratch.flow, scratch.across
     omega, rebound = problem.omega, problem.rebound
@@ -208,9 +206,9 @@ def _pass_impact(
 
 @kernel
 def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
-    """Write the Newton step behind `walk_orbit`, and what changes come to in one turn. Returns its norm.
+    """Write the Newton step and the effect of perturbations after one span; return the norm of the step.
 
-    Infinity where the matrix is singular.
+    `shoot` is called before. The norm is infinity where the matrix is singular.
     """
     count, size = speeds.shape[0], 2 * problem.decay.shape[0]
     turned, system, second_derivative = scratch.turned, scratch.system, scratch.second_derivative
@@ -253,10 +251,10 @@ def _back_over(
     end: int,
     scratch: Shooting,
 ) -> None:
-    """Turn columns that read a state just before impact i + 1 into those that read it just before impact i.
+    """Carry linear functionals of the state back from just before impact i + 1 to just before impact i.
 
-    Columns first to end - 1 of rows (2 N + 2, n); the last two rows receive what each reads of a unit residual of
-    place, and of speed, at impact i.
+    They are columns first to end - 1 of rows (2 N + 2, n); the last two rows receive their values for a unit residual
+    of displacement, and of speed, at impact i.
     """
     flow = scratch.flow
     omega, rebound = problem.omega, problem.rebound
@@ -299,9 +297,9 @@ def _sum_of_moduli(inputs: Floats, read: Floats, closed: Floats, count: int) -> 
 
 @kernel
 def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
-    """Return the largest sum of moduli of a row of the inverse of the matrix of `solve_step`, which has been called.
+    """Return the maximum norm of the inverse of the Jacobian; `solve_step` is called before.
 
-    Every phase and speed is followed back around to all residuals, all of them side by side.
+    Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together.
     """
     count, blocks = speeds.shape[0], problem.decay.shape[0]
     size = 2 * blocks
@@ -319,7 +317,7 @@ def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) ->
             system[row, size + column] = 1.0 if row == column else 0.0
     if eliminate(system, size) == 0.0:
         return math.inf
-    # each coordinate of the state at the end of the turn, followed back to the beginning
+    # the coordinates of the state after the span
     for row in range(size):
         for c in range(size):
             basis[row, c] = 1.0 if row == c else 0.0
@@ -327,7 +325,7 @@ def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) ->
         _back_over(problem, i, speeds[i], second_derivative, basis, plain(0), size, scratch)
         for c in range(size):
             places[c, i], faster[c, i] = basis[size, c], basis[size + 1, c]
-    # each phase and speed, from its impact to the first one
+    # each phase and speed, from its impact back to the first one
     for i in range(count - 1, -1, -1):
         _back_over(problem, i, speeds[i], second_derivative, rows, 2 * (i + 1), 2 * count, scratch)
         for c in range(2 * (i + 1), 2 * count):
@@ -338,7 +336,7 @@ def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) ->
             rows[2 * j, 2 * i + 1], rows[2 * j + 1, 2 * i + 1] = -acceleration / velocity, 1.0 / problem.omega
         for unknown in range(2):
             c = 2 * i + unknown
-            # of the residuals at its own impact, besides those that are in the state
+            # residuals at its own impact, besides those that act through the state
             of_place[c, i], of_speed[c, i] = rows[0, c], float(unknown)
             for m in range(i + 1, count):
                 of_place[c, m], of_speed[c, m] = 0.0, 0.0

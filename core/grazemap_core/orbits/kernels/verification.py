@@ -1,18 +1,18 @@
-"""Proof of the motion that a trajectory has come close to: there is one periodic orbit there, a motion, and stable.
+"""Verification of the motion that a trajectory converges to: one periodic orbit, admissible, stable, of least period.
 
-A trajectory flows in where it has all but returned. Its impacts since it was there the last time (`recall`), or until
-it is there the next time (`replay`), are what Newton's method begins with; what it finds is solved for on its own,
-without any more of the trajectory (`orbit_equations`). Out flow what the motion's name is made of and its figures, or a
-reason why there is no proof. Proven is, as surely as floating-point numbers can tell:
+The impacts of a trajectory that nearly returns, taken from its events (`guess_from_record`) or from a simulation of its
+next half periods (`guess_from_replay`), are the guess from which Newton's method starts. The orbit is then a solution
+of its own equations (`shooting`), independent of the trajectory. It is verified when, as certainly as floating-point
+numbers allow,
 
-- the equations have exactly one solution near what was found (`orbit_newton`);
-- every impact is one, and mass 1 meets no stop between them (`orbit_contacts.nearest_on_way`), for whatever lies
-  within the radius of that certainty;
-- all Floquet multipliers lie within the unit circle;
-- the motion repeats no earlier: two parts of it are the same only where that certainty says so.
+- it is isolated: the equations have exactly one solution within a radius of the numbers (`newton`);
+- it is admissible: every impact velocity points at its stop, and mass 1 has no other contact with a stop
+  (`admissibility.further_contact_from`), for all phases and velocities within that radius;
+- it is stable: all Floquet multipliers lie inside the unit circle;
+- its period is the least: two parts of the orbit are the same only where the uniqueness of the solution implies it.
 
-That the trajectory goes to this motion is not proven: it came closer from return to return, in the same sequence of
-impacts, and the motion is where that leads.
+That the trajectory converges to this orbit is not verified. It approached the orbit from return to return, with the
+same sequence of impacts, and the orbit is the limit of these returns.
 """
 
 from __future__ import annotations
@@ -55,32 +55,33 @@ from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.eigenvalues import OK as EIGENVALUES_OK
 from grazemap_core.numerics.kernels.eigenvalues import eigenvalues
-from grazemap_core.orbits.kernels.admissibility import CLEAR, STACK, nearest_on_way
-from grazemap_core.orbits.kernels.equations import OrbitProblem, curvature
+from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, contact_scratch, further_contact_from
+from grazemap_core.orbits.kernels.equations import OrbitProblem, second_derivative_bound
 from grazemap_core.orbits.kernels.multipliers import block_scale
-from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shooting, solve_step, walk_orbit
+from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
 from grazemap_core.orbits.tolerances import (
-    KANTOROVICH,
-    MOST_PROVEN_IMPACTS,
+    MAX_KANTOROVICH,
+    MAX_STABLE_MODULUS,
+    MAX_VERIFIED_IMPACTS,
     ORBIT_FLOOR,
     ORBIT_NEARBY,
     ORBIT_RESIDUAL,
     ORBIT_SETTLED,
-    PROOF_STEPS,
-    SURELY_STABLE,
+    REPEATED_RADII,
+    VERIFICATION_STEPS,
 )
 
 
 class ImpulseBlocks(NamedTuple):
-    """The blocks of a chain, as mass 1 feels them.
+    """The blocks of a chain, with their response in mass 1 to an impulse on it.
 
     Attributes
     ----------
     decay, discriminant, frequency_squared, frequency : (N,)
     unit_impulse : (N, 2)
-        As in `orbit_equations.OrbitProblem`.
-    provable : bool
-        Whether motions can be proven at all: not with an undamped mode or ill-conditioned modes, nor if not wanted.
+        As in `equations.OrbitProblem`.
+    verifiable : bool
+        Whether motions are to be verified, and can be: all modes are damped and well-conditioned.
     """
 
     decay: Floats
@@ -88,21 +89,26 @@ class ImpulseBlocks(NamedTuple):
     frequency_squared: Floats
     frequency: Floats
     unit_impulse: Floats
-    provable: bool
+    verifiable: bool
 
 
 class VerificationScratch(NamedTuple):
-    """Scratch.
+    """Scratch of a verification, for up to MAX_VERIFIED_IMPACTS impacts and N blocks.
 
     Attributes
     ----------
     start, replay : (N, 2), Workspace
-        Of `replay`; with room for MOST_PROVEN_IMPACTS events.
+        Of `guess_from_replay`: the state from which it starts, and the workspace of the simulation.
     stops, guess, found : (impacts,), (2, impacts), (2, impacts)
-    behind, unused : (N, 2)
+        Stops; phases and speeds of the guess, and of the orbit.
+    periodic_impulse, unused : (N, 2)
+        Of `OrbitProblem`; `unused` stands for the fields that are not needed.
     shooting : Shooting
-    states, flow, stack, here, matrix, real, imaginary
-        As in `orbit_batches`.
+    contact : ContactScratch
+    matrix : (2 N, 2 N)
+        The Floquet matrix.
+    real, imaginary : (2 N,)
+        Its eigenvalues.
     """
 
     start: Floats
@@ -110,43 +116,41 @@ class VerificationScratch(NamedTuple):
     stops: Floats
     guess: Floats
     found: Floats
-    behind: Floats
+    periodic_impulse: Floats
     unused: Floats
     shooting: Shooting
-    states: Floats
-    flow: Floats
-    stack: Floats
-    here: Floats
+    contact: ContactScratch
     matrix: Floats
     real: Floats
     imaginary: Floats
 
 
-class Proof(NamedTuple):
-    """What is proven of a motion.
+class Verification(NamedTuple):
+    """The result of a verification.
 
     Attributes
     ----------
-    doubt : int
-        NAMED, or a code of `closing` that says why there is no proof; all else then means nothing.
+    reason : int
+        NAMED where the motion is verified; otherwise the code of `codes` that says why it is not, and all other fields
+        are meaningless.
     length : int
-        Half periods after which it returns in the frame of z: m odd is a symmetric motion of m forcing periods, m even
-        one of m/2.
+        Half periods after which the motion repeats, or is mirrored: an odd m stands for a symmetric motion of m forcing
+        periods, an even m for a motion of m/2.
     right, left : int
         Impacts on the stops in `length` half periods.
-    least : float
-        Least impact speed.
+    min_impact_speed : float
     multiplier : float
-        Largest modulus over `length` half periods.
+        Largest modulus of the Floquet multipliers over `length` half periods.
     mean_position, mean_velocity : float
-        Mean of mass 1's place and velocity, less the steady motion, where the trajectory's forcing periods begin.
+        Mean displacement and velocity of mass 1, less the steady motion, at the beginnings of forcing periods, in units
+        of the clearance and of omega times it.
     """
 
-    doubt: int
+    reason: int
     length: int
     right: int
     left: int
-    least: float
+    min_impact_speed: float
     multiplier: float
     mean_position: float
     mean_velocity: float
@@ -154,20 +158,17 @@ class Proof(NamedTuple):
 
 def verification_scratch(blocks: int) -> VerificationScratch:
     """Return scratch for an oscillator of `blocks` masses."""
-    most = MOST_PROVEN_IMPACTS
+    most = MAX_VERIFIED_IMPACTS
     return VerificationScratch(
         start=np.zeros((blocks, 2)),
         replay=workspace(blocks, most),
         stops=np.zeros(most),
         guess=np.zeros((2, most)),
         found=np.zeros((2, most)),
-        behind=np.zeros((blocks, 2)),
+        periodic_impulse=np.zeros((blocks, 2)),
         unused=np.zeros((blocks, 2)),
         shooting=shooting(most, blocks),
-        states=np.zeros((4, blocks, 2)),
-        flow=np.zeros((blocks, 4)),
-        stack=np.zeros((STACK, 2)),
-        here=np.zeros((3, 4)),
+        contact=contact_scratch(blocks),
         matrix=np.zeros((2 * blocks, 2 * blocks)),
         real=np.zeros(2 * blocks),
         imaginary=np.zeros(2 * blocks),
@@ -175,13 +176,13 @@ def verification_scratch(blocks: int) -> VerificationScratch:
 
 
 @kernel
-def _unproven(doubt: int) -> Proof:
-    return Proof(doubt, 0, 0, 0, math.nan, math.nan, math.nan, math.nan)
+def _not_verified(reason: int) -> Verification:
+    return Verification(reason, 0, 0, 0, math.nan, math.nan, math.nan, math.nan)
 
 
 @kernel
 def unit_of_speeds(problem: CellProblem, clearance: float) -> float:
-    """Return the length in which places are measured, and speeds in omega times it."""
+    """Return the unit of displacements; that of velocities is omega times it."""
     return max(problem.steady_bound, clearance)
 
 
@@ -196,9 +197,10 @@ def _as_guess(
     half: int,
     sign: float,
 ) -> int:
-    """Write rows first .. end - 1 of events as a guess, phases from half period `half` on, stops and speeds times sign.
+    """Write rows first .. end - 1 of events as a guess, and return their number.
 
-    Returns their number, or 0 where there is anything but impacts, or too many.
+    Phases count from the beginning of half period `half`; stops and speeds are multiplied by sign. The number is 0
+    where an event is no impact, or there are too many.
     """
     count = end - first
     if count > scratch.stops.shape[0]:
@@ -215,7 +217,7 @@ def _as_guess(
 
 
 @kernel
-def recall(
+def guess_from_record(
     problem: CellProblem,
     scratch: VerificationScratch,
     clearance: float,
@@ -224,29 +226,29 @@ def recall(
     events: Floats,
     rows: int,
 ) -> int:
-    """Write the impacts of the last `length` half periods before `half` as a guess; see `replay`.
+    """Write the impacts of the last `length` half periods before `half` as a guess; return as `guess_from_replay`.
 
     Parameters
     ----------
     events : (capacity, LANE_EVENT_COLUMNS)
-        Of the trajectory, `rows` of them, from before these half periods on.
+        Of the trajectory, `rows` of them, complete from half period ``half - length`` on.
     """
     first = rows
     while first > 0 and events[first - 1, HALF] >= half - length:
         first -= 1
-    # at an odd half period the forcing stands as at an even one in the mirror
+    # half a period later the forcing has the opposite sign, so the motion is mirrored
     sign = 1.0 if length % 2 == 0 else -1.0
     return _as_guess(problem, scratch, clearance, events, first, rows, half - length, sign)
 
 
 @kernel
-def replay(
+def guess_from_replay(
     problem: CellProblem, held: HeldProblem, scratch: VerificationScratch, clearance: float, half: int, length: int
 ) -> int:
-    """Follow the trajectory for `length` half periods and write its impacts as a guess.
+    """Simulate the next `length` half periods and write their impacts as a guess; return the number of impacts.
 
-    `scratch.start`, and cursor and near of `scratch.replay`, say where it is after `half` half periods, an even number.
-    Phases count from there. Returns the number of impacts, or 0 where there is anything but impacts, or too many.
+    `scratch.start`, and cursor and near of `scratch.replay`, are the state after `half` half periods, an even number.
+    Phases count from there. The number is 0 where an event is no impact, or there are too many.
     """
     work = scratch.replay
     work.cursor[ROWS] = 0
@@ -260,10 +262,10 @@ def replay(
 
 @kernel
 def _reach(problem: OrbitProblem, speeds: Floats, radius: float) -> float:
-    """Bound by how much mass 1's place moves when every phase and speed moves by at most `radius`, at any time."""
+    """Return a bound on the change of mass 1's displacement when every phase and speed changes by at most `radius`."""
     by_speed, by_phase = 0.0, 0.0
     for j in range(problem.decay.shape[0]):
-        y, rate = problem.behind[j, 0], problem.behind[j, 1]
+        y, rate = problem.periodic_impulse[j, 0], problem.periodic_impulse[j, 1]
         second_derivative = -problem.frequency_squared[j] * y - 2.0 * problem.decay[j] * rate
         by_speed += math.hypot(y, rate / problem.frequency[j])
         by_phase += math.hypot(problem.frequency[j] * rate, second_derivative) / problem.frequency[j]
@@ -278,9 +280,9 @@ def _reach(problem: OrbitProblem, speeds: Floats, radius: float) -> float:
 def _repeats(
     stops: Floats, phases: Floats, speeds: Floats, shift: int, angle: float, sign: float
 ) -> tuple[bool, float]:
-    """Compare impacts with those `shift` further on, which should be `angle` later and on the stop times `sign`.
+    """Compare each impact with the one `shift` impacts later, which repeats it if it is `angle` later, times `sign`.
 
-    Returns whether the stops agree, and by how much phases or speeds differ at most.
+    Returns whether the stops agree, and the largest difference of phases or speeds.
     """
     count = stops.shape[0]
     away = 0.0
@@ -293,10 +295,10 @@ def _repeats(
 
 @kernel
 def apparent_length(scratch: VerificationScratch, count: int, length: int, away: float) -> int:
-    """Return after how few half periods the impacts of `recall` repeat, as far as speeds and places tell to `away`.
+    """Return the smallest number of half periods after which the impacts of the guess repeat, to a distance `away`.
 
-    A trajectory on its way to a motion often comes nearer to where it was some returns ago than to the last one.
-    Without impacts it is all of `length`.
+    A trajectory that converges to a motion is often closer to where it was several returns ago than to where it was one
+    return ago, so `length` may be a multiple of what its impacts repeat after. It is returned where nothing repeats.
     """
     if count == 0:
         return length
@@ -320,14 +322,14 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
 
 @kernel
 def _least_length(
-    stops: Floats, phases: Floats, speeds: Floats, turn: float, length: int, radius: float, alone: float
+    stops: Floats, phases: Floats, speeds: Floats, turn: float, length: int, radius: float, uniqueness_radius: float
 ) -> int:
-    """Return the least number of half periods after which the motion returns; 0 where that is hidden by round-off.
+    """Return the least number of half periods after which the motion repeats; 0 where round-off hides it.
 
     Parameters
     ----------
-    radius, alone : float
-        There is a solution within `radius` of the numbers given, and no other one within `alone`.
+    radius, uniqueness_radius : float
+        There is a solution within `radius` of the numbers given, and no other one within `uniqueness_radius`.
     """
     count = stops.shape[0]
     for part in range(1, length // 2 + 1):
@@ -335,31 +337,32 @@ def _least_length(
             continue
         sign = -1.0 if part % 2 == 1 else 1.0
         agree, away = _repeats(stops, phases, speeds, count * part // length, turn * part / length, sign)
-        if not agree or away > 4.0 * radius:
+        if not agree or away > REPEATED_RADII * radius:
             continue
         # shifted by this part the motion is a solution of the same equations
-        return part if away + radius < alone else 0
+        return part if away + radius < uniqueness_radius else 0
     return length
 
 
 @kernel
-def _behind_first(problem: OrbitProblem, speeds: Floats, scratch: VerificationScratch) -> None:
-    """Write into room.states[0] where the blocks are just behind the first impact, of the motion that was walked."""
+def _state_after_first_impact(problem: OrbitProblem, speeds: Floats, scratch: VerificationScratch) -> None:
+    """Write the state just after the first impact into `contact.states[0]`; `shoot` has written that before it."""
+    after = scratch.contact.states[0]
     strength = -problem.rebound * problem.omega * speeds[0]
     for j in range(problem.decay.shape[0]):
         for c in range(2):
-            scratch.states[0, j, c] = scratch.shooting.state[0, j, c] + strength * problem.unit_impulse[j, c]
+            after[j, c] = scratch.shooting.state[0, j, c] + strength * problem.unit_impulse[j, c]
 
 
 @kernel
 def _means(
-    problem: OrbitProblem, length: int, phases: Floats, speeds: Floats, across: Floats, state: Floats
+    problem: OrbitProblem, length: int, phases: Floats, speeds: Floats, flow_between: Floats, state: Floats
 ) -> tuple[float, float]:
-    """Return the mean of mass 1's place and velocity, less the steady motion, at whole multiples of the phase 2 pi.
+    """Return the means of mass 1's displacement and velocity, less the steady motion, at multiples of the phase 2 pi.
 
-    In lengths, and omega times them; of a symmetric motion over both halves, so that its mirror image has the same.
-    `across` (k, N, 4) are the flows between impacts; `state` (N, 2) is that just
-    behind the first impact, and overwritten.
+    In units of length, and of omega times it. Those of a symmetric motion are taken over both halves, so its mirror
+    image has the same means. `flow_between` (k, N, 4) are the flows between impacts; `state` (N, 2) is that just after
+    the first impact, and overwritten.
     """
     count = phases.shape[0]
     turns = 2 if length % 2 == 1 else 1
@@ -387,8 +390,12 @@ def _means(
             for j in range(state.shape[0]):
                 y, rate = state[j, 0], state[j, 1]
                 strength = -problem.rebound * problem.omega * speed
-                state[j, 0] = across[i, j, 0] * y + across[i, j, 1] * rate + strength * problem.unit_impulse[j, 0]
-                state[j, 1] = across[i, j, 2] * y + across[i, j, 3] * rate + strength * problem.unit_impulse[j, 1]
+                state[j, 0] = (
+                    flow_between[i, j, 0] * y + flow_between[i, j, 1] * rate + strength * problem.unit_impulse[j, 0]
+                )
+                state[j, 1] = (
+                    flow_between[i, j, 2] * y + flow_between[i, j, 3] * rate + strength * problem.unit_impulse[j, 1]
+                )
     return x / max(seen, 1), v / max(seen, 1)
 
 
@@ -396,22 +403,22 @@ def _means(
 def _solve(
     problem: OrbitProblem, stops: Floats, clearance: float, phases: Floats, speeds: Floats, scratch: VerificationScratch
 ) -> tuple[float, float]:
-    """Take phases and speeds to the motion by Newton's method, in place.
+    """Solve for the orbit near phases and speeds by Newton's method, in place.
 
-    Returns the number of Newton and Kantorovich and the radius, as `orbit_newton.certificate`; infinite where there is
-    no motion nearby.
+    Returns the Newton-Kantorovich quantity and the radius, as `newton.newton_kantorovich`; infinity where Newton's
+    method does not converge.
     """
     count = stops.shape[0]
     settled = False
-    for _ in range(PROOF_STEPS):
-        residual, terms = walk_orbit(problem, stops, clearance, phases, speeds, scratch.shooting)
+    for _ in range(VERIFICATION_STEPS):
+        residual, terms = shoot(problem, stops, clearance, phases, speeds, scratch.shooting)
         step = solve_step(problem, speeds, scratch.shooting)
         if not step < math.inf or (settled and not residual <= ORBIT_RESIDUAL * terms):
             return math.inf, math.inf
         if settled:
             inverse = norm_of_inverse(problem, speeds, scratch.shooting)
             step += inverse * RESPONSE_ROUNDOFF * terms
-            return inverse * step * curvature(problem, speeds, 2.0 * step), 2.0 * step
+            return inverse * step * second_derivative_bound(problem, speeds, 2.0 * step), 2.0 * step
         for i in range(count):
             phases[i] += scratch.shooting.step[i, 0]
             speeds[i] += scratch.shooting.step[i, 1]
@@ -425,12 +432,13 @@ def _solve(
 
 @kernel
 def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> float:
-    """Return the largest modulus of the eigenvalues of what changes come to in one turn; infinite if there are none."""
+    """Return the largest modulus of the Floquet multipliers; infinity where the eigenvalues are not found."""
     size = scratch.matrix.shape[0]
     for row in range(size):
         for column in range(size):
             scratch.matrix[row, column] = problem.sign * scratch.shooting.turned[row, column]
-    for j in range(size // 2):  # place and velocity in one unit, blocks in units in which kick and readout are alike
+    for j in range(size // 2):
+        # displacement and velocity in one unit; blocks in units in which the impulse and its effect are of one size
         scale, frequency = block_scale(problem, j), problem.frequency[j]
         for other in range(size):
             scratch.matrix[2 * j, other] *= frequency / scale
@@ -446,33 +454,11 @@ def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> 
 
 
 @kernel
-def prove(
-    problem: CellProblem,
-    chain: ImpulseBlocks,
-    scratch: VerificationScratch,
-    clearance: float,
-    count: int,
-    length: int,
-    distance: float,
-) -> Proof:
-    """Look for the motion near a trajectory that is between the stops, and prove it.
+def _repeated_impulses(problem: CellProblem, chain: ImpulseBlocks, length: int, scratch: VerificationScratch) -> None:
+    """Write the sums over all earlier spans of `length` half periods into scratch.
 
-    Parameters
-    ----------
-    scratch : Proving
-        `stops` and `guess` hold what `recall` or `replay` has written.
-    count : int
-        Number of impacts that it returned.
-    length : int
-        Half periods after which the trajectory all but returns.
-    distance : float
-        How far the motion may be, in units of the clearance.
+    Those of the flow go into `shooting.closing`, those of a unit impulse into `periodic_impulse`.
     """
-    if not chain.provable:
-        return _unproven(NOT_SOUGHT)
-    if count == 0:
-        return _unproven(SEQUENCE_UNKNOWN)
-    unit = unit_of_speeds(problem, clearance)
     span = 0.5 * length * problem.cells * problem.step
     kind = SAME_SIGN if length % 2 == 0 else ALTERNATING
     for j in range(chain.decay.shape[0]):
@@ -480,17 +466,27 @@ def prove(
         p, q, _ = block_sum(kind, chain.decay[j], chain.discriminant[j], square, 0.0, span)
         first, second = chain.unit_impulse[j, 0], chain.unit_impulse[j, 1]
         scratch.shooting.closing[j, 0], scratch.shooting.closing[j, 1] = p, q
-        scratch.behind[j, 0] = first + p * first + q * second
-        scratch.behind[j, 1] = second + p * second - q * (square * first + twice * second)
-    sign = 1.0 if length % 2 == 0 else -1.0
-    record = OrbitProblem(  # by position: numba takes no more than fifteen names
+        scratch.periodic_impulse[j, 0] = first + p * first + q * second
+        scratch.periodic_impulse[j, 1] = second + p * second - q * (square * first + twice * second)
+
+
+@kernel
+def _orbit_problem(
+    problem: CellProblem, chain: ImpulseBlocks, clearance: float, length: int, scratch: VerificationScratch
+) -> OrbitProblem:
+    """Return the equations of motions that repeat, or are mirrored, after `length` half periods.
+
+    Without `doubled_impulse` and `periodic_impulse_by_span`, which verification does not use.
+    """
+    unit = unit_of_speeds(problem, clearance)
+    return OrbitProblem(  # by position: numba takes no more than fifteen names
         chain.decay,
         chain.discriminant,
         chain.frequency_squared,
         chain.frequency,
         chain.unit_impulse,
-        scratch.behind,
-        scratch.unused,  # a series that is mirrored the other way, how sums change with the span: neither is needed
+        scratch.periodic_impulse,
+        scratch.unused,
         scratch.unused,
         problem.steady_table[0, 0] / unit,
         problem.steady_table[0, 1] / unit,
@@ -500,70 +496,125 @@ def prove(
         unit,
         problem.restitution,
         1.0 + problem.restitution,
-        span,
+        0.5 * length * problem.cells * problem.step,
         length * math.pi,
-        sign,
+        1.0 if length % 2 == 0 else -1.0,
     )
-    orbit = reference(record)
-    stops, phases, speeds = scratch.stops[:count], scratch.found[0, :count], scratch.found[1, :count]
-    for i in range(count):
-        phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
-    number, radius = _solve(orbit, stops, clearance, phases, speeds, scratch)
-    if not number < math.inf:
-        return _unproven(NOT_SOLVED)
+
+
+@kernel
+def _distance_moved(phases: Floats, speeds: Floats, scratch: VerificationScratch) -> float:
+    """Return the largest change of a speed, or of a phase times its speed, from the guess."""
     moved = 0.0
-    for i in range(count):
-        turned = abs(phases[i] - scratch.guess[0, i]) * abs(speeds[i])
-        moved = max(moved, turned, abs(speeds[i] - scratch.guess[1, i]))
-    if not moved * unit <= ORBIT_NEARBY * distance * clearance:
-        return _unproven(NOT_SOLVED)
-    if not number <= KANTOROVICH:
-        return _unproven(NOT_ISOLATED)
+    for i in range(phases.shape[0]):
+        shifted = abs(phases[i] - scratch.guess[0, i]) * abs(speeds[i])
+        moved = max(moved, shifted, abs(speeds[i] - scratch.guess[1, i]))
+    return moved
+
+
+@kernel
+def _slowest(stops: Floats, speeds: Floats) -> float:
+    """Return the smallest impact speed."""
     least = math.inf
-    for i in range(count):
+    for i in range(stops.shape[0]):
         least = min(least, stops[i] * speeds[i])
-    if not least > radius:
-        return _unproven(TOUCHES_OR_NOT)
-    walked = scratch.shooting.flow[:count]
-    _behind_first(orbit, speeds, scratch)
-    contact, excess, _, _ = nearest_on_way(
-        orbit,
-        stops,
-        clearance,
-        phases,
-        speeds,
-        -ORBIT_FLOOR,
-        walked,
-        scratch.states,
-        scratch.flow,
-        scratch.stack,
-        scratch.here,
+    return least
+
+
+@kernel
+def _is_admissible(
+    problem: OrbitProblem,
+    stops: Floats,
+    clearance: float,
+    phases: Floats,
+    speeds: Floats,
+    radius: float,
+    scratch: VerificationScratch,
+) -> bool:
+    """Return whether every orbit within `radius` has no contact with a stop but its impacts."""
+    if not _slowest(stops, speeds) > radius:
+        return False
+    _state_after_first_impact(problem, speeds, scratch)
+    flow_between = scratch.shooting.flow[: phases.shape[0]]
+    status, excess, _, _ = further_contact_from(
+        problem, stops, clearance, phases, speeds, -ORBIT_FLOOR, flow_between, scratch.contact
     )
-    if contact != CLEAR or not excess + _reach(orbit, speeds, radius) < 0.0:
-        return _unproven(TOUCHES_OR_NOT)
-    multiplier = _largest_multiplier(orbit, scratch)
-    if not multiplier < SURELY_STABLE:
-        return _unproven(NOT_STABLE)
-    # the solution is the only one within this: the larger zero of Kantorovich's majorant
-    alone = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * number)) / number
-    true_length = _least_length(stops, phases, speeds, orbit.turn, length, radius, alone)
-    if true_length == 0:
-        return _unproven(NOT_DISTINCT)
-    parts = length // true_length
+    return status == CLEAR and excess + _reach(problem, speeds, radius) < 0.0
+
+
+@kernel
+def _impacts_by_stop(stops: Floats, count: int) -> tuple[int, int]:
+    """Return how many of the first `count` impacts are on the right stop, and on the left one."""
     right, left = 0, 0
-    for i in range(count // parts):
+    for i in range(count):
         if stops[i] > 0.0:
             right += 1
         else:
             left += 1
-    _behind_first(orbit, speeds, scratch)
-    x, v = _means(orbit, length, phases, speeds, walked, scratch.states[0])
-    return Proof(
+    return right, left
+
+
+@kernel
+def verify(
+    problem: CellProblem,
+    chain: ImpulseBlocks,
+    scratch: VerificationScratch,
+    clearance: float,
+    count: int,
+    length: int,
+    distance: float,
+) -> Verification:
+    """Solve for the orbit near a trajectory, and verify that it is isolated, admissible, stable and of least period.
+
+    Parameters
+    ----------
+    scratch : VerificationScratch
+        `stops` and `guess` are as `guess_from_record` or `guess_from_replay` leave them.
+    count : int
+        The number of impacts that they return.
+    length : int
+        Half periods after which the trajectory nearly returns.
+    distance : float
+        Expected distance of the orbit from the trajectory, in units of the clearance.
+    """
+    if not chain.verifiable:
+        return _not_verified(NOT_SOUGHT)
+    if count == 0:
+        return _not_verified(SEQUENCE_UNKNOWN)
+    _repeated_impulses(problem, chain, length, scratch)
+    record = _orbit_problem(problem, chain, clearance, length, scratch)
+    orbit = reference(record)
+    stops, phases, speeds = scratch.stops[:count], scratch.found[0, :count], scratch.found[1, :count]
+    for i in range(count):
+        phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
+    kantorovich, radius = _solve(orbit, stops, clearance, phases, speeds, scratch)
+    if not kantorovich < math.inf:
+        return _not_verified(NOT_SOLVED)
+    if not _distance_moved(phases, speeds, scratch) * orbit.length <= ORBIT_NEARBY * distance * clearance:
+        return _not_verified(NOT_SOLVED)
+    if not kantorovich <= MAX_KANTOROVICH:
+        return _not_verified(NOT_ISOLATED)
+    if not _is_admissible(orbit, stops, clearance, phases, speeds, radius, scratch):
+        return _not_verified(TOUCHES_OR_NOT)
+    multiplier = _largest_multiplier(orbit, scratch)
+    if not multiplier < MAX_STABLE_MODULUS:
+        return _not_verified(NOT_STABLE)
+    # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
+    uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
+    least_length = _least_length(stops, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
+    if least_length == 0:
+        return _not_verified(NOT_DISTINCT)
+    parts = length // least_length
+    right, left = _impacts_by_stop(stops, count // parts)
+    _state_after_first_impact(orbit, speeds, scratch)
+    x, v = _means(orbit, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
+    unit = orbit.length
+    return Verification(
         NAMED,
-        true_length,
+        least_length,
         right,
         left,
-        least * unit * problem.omega,
+        _slowest(stops, speeds) * unit * problem.omega,
         multiplier ** (1.0 / parts),
         x * unit / clearance,
         v * unit / clearance,
