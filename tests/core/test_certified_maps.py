@@ -108,13 +108,13 @@ def test_what_is_not_proven_says_why() -> None:
     rests = (found["kind"] == PERIODIC) & found["sticking"]
     assert rests.any()
     assert not found["certified"][rests].any()
-    assert set(found["reason"][rests].tolist()) == {codes.RESTS}
+    assert set(found["reason"][rests].tolist()) == {codes.STICKS}
     assert found["certified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
     undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
     found = unfolding_map_tile(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12))
     named = found["kind"] == PERIODIC
     assert not found["certified"].any()
-    assert set(found["reason"][named].tolist()) <= {codes.NOT_SOUGHT, codes.RESTS}
+    assert set(found["reason"][named].tolist()) <= {codes.NOT_VERIFIED, codes.STICKS}
     assert all(REASONS[code] for code in found["reason"][~found["certified"] & (found["kind"] != 3)].tolist())
 
 

@@ -1,14 +1,14 @@
-"""Kernels as parts of other kernels: compiled into their callers, and to code of their own only when Python calls them.
+"""Compilation of kernels into the kernels that call them.
 
-Numba makes machine code of every function that a compiled one calls, with a wrapper for Python, and compiles all of it
-anew in each caller. With kernels that call kernels, ten deep, that was two thirds of the time that a cold machine
-compiles. Here a part is carried no further than LLVM's intermediate code, and is optimised with the kernel that Python
-calls; that one holds all its parts, and its machine code is cached. Parts for vectors (`fastmath`) are optimised by
-themselves first: merged into a caller before, they are not vectorised. So a loop over all lanes must be in a
-`fused_kernel` that is not inlined.
+Numba generates machine code, with a wrapper for Python, for every function that a compiled function calls, and
+compiles it again in every caller. For kernels that call kernels, ten deep, this was two thirds of the compile time.
+Here a kernel that another one calls (a *part*) is compiled to LLVM's intermediate code only, and optimised together
+with the kernel that Python calls (a *whole*), whose machine code is cached. Parts that are compiled with `fastmath`
+are optimised separately first: merged into a caller before, their loops would not be vectorised. Therefore a loop over
+all lanes must be in a `fused_kernel` that is not inlined.
 
-This uses numba's interface for compiler passes of one's own, and a class behind it that is not documented
-(`JITCodeLibrary`): numba is pinned, and a test compares what is compiled with what is interpreted.
+This uses numba's documented interface for custom compiler passes and an undocumented class, `JITCodeLibrary`: numba is
+pinned, and a test compares compiled with interpreted results.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from numba.core.typed_passes import NativeLowering
 from numba.extending import typeof_impl
 
 INTERPRETED = bool(vars(config)["DISABLE_JIT"])
-"""Whether numba was told (NUMBA_DISABLE_JIT) to leave functions as they are."""
+"""Whether the environment variable NUMBA_DISABLE_JIT turns compilation off."""
 
-_njit: Any = njit  # numba's type stubs know neither private options nor those of wrappers
+_njit: Any = njit  # numba's type stubs have neither the private options nor those of wrappers
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Intermediate code of a part and of the parts that it calls; linked into callers, never run."""
+    """Intermediate code of a part and of the parts that it calls; it is linked into callers and never run itself."""
 
     for_vectors = False
 
@@ -46,7 +46,7 @@ class _PartLibrary(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _PartLowering(NativeLowering):
-    """Numba's last pass, without the machine code."""
+    """Numba's last compiler pass, without the generation of machine code."""
 
     _name = "part_lowering"
 
@@ -57,14 +57,14 @@ class _PartLowering(NativeLowering):
         state.flags.no_compile = True
         super().run_pass(state)
         own: list[Any] = []
-        name = own.append  # numba knows a compiled function by a builtin of its own, to be called from Python
+        name = own.append  # numba identifies a compiled function by a builtin that Python could call
         state["cr"] = state["cr"]._replace(cfunc=name)
         state.targetctx.insert_user_function(name, state["cr"].fndesc, [library])
         return True
 
 
 class _PartCompiler(CompilerBase):
-    """Numba's compiler with the last pass exchanged."""
+    """Numba's compiler with its last pass replaced."""
 
     def define_pipelines(self) -> list[Any]:
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
@@ -76,10 +76,10 @@ class _PartCompiler(CompilerBase):
 
 
 class Kernel:
-    """A compiled function: a part where a kernel calls it, a whole where Python does."""
+    """A compiled function: a part when a kernel calls it, a whole when Python calls it."""
 
     def __init__(self, function: Callable[..., object], options: dict[str, Any]) -> None:
-        """Take numba's options of `njit`; nothing is compiled before a call."""
+        """Take the options of `njit`; compilation starts with the first call."""
         self.py_func = function
         self.targetoptions = options
         wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -87,7 +87,7 @@ class Kernel:
         self.whole = _njit(cache=True, **options)(function)
 
     def __call__(self, *args: Any) -> Any:
-        """Call the whole, compiled or from the cache."""
+        """Call the compiled or cached whole."""
         return self.whole(*args)
 
 

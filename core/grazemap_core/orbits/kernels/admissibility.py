@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from grazemap_core.arrays import Floats
-from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, LEAST_CONTACT_CELL, MAX_CELLS
+from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
 from grazemap_core.numerics.jit.compiled import kernel
@@ -228,7 +228,7 @@ def nearest_on_way(
                         continue
                     if second_derivative > radius * third:
                         continue  # no maximum but at its ends, which are other cells' too
-                    tiny = right - left <= LEAST_CONTACT_CELL * end
+                    tiny = right - left <= MIN_CONTACT_CELL * end
                     if not (steepest < 0.0 or tiny):
                         halve = True
                         continue

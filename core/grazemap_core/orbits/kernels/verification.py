@@ -24,14 +24,14 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import (
-    NAMED,
+    GRAZE_UNRESOLVED,
     NOT_DISTINCT,
     NOT_ISOLATED,
     NOT_SOLVED,
-    NOT_SOUGHT,
     NOT_STABLE,
+    NOT_VERIFIED,
+    RESOLVED,
     SEQUENCE_UNKNOWN,
-    TOUCHES_OR_NOT,
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
@@ -469,7 +469,7 @@ def prove(
         How far the motion may be, in units of the clearance.
     """
     if not chain.provable:
-        return _unproven(NOT_SOUGHT)
+        return _unproven(NOT_VERIFIED)
     if count == 0:
         return _unproven(SEQUENCE_UNKNOWN)
     unit = unit_of_speeds(problem, clearance)
@@ -523,7 +523,7 @@ def prove(
     for i in range(count):
         least = min(least, stops[i] * speeds[i])
     if not least > radius:
-        return _unproven(TOUCHES_OR_NOT)
+        return _unproven(GRAZE_UNRESOLVED)
     walked = scratch.shooting.flow[:count]
     _behind_first(orbit, speeds, scratch)
     contact, excess, _, _ = nearest_on_way(
@@ -540,7 +540,7 @@ def prove(
         scratch.here,
     )
     if contact != CLEAR or not excess + _reach(orbit, speeds, radius) < 0.0:
-        return _unproven(TOUCHES_OR_NOT)
+        return _unproven(GRAZE_UNRESOLVED)
     multiplier = _largest_multiplier(orbit, scratch)
     if not multiplier < SURELY_STABLE:
         return _unproven(NOT_STABLE)
@@ -559,7 +559,7 @@ def prove(
     _behind_first(orbit, speeds, scratch)
     x, v = _means(orbit, length, phases, speeds, walked, scratch.states[0])
     return Proof(
-        NAMED,
+        RESOLVED,
         true_length,
         right,
         left,
