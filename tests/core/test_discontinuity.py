@@ -171,7 +171,7 @@ def test_behind_an_impact_pressed_against_the_stop_there_is_no_mapping():
     mapping = exact_mapping(point, beyond_stop(point, limit))
     # at rest on the stop the forcing and the spring just balance there
     assert np.sin(point.state[-1] + mapping.impact[-1]) == pytest.approx(point.clearance, abs=1e-5)
-    with pytest.raises(ParameterError, match="pressed against the stop"):
+    with pytest.raises(ParameterError, match="accelerated toward the stop"):
         exact_mapping(point, beyond_stop(point, limit * 1.00001))
 
 

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: below a folder that carries the fingerprint of all sources, whichever is imported."""
+"""Where compiled kernels are kept: below a folder that carries the fingerprint of all sources of the core."""
 
 import json
 import os

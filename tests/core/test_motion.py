@@ -17,7 +17,7 @@ DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0,
 
 
 def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # type: ignore[no-untyped-def]
-    """Feed a planted half-period orbit to the judge until it names a motion; return what it said, and when."""
+    """Record a planted half-period orbit until its period is detected; return the result, and when."""
     problem, _ = cell_problem(trajectory_models(DEFAULT), steady_response(DEFAULT, np.array([0.29]))[0], 0.29)
     ring, work = period_detection.stroboscopic_history(3, max_period), workspace(3)
     for k in range(halves):

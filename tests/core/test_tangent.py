@@ -248,7 +248,7 @@ def test_a_graze_has_no_derivative() -> None:
 
 
 def test_a_motion_that_does_not_settle_has_no_multipliers() -> None:
-    with pytest.raises(LinearisationError, match="closed"):
+    with pytest.raises(LinearisationError, match="did not close"):
         monodromy(Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8), 1.7182, 0.1536, max_periods=50)
     with pytest.raises(ParameterError, match="period"):
         monodromy(DEFAULT, 0.29, 1.6, period=0)
