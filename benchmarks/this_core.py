@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.ensemble import first_impacts
 from benchmarks.work import Floats, Integers, Start
-from grazemap_core.codes import NAMED
+from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lanes import LANES
@@ -117,5 +117,5 @@ def _map(
     codes = codes[..., 0]
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]
     number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))
-    motion = np.where(codes[lane_state.REASON] == NAMED, number, UNNAMED)
+    motion = np.where(codes[lane_state.REASON] == RESOLVED, number, UNNAMED)
     return Classified(motion, codes[lane_state.RUN], codes[lane_state.STRUCK])

@@ -5,7 +5,7 @@ Packages, each of which imports only those to its left:
     numerics < model < contact < simulation < grazing < orbits < continuation < maps
 
 `errors`, `codes`, `checks`, `arrays` and `tolerances` are shared by all of them. The compiled functions of a package
-stand in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
+are in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
 """
 
 from grazemap_core.kernel_folder import choose_folder

@@ -1,4 +1,4 @@
-"""Types of the arrays that the core takes and returns; shapes stand in the docstrings."""
+"""Types of the arrays that the core takes and returns. Shapes are given in the docstrings."""
 
 from __future__ import annotations
 

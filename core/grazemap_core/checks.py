@@ -1,4 +1,4 @@
-"""Checks of arguments that several packages share; each raises ParameterError."""
+"""Validation of arguments that several packages take; every function raises ParameterError."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 
 def checked_omega(omega: ArrayLike) -> Floats:
@@ -16,18 +16,18 @@ def checked_omega(omega: ArrayLike) -> Floats:
     Raises
     ------
     ParameterError
-        They are not a list of finite numbers greater than 0.
+        They are not a list of numbers in the range [SMALLEST_NUMBER, LARGEST_NUMBER].
     """
     values = np.ascontiguousarray(omega, dtype=np.float64)
     if values.ndim != 1:
         raise ParameterError("omega", "must be a list of numbers")
-    if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
-        raise ParameterError("omega", f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
+        raise ParameterError("omega", f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
     return values
 
 
-def checked_order(name: str, value: int, least: int) -> int:
-    """Return `value`, or raise ParameterError when it is below `least`."""
-    if value < least:
-        raise ParameterError(name, f"must be {least} or greater")
+def checked_order(name: str, value: int, minimum: int) -> int:
+    """Return `value`, or raise ParameterError when it is below `minimum`."""
+    if value < minimum:
+        raise ParameterError(name, f"must be {minimum} or greater")
     return value

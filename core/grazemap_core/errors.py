@@ -1,20 +1,20 @@
-"""What the core refuses, and in which words.
+"""Exceptions of the core.
 
-Kernels return a status; the layer above them raises from here. The text of every error may reach a user, so it
-says what is wrong and what would help, and holds no values beyond those that the user gave.
+Kernels return a status; the layer above them raises these exceptions. Every message may reach a user: it says what is
+wrong and what would help, and contains no values other than those that the user gave.
 
     CoreError
-    +- ParameterError          a number or a combination of numbers outside what the theory covers
+    +- ParameterError          a number or a combination of numbers outside the range of the theory
     |  +- SteadyMotionError    the non-impacting steady motion does not exist or is not unique
-    +- ConditioningError       the answer exists, but double precision would not return its digits
-    +- LinearisationError      the trajectory ends, or grazes a stop, where its linearised flow was wanted
+    +- ConditioningError       the result exists, but double precision would not resolve it
+    +- LinearisationError      the trajectory ends early, or grazes a stop: the linearised flow does not exist
 """
 
 from __future__ import annotations
 
 
 class CoreError(Exception):
-    """Base of everything that the core raises on purpose."""
+    """Base class of the exceptions of the core."""
 
 
 class ParameterError(CoreError, ValueError):
@@ -23,7 +23,7 @@ class ParameterError(CoreError, ValueError):
     Parameters
     ----------
     name : str
-        The parameter, as the interface calls it.
+        Name of the parameter in the interface.
     message : str
         What was expected of it.
     """
@@ -38,12 +38,12 @@ class ParameterError(CoreError, ValueError):
 
 
 class SteadyMotionError(ParameterError):
-    """An undamped mode or an exact resonance leaves no unique steady motion without impacts; names the parameter."""
+    """There is no unique steady motion without impacts, because of an undamped mode or an exact resonance."""
 
 
 class ConditioningError(CoreError, ArithmeticError):
-    """The decomposition into modes would lose more digits than the core promises to keep."""
+    """The decomposition into modes is too ill-conditioned."""
 
 
 class LinearisationError(CoreError, ArithmeticError):
-    """The trajectory ends early, or an impact on it is a graze, at which the flow has no derivative."""
+    """The trajectory ends early, or one of its impacts is a graze, where the flow has no derivative."""

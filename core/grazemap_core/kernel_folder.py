@@ -1,8 +1,8 @@
-"""The folder of compiled kernels, chosen before any kernel is defined.
+"""The cache folder of compiled kernels, set before any kernel is defined.
 
-Numba's disk cache looks at the file in which a function stands, not at the files of the functions that were compiled
-into it: after an edit of one kernel its callers would stay stale. So the folder carries a fingerprint of all sources
-of the core. It lies below NUMBA_CACHE_DIR where that is set, else beside the sources.
+Numba invalidates a cached function when the file that defines it changes, but not when the file of a function compiled
+into it changes. Therefore the name of the folder contains a fingerprint of all source files of the core. The folder
+lies below NUMBA_CACHE_DIR if that is set, otherwise in the `__pycache__` of the core.
 """
 
 import hashlib
@@ -23,6 +23,6 @@ def source_fingerprint() -> str:
 
 
 def choose_folder() -> None:
-    """Set numba's cache folder; a function that is decorated later keeps its machine code there."""
+    """Set numba's cache folder for all functions that are decorated afterwards."""
     below = numba.config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set when numba is imported
     numba.config.CACHE_DIR = str(Path(below) / f"kernels-{source_fingerprint()}")  # type: ignore[attr-defined]

@@ -1,6 +1,6 @@
-"""Compiling every kernel once, so that processes forked afterwards inherit machine code and never compile.
+"""Compilation of every kernel, so that processes that are forked afterwards inherit the machine code.
 
-With numba's disk cache, parts can be compiled by processes of their own side by side:
+With numba's disk cache several processes can compile different parts at the same time:
 
     python -m grazemap_core.warmup maps
     python -m grazemap_core.warmup trajectories grazing orbits
@@ -39,7 +39,7 @@ def _trajectories(oscillator: Oscillator) -> None:
 
 def _orbits(oscillator: Oscillator) -> None:
     guess = sequence_of_stops(oscillator, 0.27, 1.85, 1, [1])
-    assert guess is not None  # one impact a period is closed form
+    assert guess is not None  # it is None for one impact per period
     orbit = periodic_orbit(oscillator, 0.27, 1.85, guess)
     orbit_branch(oscillator, orbit, 1.84, 1.86, max_points=2)
 
@@ -54,11 +54,11 @@ PARTS: dict[str, Callable[[Oscillator], None]] = {
     "orbits": _orbits,
     "maps": _maps,
 }
-"""Every public computation on a small case."""
+"""The public computations, each on a small case, by the name of the part."""
 
 
 def warm_up(*parts: str) -> float:
-    """Run some parts, or all, for each kind of damping. Returns the seconds it took."""
+    """Run the given parts, or all of them, for both kinds of damping, and return the time taken in seconds."""
     began = time.perf_counter()
     for damping in (0.05, [0.05, 0.05, 0.05]):
         oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], damping, [1.0, 0.0, 0.0], 0.8)

@@ -204,11 +204,7 @@ def test_two_zeros_that_merge_are_reported_as_near_double_and_never_lost():
         response = impulse_response(modal_model(Oscillator.create([1.0, 2.0], [1.0, stiffness], 0.01, [1.0, 0.0], 0.8)))
         places, kinds, status = isolate(
             IMPULSE,
-            response.decay,
-            response.discriminant,
-            response.frequency_squared,
-            response.value,
-            response.slope,
+            response.blocks,
             response.conditioning,
             response.slowest,
             0.5,

@@ -21,7 +21,8 @@ MODULES = [
     for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core.")
     if ".kernels." in info.name and hasattr(import_module(info.name), "kernel")
 ]
-ALLOCATES = {"run_recorded"}  # called from Python, for one trajectory
+# called from Python, for one trajectory or one curve, or from functions that are
+ALLOCATES = {"run_recorded", "response_at", "curvature_bound", "response_sum"}
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])

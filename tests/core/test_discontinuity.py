@@ -13,12 +13,12 @@ from random_chains import chain_of, random_oscillator
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.discontinuity_mapping import (
+    beyond_stop,
     exact_mapping,
     largest_overshoot,
     leading_mapping,
     mapping_error,
     overshoot_of,
-    straight_beyond,
 )
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.model.oscillator import Oscillator
@@ -75,7 +75,7 @@ def test_without_any_rebound_and_without_any_loss_the_expansion_holds_too(restit
         oscillator = replace(point.oscillator, restitution=restitution)
         other = grazing_point(oscillator, point.omega, point.stop)
         assert slope(OVERSHOOTS, remainder(other)) == pytest.approx(0.5, abs=0.02)
-        mapping = exact_mapping(other, straight_beyond(other, 1e-6 * other.clearance))
+        mapping = exact_mapping(other, beyond_stop(other, 1e-6 * other.clearance))
         # nothing of the overshoot is left, or all of it but for higher orders
         left = overshoot_of(other, mapping.deviation) / (1e-6 * other.clearance)
         assert left == pytest.approx(restitution, abs=0.05)
@@ -98,7 +98,7 @@ def test_the_exact_mapping_is_right_to_round_off_of_what_it_does():
     for point in random_points(2):
         for overshoot in (1e-3, 1e-6, 1e-9, 1e-12, 1e-15):
             for elsewhere in (0.0, 1e-3):
-                deviation = straight_beyond(point, overshoot * point.clearance)
+                deviation = beyond_stop(point, overshoot * point.clearance)
                 # masses and phase that are not those of the graze: the overshoot is small against them
                 deviation[2:] += elsewhere * point.clearance * random.normal(size=len(deviation) - 2)
                 error, size = error_beside_oracle(point, deviation)
@@ -110,7 +110,7 @@ def test_the_exact_mapping_is_right_to_round_off_of_what_it_does():
 def test_the_impact_of_the_exact_mapping_is_on_the_stop_and_the_result_on_the_surface():
     for point in random_points(4):
         depth = 1e-5 * point.clearance
-        mapping = exact_mapping(point, straight_beyond(point, 1e-4 * point.clearance, depth), depth)
+        mapping = exact_mapping(point, beyond_stop(point, 1e-4 * point.clearance, depth), depth)
         assert mapping.impact[0] == -point.stop * depth
         assert mapping.impact[1] == mapping.velocity
         assert mapping.velocity * point.stop > 0.0
@@ -124,7 +124,7 @@ def test_the_impact_of_the_exact_mapping_is_on_the_stop_and_the_result_on_the_su
 
 def test_what_stays_inside_the_stop_is_mapped_to_itself():
     point = grazing_point(DEFAULT, 0.29, -1)
-    inside = straight_beyond(point, -1e-6)
+    inside = beyond_stop(point, -1e-6)
     inside[3] = 0.25
     np.testing.assert_array_equal(leading_mapping(point, inside), inside)
     # stops a little inside the steady amplitude: there the graze itself overshoots by the depth
@@ -141,8 +141,8 @@ def test_both_stops_are_mirror_images():
         np.testing.assert_array_equal(other.opposite().state[:-1], point.state[:-1])
         direct = grazing_point(point.oscillator, point.omega, other.stop)
         np.testing.assert_allclose(direct.state, other.state, rtol=1e-14, atol=1e-14 * point.clearance)
-        here = exact_mapping(point, straight_beyond(point, 1e-4 * point.clearance)).displacement
-        there = exact_mapping(other, straight_beyond(other, 1e-4 * point.clearance)).displacement
+        here = exact_mapping(point, beyond_stop(point, 1e-4 * point.clearance)).displacement
+        there = exact_mapping(other, beyond_stop(other, 1e-4 * point.clearance)).displacement
         np.testing.assert_allclose(there[:-1], -here[:-1], rtol=1e-12, atol=1e-14 * point.clearance)
         assert there[-1] == pytest.approx(here[-1], rel=1e-13)
 
@@ -152,14 +152,14 @@ def test_the_domain_ends_where_it_says():
     for point in [grazing_point(DEFAULT, 0.29), *random_points(6, 8)]:
         limit = largest_overshoot(point)
         if not np.isfinite(limit):
-            exact_mapping(point, straight_beyond(point, 500.0 * point.clearance))
+            exact_mapping(point, beyond_stop(point, 500.0 * point.clearance))
             continue
         bounded += 1
-        exact_mapping(point, straight_beyond(point, limit))
-        error, size = error_beside_oracle(point, straight_beyond(point, 0.9 * limit), scan=True)
+        exact_mapping(point, beyond_stop(point, limit))
+        error, size = error_beside_oracle(point, beyond_stop(point, 0.9 * limit), scan=True)
         assert error < 1e-13 * size
         with pytest.raises(ParameterError, match="overshoot: is beyond the mapping's domain"):
-            exact_mapping(point, straight_beyond(point, limit * (1.0 + 1e-5)))
+            exact_mapping(point, beyond_stop(point, limit * (1.0 + 1e-5)))
     assert bounded >= 3
 
 
@@ -168,23 +168,23 @@ def test_behind_an_impact_pressed_against_the_stop_there_is_no_mapping():
     oscillator = Oscillator.create([1.0], [1.0], 0.5, [1.0], 0.0)
     point = grazing_point(oscillator, 2.0)
     limit = largest_overshoot(point)
-    mapping = exact_mapping(point, straight_beyond(point, limit))
+    mapping = exact_mapping(point, beyond_stop(point, limit))
     # at rest on the stop the forcing and the spring just balance there
     assert np.sin(point.state[-1] + mapping.impact[-1]) == pytest.approx(point.clearance, abs=1e-5)
-    with pytest.raises(ParameterError, match="pressed against the stop"):
-        exact_mapping(point, straight_beyond(point, limit * 1.00001))
+    with pytest.raises(ParameterError, match="accelerated toward the stop"):
+        exact_mapping(point, beyond_stop(point, limit * 1.00001))
 
 
 def test_what_has_no_mapping_is_refused():
     point = grazing_point(DEFAULT, 0.29)
     with pytest.raises(ParameterError, match="overshoot"):
-        exact_mapping(point, straight_beyond(point, 0.0))
+        exact_mapping(point, beyond_stop(point, 0.0))
     with pytest.raises(ParameterError, match="overshoot"):
-        exact_mapping(point, straight_beyond(point, -1e-3))
+        exact_mapping(point, beyond_stop(point, -1e-3))
     for overshoots in ([[1e-3]], [np.nan], [-1e-3]):
         with pytest.raises(ParameterError, match="overshoot"):
             mapping_error(point, overshoots)
-    moving = straight_beyond(point, 1e-3)
+    moving = beyond_stop(point, 1e-3)
     moving[1] = 1e-9
     for deviation in (moving, moving[:-1], np.full(7, np.nan)):
         with pytest.raises(ParameterError, match="deviation"):

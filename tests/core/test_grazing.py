@@ -71,10 +71,10 @@ def test_ten_thousand_random_systems_agree_with_a_direct_solve():
 
 def test_plain_double_precision_fails_the_same_comparison(monkeypatch):
     # the comparison above is worth something only because it sees what refinement adds
-    def plain(masses, stiffnesses, link_damping, forcing, omega):
-        system = Oscillator(masses, stiffnesses, link_damping, None, forcing, 0.8)
+    def plain(links, omega):
+        system = Oscillator(links.masses, links.stiffnesses, links.link_damping, None, links.forcing, 0.8)
         matrix = system.stiffness_matrix - omega[0] ** 2 * system.mass_matrix + 1j * omega[0] * system.damping_matrix
-        return np.linalg.solve(matrix, forcing)[None], np.array([tridiagonal.CONVERGED])
+        return np.linalg.solve(matrix, links.forcing)[None], np.array([tridiagonal.CONVERGED])
 
     monkeypatch.setattr("grazemap_core.model.harmonic_response.steady_amplitudes", plain)
     assert largest_error_of_random_systems(1000) > 1e-13

@@ -64,11 +64,7 @@ def test_the_curvature_bound_holds_and_is_not_idle(kind):
             for radius in (0.3, 0.01):
                 bound = curvature_bound(
                     KINDS[kind],
-                    response.decay,
-                    response.discriminant,
-                    response.frequency_squared,
-                    response.value,
-                    response.slope,
+                    response.blocks,
                     response.slowest,
                     middle,
                     radius,

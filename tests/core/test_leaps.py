@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grazemap_core.codes import NAMED
+from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.maps.kernels import extrapolated_restart, lane_state
@@ -43,7 +43,7 @@ def linear_returns(
     ring = stroboscopic_history(len(limit) // 2, 32, LANES)
     k = m * returns
     for i in range(returns + 1):
-        ring.states[(i * m) % len(ring.least), :, LANE] = limit + np.linalg.matrix_power(matrix, i) @ away
+        ring.states[(i * m) % len(ring.min_speed), :, LANE] = limit + np.linalg.matrix_power(matrix, i) @ away
     return ring, k
 
 
@@ -58,9 +58,9 @@ def test_the_limit_of_linear_returns_is_their_fixed_point(multipliers: list[floa
     ring, k = linear_returns(basis @ np.diag(multipliers) @ basis.T, limit, away, m, 7)
     room = fixed_point_extrapolation.extrapolation(3)
     far = fixed_point_extrapolation.extrapolate(problem, ring, room, LANE, k, m, k)
-    left = ring.states[k % len(ring.least), :, LANE] - limit
+    left = ring.states[k % len(ring.min_speed), :, LANE] - limit
     np.testing.assert_allclose(room.limit, limit, atol=1e-3 * np.max(abs(left)) / 0.02, rtol=0)
-    assert far == pytest.approx(np.max(abs(left) * problem.closeness.ravel()), rel=0.1)
+    assert far == pytest.approx(np.max(abs(left) * problem.displacement_scale.ravel()), rel=0.1)
 
 
 @pytest.mark.parametrize("largest", [1.001, -1.02, 0.995])
@@ -140,8 +140,8 @@ def test_motions_are_those_that_are_proven() -> None:
     omega, clearance = np.linspace(0.26, 0.32, 24), np.linspace(1.2, 2.1, 24)
     proven = settled(default(), omega, clearance, True, 200)
     leapt = settled(default(), omega, clearance, False, 200)
-    both = (proven[lane_state.REASON] == NAMED) & (leapt[lane_state.REASON] == NAMED)
-    assert both.sum() > 0.97 * np.count_nonzero(proven[lane_state.REASON] == NAMED)
+    both = (proven[lane_state.REASON] == RESOLVED) & (leapt[lane_state.REASON] == RESOLVED)
+    assert both.sum() > 0.97 * np.count_nonzero(proven[lane_state.REASON] == RESOLVED)
     for column in NAME:
         np.testing.assert_array_equal(leapt[column][both], proven[column][both])
     # they close to 1e-9 in little more time than it takes to come as near as proofs begin at: 1.21 of it, and 1.25 if
@@ -155,7 +155,7 @@ def test_motions_of_an_undamped_chain_are_those_that_it_comes_to_by_itself() -> 
     # nothing can be proven without damping; with early false nothing is looked at before the end
     leapt = settled(oscillator, omega, clearance, True, 600)
     waited = settle_grid(oscillator, omega, clearance, Settling(600, 8, early=False, linearised=False))[0][..., 0]
-    both = (waited[lane_state.REASON] == NAMED) & (leapt[lane_state.REASON] == NAMED)
+    both = (waited[lane_state.REASON] == RESOLVED) & (leapt[lane_state.REASON] == RESOLVED)
     assert both.sum() >= 8
     for column in NAME:
         np.testing.assert_array_equal(leapt[column][both], waited[column][both])

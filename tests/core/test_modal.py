@@ -182,7 +182,7 @@ def test_one_damped_middle_link_can_leave_a_mode_undamped():
 ])  # fmt: skip
 def test_a_mode_lost_in_the_round_off_of_the_others_is_refused_in_these_words(stiffnesses, damping):
     oscillator, _ = oscillator_and_chain([1.0, 1.0], stiffnesses, damping)
-    with pytest.raises(ConditioningError, match="so slow beside the others"):
+    with pytest.raises(ConditioningError, match="so slow compared with the others"):
         modal_model(oscillator)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from grazemap_core import codes
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
-from grazemap_core.contact.kernels.workspace import LEAST_UNPRESSED, workspace
+from grazemap_core.contact.kernels.workspace import MIN_UNPRESSED_SPEED, workspace
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
@@ -17,15 +17,17 @@ DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0,
 
 
 def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # type: ignore[no-untyped-def]
-    """Feed a planted half-period orbit to the judge until it names a motion; return what it said, and when."""
+    """Record a planted half-period orbit until its period is detected; return the result, and when."""
     problem, _ = cell_problem(trajectory_models(DEFAULT), steady_response(DEFAULT, np.array([0.29]))[0], 0.29)
-    ring, work = period_detection.orbit(3, max_period), workspace(3)
+    ring, work = period_detection.stroboscopic_history(3, max_period), workspace(3)
     for k in range(halves):
         work.tally[:3] = impacts(k)
-        work.tally[LEAST_UNPRESSED] = work.tally[2]
-        period_detection.enter(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
-        said = period_detection.name_motion(problem, ring, 0, k, k, max_period, 1.6, 1.6, 0.0)
-        if said[0] == codes.NAMED:
+        work.tally[MIN_UNPRESSED_SPEED] = work.tally[2]
+        period_detection.record_half_period(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
+        said = period_detection.detect_period(
+            problem, ring, 0, k, max_period, 1.6, period_detection.Approach(k, 1.6, 0.0)
+        )
+        if said[0] == codes.RESOLVED:
             return said, k
     return said, None
 
@@ -66,7 +68,7 @@ def test_a_drift_that_passes_for_closed_is_not_named() -> None:
     point, away = np.ones((3, 2)), np.full((3, 2), 1e-10)
     said, k = first_named(lambda k: point + away * k, lambda k: (1.0, 1.0, 0.3), halves=500)
     assert k is None
-    assert said[0] == codes.SLOW
+    assert said[0] == codes.SLOW_CONVERGENCE
 
 
 def test_an_orbit_whose_impacts_do_not_repeat_is_not_named() -> None:
@@ -79,7 +81,7 @@ def test_an_orbit_with_a_graze_is_not_named() -> None:
     point = np.ones((3, 2))
     said, k = first_named(lambda k: point, lambda k: (1.0, 1.0, 1e-7), halves=200)
     assert k is None
-    assert said[0] == codes.GRAZES
+    assert said[0] == codes.NEAR_GRAZING
 
 
 def test_periods_beyond_the_longest_are_not_named() -> None:

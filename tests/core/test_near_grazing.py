@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from oracles import Chain, digits, steady_amplitude
 
-from grazemap_core.codes import GRAZES
+from grazemap_core.codes import NEAR_GRAZING
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.workspace import HALF, OK, ROWS, TIME, UNDECIDED, clear_tally, workspace
@@ -95,7 +95,7 @@ def test_a_graze_within_round_off_says_so_and_changes_nothing(overshoot: float) 
         np.testing.assert_allclose(result.displacement, steady, rtol=0, atol=1e-13)
         # no limit can be told apart from one without the graze
         assert result.motion.kind == "unresolved"
-        assert result.motion.reason == REASONS[GRAZES]
+        assert result.motion.reason == REASONS[NEAR_GRAZING]
         assert len(result.sticking.start) == 0
 
 

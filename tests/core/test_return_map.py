@@ -11,7 +11,7 @@ from random_chains import chain_of, random_oscillator
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.curve import grazing_curve
-from grazemap_core.grazing.discontinuity_mapping import exact_mapping, leading_mapping, straight_beyond
+from grazemap_core.grazing.discontinuity_mapping import beyond_stop, exact_mapping, leading_mapping
 from grazemap_core.grazing.half_period_maps import (
     flow_jacobian,
     half_period_jacobian,
@@ -99,7 +99,7 @@ def test_the_poincare_map_is_the_square_of_its_symmetric_root():
 
 def test_the_linear_form_is_that_of_the_paper():
     point = grazing_point(DEFAULT, 0.29)
-    deviation = straight_beyond(point, 1e-6)
+    deviation = beyond_stop(point, 1e-6)
     u = np.sqrt(2e-6 / abs(point.acceleration))
     expected = half_period_jacobian(point) @ (deviation + u * point.beta)
     np.testing.assert_allclose(half_return(point, deviation, smooth="linear"), expected, rtol=1e-13)
@@ -111,7 +111,7 @@ def test_with_the_exact_mapping_the_composed_map_is_the_motion_itself():
     worst = 0.0
     for point in random_points(4, 16):
         for overshoot in (1e-3, 1e-5, 1e-7):
-            deviation = straight_beyond(point, overshoot * point.clearance)
+            deviation = beyond_stop(point, overshoot * point.clearance)
             comparison = compare_returns(point, deviation, 3, mapping="exact")
             worst = max(worst, np.nanmax(comparison.error))
             assert np.all(np.isfinite(comparison.error[:2]))
@@ -125,7 +125,7 @@ def test_with_the_exact_mapping_the_composed_map_is_the_motion_itself():
 
 
 def errors_of_second_return(point, overshoots):
-    comparisons = [compare_returns(point, straight_beyond(point, x * point.clearance), 2) for x in overshoots]
+    comparisons = [compare_returns(point, beyond_stop(point, x * point.clearance), 2) for x in overshoots]
     return np.array([comparison.error for comparison in comparisons])
 
 
@@ -135,7 +135,7 @@ def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_
     kinds = {True: 0, False: 0}
     for point in random_points(5, 40):
         # one that is neither close to a change of the sign
-        sequence = mapped_returns(point, straight_beyond(point, 1e-8 * point.clearance), 1, mapping="exact")
+        sequence = mapped_returns(point, beyond_stop(point, 1e-8 * point.clearance), 1, mapping="exact")
         share = sequence.overshoot[1] / (np.sqrt(1e-8) * point.clearance)
         if abs(share) < 0.1:
             continue
@@ -154,8 +154,8 @@ def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_
 def test_a_map_without_its_leading_x_would_be_noticed(monkeypatch):
     # the paper's (27) has x* + beta u for x + beta u: where x is not small against the overshoot it is another map
     point = grazing_point(DEFAULT, 0.6)
-    start = half_period_jacobian(point.opposite()) @ straight_beyond(point.opposite(), 1e-3)
-    start += straight_beyond(point, 1e-7) - straight_beyond(point, point.stop * start[0])
+    start = half_period_jacobian(point.opposite()) @ beyond_stop(point.opposite(), 1e-3)
+    start += beyond_stop(point, 1e-7) - beyond_stop(point, point.stop * start[0])
     good = compare_returns(point, start, 1).error[1]
     monkeypatch.setattr(
         "grazemap_core.grazing.poincare_map.leading_mapping",
@@ -166,7 +166,7 @@ def test_a_map_without_its_leading_x_would_be_noticed(monkeypatch):
 
 def test_a_motion_that_leaves_the_neighbourhood_ends_in_nan():
     point = grazing_point(DEFAULT, 1.1)
-    comparison = compare_returns(point, straight_beyond(point, 1e-2 * point.clearance), 4)
+    comparison = compare_returns(point, beyond_stop(point, 1e-2 * point.clearance), 4)
     assert np.all(np.isfinite(comparison.error[:3]))
     assert np.any(np.isnan(comparison.error))
 
@@ -182,7 +182,7 @@ def test_a_motion_inside_the_stops_returns_by_the_smooth_map():
 
 def test_the_first_impact_of_the_motion_is_the_mapping_s():
     point = grazing_point(DEFAULT, 0.29)
-    deviation = straight_beyond(point, 1e-4)
+    deviation = beyond_stop(point, 1e-4)
     mapping = exact_mapping(point, deviation)
     assert mapping.velocity == pytest.approx(np.sqrt(2e-4 * abs(point.acceleration)), rel=1e-2)
     assert simulated_returns(point, deviation, 1).overshoot[0] == 1e-4
@@ -190,7 +190,7 @@ def test_the_first_impact_of_the_motion_is_the_mapping_s():
 
 def test_what_cannot_be_iterated_is_refused():
     point = grazing_point(DEFAULT, 0.29)
-    start = straight_beyond(point, 1e-4)
+    start = beyond_stop(point, 1e-4)
     with pytest.raises(ParameterError, match="returns"):
         mapped_returns(point, start, 0)
     with pytest.raises(ParameterError, match="returns"):
@@ -206,4 +206,4 @@ def test_what_cannot_be_iterated_is_refused():
     with pytest.raises(ParameterError, match="neighbourhood"):
         half_period_map(grazing_point(DEFAULT, 1.1), far)
     with pytest.raises(ParameterError, match="overshoot"):
-        compare_returns(point, straight_beyond(point, 10.0), 1, mapping="exact")
+        compare_returns(point, beyond_stop(point, 10.0), 1, mapping="exact")

@@ -26,7 +26,13 @@ from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
-from grazemap_core.simulation.kernels.lyapunov import begin_matrix, leading_multiplier, run_columns, tangents
+from grazemap_core.simulation.kernels.lyapunov import (
+    HalfPeriods,
+    begin_matrix,
+    leading_multiplier,
+    run_matrix,
+    tangents,
+)
 from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, half_period, run_half_linearised
 from grazemap_core.simulation.linearised_run import linearised_run
 from grazemap_core.simulation.monodromy import monodromy
@@ -207,9 +213,8 @@ def test_the_multiplier_for_maps_is_the_largest_of_the_matrix(
     scratch = tangents(3)
     begin_matrix(scratch)
     halves = period if symmetric else 2 * period
-    status, done = run_columns(
-        run.problem, run.held, run.state, clearance, 0, halves, scratch.full, False, 0, 0, run.work, scratch
-    )
+    span = HalfPeriods(0, halves, 0)
+    status, done = run_matrix(run.problem, run.held, run.state, clearance, span, run.work, scratch)
     assert (status, done) == (OK, halves)
     status, real, imaginary = leading_multiplier(run.problem, symmetric, scratch)
     assert status == OK
@@ -243,7 +248,7 @@ def test_a_graze_has_no_derivative() -> None:
 
 
 def test_a_motion_that_does_not_settle_has_no_multipliers() -> None:
-    with pytest.raises(LinearisationError, match="closed"):
+    with pytest.raises(LinearisationError, match="did not close"):
         monodromy(Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8), 1.7182, 0.1536, max_periods=50)
     with pytest.raises(ParameterError, match="period"):
         monodromy(DEFAULT, 0.29, 1.6, period=0)

@@ -11,7 +11,7 @@ from next_contacts import simulated_contact
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.curve import grazing_curve
-from grazemap_core.grazing.discontinuity_mapping import largest_overshoot, mapping_error, straight_beyond
+from grazemap_core.grazing.discontinuity_mapping import beyond_stop, largest_overshoot, mapping_error
 from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact
@@ -90,7 +90,7 @@ def test_the_end_of_the_mapping_s_domain():
 @pytest.mark.parametrize("overshoot", [1e-4, 1e-6, 1e-8])
 def test_errors_of_the_composed_map(omega, overshoot):
     point = grazing_point(PROPORTIONAL, omega)
-    error = compare_returns(point, straight_beyond(point, overshoot * point.clearance), 2).error
+    error = compare_returns(point, beyond_stop(point, overshoot * point.clearance), 2).error
     assert cells(f"{omega}, {overshoot:.0e}") == [f"{error[1]:.4e}", f"{error[2]:.4e}"]
 
 

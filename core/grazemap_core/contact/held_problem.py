@@ -1,4 +1,4 @@
-"""From an oscillator to the arrays that describe it while mass 1 rests on a stop."""
+"""Construction of the arrays that describe an oscillator while mass 1 rests on a stop."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.phase_table import half_circle
+from grazemap_core.contact.phase_table import half_period_phases
 from grazemap_core.errors import ConditioningError
 from grazemap_core.model.harmonic_response import held_response
 from grazemap_core.model.modal import ModalModel, modal_model
@@ -17,7 +17,7 @@ from grazemap_core.model.oscillator import Oscillator
 
 @dataclass(frozen=True, eq=False)
 class HeldModel:
-    """The chain behind a resting mass 1, for every forcing frequency.
+    """The modal models with mass 1 free and with mass 1 at rest, for every forcing frequency.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class HeldModel:
     free : ModalModel
         Of the whole chain.
     held : ModalModel or None
-        Of masses 2 .. N behind the wall; None for one mass, and where it would lose digits.
+        Of masses 2 .. N with link 1 to a wall; None for one mass, and where it is ill-conditioned.
     """
 
     oscillator: Oscillator
@@ -34,7 +34,7 @@ class HeldModel:
 
     @property
     def exists(self) -> bool:
-        """Whether the motion behind a resting mass 1 is known in closed form."""
+        """Whether the motion of the other masses is known in closed form while mass 1 rests."""
         return self.held is not None or self.oscillator.size == 1
 
 
@@ -45,12 +45,12 @@ def held_model(oscillator: Oscillator, free: ModalModel) -> HeldModel:
         return HeldModel(oscillator, free, None)
     try:
         return HeldModel(oscillator, free, modal_model(chain))
-    except ConditioningError:  # most trajectories never come to rest: only one that does is ended by this
+    except ConditioningError:  # only trajectories that come to rest end for this reason
         return HeldModel(oscillator, free, None)
 
 
 def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: int, phase: float) -> HeldProblem:
-    """Return the kernels' view of a resting mass 1 at one forcing frequency.
+    """Return the arrays of the kernels for a resting mass 1 at one forcing frequency.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     count = oscillator.size - 1
     m1, k1, c1 = oscillator.masses[0], oscillator.stiffnesses[0], oscillator.link_damping[0]
     compliance = 1.0 / oscillator.stiffnesses
-    # springs in series: one force in all links
+    # the springs are in series, so the force is the same in all links
     profile = np.cumsum(compliance[::-1])[::-1][1:] / np.sum(compliance)
     steady = np.zeros(count, dtype=np.complex128)
     exists = model.exists
@@ -75,7 +75,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
         assert chain is not None
         response, found = held_response(chain, oscillator.forcing[1:].copy(), np.array([omega]))
         steady, exists = response[0], bool(found[0])
-    turn = _turn(cells, phase)
+    phase_factors = _phase_factors(cells, phase)
     blocks = model.held
     output_row = np.zeros((count, 4))
     if blocks is not None:
@@ -92,13 +92,13 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
         discriminant=empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
         frequency_squared=empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
         output_row=np.ascontiguousarray(output_row),
-        steady_table=_pairs(_pull(oscillator, steady, omega, exists) * turn),
-        inward=float(1.0 / np.sum(compliance) / m1),
+        steady_table=_real_and_imaginary(_harmonic_acceleration(oscillator, steady, omega, exists) * phase_factors),
+        static_acceleration=float(1.0 / np.sum(compliance) / m1),
         viscous_term=float(c1 / m1),
         profile=np.ascontiguousarray(profile),
-        turn=_pairs(turn),
-        steady=_pairs(steady),
-        free_steady=_pairs(free_steady),
+        phase_factors=_real_and_imaginary(phase_factors),
+        steady=_real_and_imaginary(steady),
+        free_steady=_real_and_imaginary(free_steady),
         to_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.to_modal),
         from_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.from_modal),
         to_free=np.ascontiguousarray(model.free.to_modal),
@@ -111,22 +111,24 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
 
 
 def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int, phase: float) -> HeldProblem:
-    """Return the same view with another forcing phase at t = 0; mass 1 does not rest in it."""
-    turn = _turn(cells, phase)
+    """Return the arrays for another forcing phase at t = 0; mass 1 does not rest."""
+    phase_factors = _phase_factors(cells, phase)
     steady = held.steady[:, 0] + 1j * held.steady[:, 1]
     return held._replace(
-        turn=_pairs(turn),
-        steady_table=_pairs(_pull(model.oscillator, steady, omega, held.exists) * turn),
+        phase_factors=_real_and_imaginary(phase_factors),
+        steady_table=_real_and_imaginary(
+            _harmonic_acceleration(model.oscillator, steady, omega, held.exists) * phase_factors
+        ),
         state=np.zeros_like(held.state),
         since=np.zeros_like(held.since),
         physical=np.zeros_like(held.physical),
     )
 
 
-def _pull(oscillator: Oscillator, steady: Complexes, omega: float, exists: bool) -> complex:
-    """Return the harmonic part of the acceleration that a resting mass 1 would have, let go, at phase 0.
+def _harmonic_acceleration(oscillator: Oscillator, steady: Complexes, omega: float, exists: bool) -> complex:
+    """Return the harmonic part of the acceleration of a resting mass 1 if it were released, at phase 0.
 
-    `steady` is the steady motion of the masses behind it, shape (N - 1,).
+    `steady` is the steady motion of masses 2 .. N, shape (N - 1,).
     """
     m1, k1, c1 = oscillator.masses[0], oscillator.stiffnesses[0], oscillator.link_damping[0]
     if exists and len(steady) > 0:
@@ -134,13 +136,13 @@ def _pull(oscillator: Oscillator, steady: Complexes, omega: float, exists: bool)
     return complex(oscillator.forcing[0] / m1)
 
 
-def _turn(cells: int, phase: float) -> Complexes:
+def _phase_factors(cells: int, phase: float) -> Complexes:
     """Return exp(i phase) at the boundaries of the cells, shape (cells + 1,)."""
-    # mirrored exactly, as the table of the free motion
-    half = np.exp(1j * phase) * half_circle(cells)
+    # the second half mirrors the first exactly, as in the table of the free motion
+    half = np.exp(1j * phase) * half_period_phases(cells)
     return np.concatenate([half, -half, half[:1]])
 
 
-def _pairs(values: Complexes) -> Floats:
+def _real_and_imaginary(values: Complexes) -> Floats:
     """Return complex numbers as an array of (real, imaginary), shape (n, 2)."""
     return np.ascontiguousarray(np.stack([values.real, values.imag], axis=1))

@@ -9,8 +9,11 @@ import numpy as np
 from grazemap_core.arrays import Complexes
 
 
-def half_circle(cells: int) -> Complexes:
-    """Return exp(2 pi i k / cells) for 0 <= k < cells/2, each to a rounding or two: from angles of at most pi/4."""
+def half_period_phases(cells: int) -> Complexes:
+    """Return exp(2 pi i k / cells) for 0 <= k < cells/2, with an error of one or two roundings.
+
+    Sines and cosines are computed at angles of at most pi/4.
+    """
     k = np.arange(cells // 2)
     back = 4 * k > cells
     k = np.where(back, cells // 2 - k, k)

@@ -1,11 +1,11 @@
-"""The motion of mass 1 near a graze, back in time: to the stop, and to where it stood still.
+"""The motion of mass 1 near a graze, backward in time: to the stop, and to the moment of zero velocity.
 
-The free motion and the steady one are blocks alike here, the steady one without decay. Over a time t a block goes by
+The steady motion is treated as a block without decay. Over a time t a block changes by
 
     u(t) - u(0) = t T phi_1(T t) u(0),     u(t) - u(0) - t T u(0) = t^2 T^2 phi_2(T t) u(0)
 
-so both times are found from terms that do not cancel, however short they are. Every step of the searches is one that
-the acceleration's bound allows, so neither can go past what it looks for.
+so both times are computed from terms that do not cancel, however short they are. The steps of the searches are limited
+by a bound of the acceleration or the jerk, so that no zero is missed.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from scipy.linalg import expm
 
 from grazemap_core.arrays import Floats
 from grazemap_core.grazing.point import GrazingPoint
-from grazemap_core.grazing.tolerances import BACKWARD_GROWTH, BACKWARD_STEPS, SURE_OF_NEWTON
+from grazemap_core.grazing.tolerances import BACKWARD_GROWTH, BACKWARD_STEPS, KANTOROVICH_RATIO
 from grazemap_core.tolerances import EPSILON
 
 ACCELERATION, JERK = 0, 1
-"""Places in the result of `ShortFlow.bounds`."""
+"""Indices of the result of `BackwardFlow.bounds`."""
 
 
 class Moment(NamedTuple):
-    """Where a backward motion stands: what its blocks have gained, shape (N + 1, 2), and mass 1.
+    """A moment of a backward motion: the change of its blocks, shape (N + 1, 2), and mass 1.
 
     With x_1(t) = x_1 + t v_1 + t^2 curve and v_1(t) = v_1 + t slope; `acceleration` is that at t.
     """
@@ -39,7 +39,7 @@ class Moment(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ShortFlow:
+class BackwardFlow:
     """The N free blocks and the steady motion, in coordinates (frequency u, u').
 
     Attributes
@@ -48,7 +48,7 @@ class ShortFlow:
     generator : ndarray of shape (N + 1, 2, 2)
         T of each block.
     rows : ndarray of shape (4, N + 1, 2)
-        What each coordinate adds to x_1 and its first three derivatives.
+        Contribution of each coordinate to x_1 and its first three derivatives.
     """
 
     point: GrazingPoint
@@ -56,8 +56,8 @@ class ShortFlow:
     rows: Floats
 
     @classmethod
-    def of(cls, point: GrazingPoint) -> ShortFlow:
-        """Take the blocks from a grazing point."""
+    def of(cls, point: GrazingPoint) -> BackwardFlow:
+        """Return the flow of the blocks of a grazing point."""
         model = point.model
         frequency = np.append(np.sqrt(model.frequency_squared), point.omega)
         generator = np.zeros((len(frequency), 2, 2))
@@ -84,7 +84,7 @@ class ShortFlow:
         return free
 
     def after(self, state: Floats, time: float) -> Moment:
-        """Follow a state over a time of either sign."""
+        """Return the moment a time of either sign after a state."""
         nested = np.zeros((len(state), 6, 6))
         nested[:, :2, :2] = self.generator * time
         nested[:, :2, 2:4] = nested[:, 2:4, 4:] = np.eye(2)
@@ -99,9 +99,9 @@ class ShortFlow:
         )
 
     def bounds(self, state: Floats, span: float) -> tuple[float, float]:
-        """Bound acceleration and jerk of mass 1 over a time `span` before a state.
+        """Return bounds of acceleration and jerk of mass 1 over a time `span` before a state.
 
-        A block's energy grows backward by a factor of at most exp(4 decay span).
+        The energy of a block grows backward by a factor of at most exp(4 decay span).
         """
         decay = -0.5 * self.generator[:, 1, 1]
         size = np.linalg.norm(state, axis=1) * np.exp(np.minimum(2.0 * decay * span, BACKWARD_GROWTH))
@@ -109,7 +109,7 @@ class ShortFlow:
         return float(second), float(third)
 
     def time_at_stop(self, state: Floats, overshoot: float, longest: float) -> float | None:
-        """Return when mass 1, standing still an overshoot beyond the stop, came past it; None: not so lately.
+        """Return when mass 1, at rest at an overshoot beyond the stop, passed the stop; None if not within `longest`.
 
         Parameters
         ----------
@@ -117,19 +117,19 @@ class ShortFlow:
         overshoot : float
             > 0.
         longest : float
-            How far back is looked.
+            Duration of the search.
 
         Returns
         -------
         float or None
-            The last such time before 0, to a few roundings of itself.
+            The last such time before 0, with a relative error of a few roundings.
         """
         stop, time = self.point.stop, 0.0
         for _ in range(BACKWARD_STEPS):
             now = self.after(state, time)
             depth, speed = overshoot + stop * time * time * now.curve, stop * time * now.slope
             here = state + now.gained
-            if depth <= 0.0 or self._sure(ACCELERATION, here, depth, speed):
+            if depth <= 0.0 or self._newton_converges(ACCELERATION, here, depth, speed):
                 break
             time -= self._step(ACCELERATION, here, depth, speed)
             if time < -longest:
@@ -147,7 +147,7 @@ class ShortFlow:
         return time if time >= -longest else None
 
     def time_at_rest(self, state: Floats, velocity: float, longest: float) -> float | None:
-        """Return when mass 1, moving off the stop at a velocity, would have stood still; None: not so lately.
+        """Return when mass 1, leaving the stop at a velocity, would have been at rest; None if not within `longest`.
 
         Parameters and the result are as in `time_at_stop`; the velocity is the exact one of mass 1.
         """
@@ -156,7 +156,7 @@ class ShortFlow:
             now = self.after(state, time)
             leaving, slowing = -stop * (velocity + time * now.slope), -stop * now.acceleration
             here = state + now.gained
-            if leaving <= 0.0 or self._sure(JERK, here, leaving, slowing):
+            if leaving <= 0.0 or self._newton_converges(JERK, here, leaving, slowing):
                 break
             time -= self._step(JERK, here, leaving, slowing)
             if time < -longest:
@@ -174,15 +174,15 @@ class ShortFlow:
         return time if time >= -longest else None
 
     def _step(self, which: int, state: Floats, value: float, rate: float) -> float:
-        """Return a step back over which a value > 0 that falls at a rate has no zero, its rate's change bounded."""
+        """Return a backward step over which a positive value that decreases at a rate has no zero, by bounds."""
 
         def reach(bound: float) -> float:
             return 2.0 * value / (rate + math.sqrt(rate * rate + 2.0 * bound * value))
 
         return reach(self.bounds(state, reach(self.bounds(state, 0.0)[which]))[which])
 
-    def _sure(self, which: int, state: Floats, value: float, rate: float) -> bool:
-        """Say whether Newton's method leads to the next zero of the value, by Kantorovich's condition."""
+    def _newton_converges(self, which: int, state: Floats, value: float, rate: float) -> bool:
+        """Return whether Newton's method converges to the next zero of the value, by Kantorovich's condition."""
         if rate <= 0.0:
             return False
-        return self.bounds(state, 2.0 * value / rate)[which] * value <= SURE_OF_NEWTON * rate * rate
+        return self.bounds(state, 2.0 * value / rate)[which] * value <= KANTOROVICH_RATIO * rate * rate

@@ -1,7 +1,7 @@
-"""Codimension-two points of the grazing curve: all of them in an interval of forcing frequencies.
+"""All codimension-two points of the grazing curve in an interval of forcing frequencies.
 
-An oscillator and an interval flow in, a sorted list of points flows out. All points come from the zeros of three
-functions of one variable (theory, sections 6 and 7), which `kernels.root_isolation` finds without missing one:
+The points are the zeros of three functions of one variable (theory, sections 6 and 7), which `kernels.root_isolation`
+finds without missing one:
 
 - recurrence points, ``g(m T/2) = 0``: the paper's four families, equations (42), (45), (57), (58);
 - resonant points, ``h = 0`` or ``h_s = 0`` at ``n T`` or ``n T/2``: where saddle-node, period-doubling and
@@ -23,7 +23,7 @@ from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
-from grazemap_core.grazing.tolerances import END_WIDTH, MOST_SPREAD
+from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
 from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
@@ -53,23 +53,23 @@ class CodimensionTwoPoint:
     residual : float
         Modulus of the function at its zero over the sum of its blocks' amplitudes; dimensionless.
     status : {"simple", "near-double"}
-        A near-double zero stands for two zeros too close to tell apart, or for a near touch that may be none.
+        A near-double zero stands for two zeros that are too close to be resolved, or for an extremum close to zero.
     omega_error : float
-        How far round-off of the model may have moved omega.
+        Error of omega by the round-off of the model.
     order : int
         m, the number of half periods. Recurrence points only, as are the next two; None elsewhere.
     active : bool
-        No smaller order recurs here.
+        Whether no smaller order recurs here.
     families : tuple of Family
         The paper's cases 1-4 with their number of periods n.
     multiple : int
         n, the orbit's period in forcing periods. Resonant points only, as are the next two; None elsewhere.
     symmetric : bool
-        Of orbits with one impact on either stop (True) or on one stop only.
+        Whether the orbits have one impact on each stop (True), or one impact on one stop.
     bifurcation : {"SN", "PD", "SB"}
-        Which curve leaves the grazing curve here.
+        The curve that leaves the grazing curve here.
     unfolding : ResonantUnfolding or None
-        How it does. None for a near-double point, where the leading order says nothing.
+        Leading order of that curve. None for a near-double point, where it is not defined.
     """
 
     kind: Literal["recurrence", "resonant"]
@@ -89,9 +89,9 @@ class CodimensionTwoPoint:
 
 @dataclass(frozen=True)
 class _Zero:
-    """A zero of g, h or h_s: its place, its uncertainty, whether it is near-double, and its residual."""
+    """A zero of g, h or h_s: its time, its uncertainty, whether it is near-double, and its residual."""
 
-    place: float
+    time: float
     uncertainty: float
     status: Status
     residual: float
@@ -116,13 +116,13 @@ def codimension_two_points(
     ----------
     oscillator : Oscillator
         Forced, every mode damped. (Without damping in a mode the periodic sums do not converge, and the grazing motion
-        is not unique: refused, recurrence points included.)
+        is not unique; recurrence points are refused too.)
     omega_start, omega_stop : float
-        0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is in.
+        0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is included.
     max_order : int
         Largest return m of the recurrence points, >= 1.
     max_multiple : int
-        Largest multiple n of the resonant points, >= 0; 0 leaves them out.
+        Largest multiple n of the resonant points, >= 0; 0 for none.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def codimension_two_points(
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     require_forced(oscillator)
     require_damped(oscillator)
@@ -143,11 +143,13 @@ def codimension_two_points(
     checked_order("max_multiple", max_multiple, 0)
     if not (math.isfinite(omega_start) and math.isfinite(omega_stop) and 0.0 < omega_start < omega_stop):
         raise ParameterError("omega", "start must be greater than 0 and less than stop, both finite")
-    if omega_stop > MOST_SPREAD * omega_start:
-        raise ParameterError("omega", f"stop must be at most {MOST_SPREAD:.0e} times start")
+    if omega_stop > MAX_FREQUENCY_RATIO * omega_start:
+        raise ParameterError("omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times start")
     response = impulse_response(modal_model(oscillator))
-    if omega_stop > MOST_SPREAD * float(np.sqrt(np.max(response.frequency_squared))):
-        raise ParameterError("omega", f"stop must be at most {MOST_SPREAD:.0e} times the highest natural frequency")
+    if omega_stop > MAX_FREQUENCY_RATIO * float(np.sqrt(np.max(response.frequency_squared))):
+        raise ParameterError(
+            "omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times the highest natural frequency"
+        )
     points = _recurrences(response, omega_start, omega_stop, max_order)
     points += _resonances(response, omega_start, omega_stop, max_multiple)
     if not points:
@@ -163,7 +165,7 @@ def codimension_two_points(
 def _unfolding(
     response: ImpulseResponse, oscillator: Oscillator, point: CodimensionTwoPoint, clearance: float
 ) -> ResonantUnfolding | None:
-    """Return how the curve of a resonant point leaves, None for the other points and for near-double ones."""
+    """Return the unfolding of a resonant point; None for recurrence points and near-double points."""
     if point.multiple is None or point.symmetric is None or point.status != "simple":
         return None
     pattern = Pattern(point.multiple, point.symmetric)
@@ -176,21 +178,12 @@ def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order
     """Return the recurrence points without their clearance."""
     factors = [order * math.pi for order in range(1, max_order + 1)]
     zeros = _zeros(response, IMPULSE, factors, start, stop)
-    half_periods = np.array([zero.place for zero in zeros])
+    half_periods = np.array([zero.time for zero in zeros])
     points = []
     for order, factor in enumerate(factors, start=1):
-        smaller = first_recurrence(
-            response.decay,
-            response.discriminant,
-            response.frequency_squared,
-            response.value,
-            response.slope,
-            response.conditioning,
-            half_periods / order,
-            order - 1,
-        )
+        smaller = first_recurrence(response.blocks, response.conditioning, half_periods / order, order - 1)
         for zero, recurring in zip(zeros, smaller, strict=True):
-            omega = _inside(factor / zero.place, start, stop)
+            omega = _inside(factor / zero.time, start, stop)
             if omega is not None:
                 points.append(
                     CodimensionTwoPoint(
@@ -199,7 +192,7 @@ def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order
                         clearance=math.nan,
                         residual=zero.residual,
                         status=zero.status,
-                        omega_error=omega * zero.uncertainty / zero.place,
+                        omega_error=omega * zero.uncertainty / zero.time,
                         order=order,
                         active=bool(recurring == 0),
                         families=families_of_order(order),
@@ -223,7 +216,7 @@ def _resonances(response: ImpulseResponse, start: float, stop: float, max_multip
         zeros = _zeros(response, kind, [factor for factor, _, _ in one_sided + symmetric], start, stop)
         for factor, multiple, is_symmetric in one_sided + symmetric:
             for zero in zeros:
-                omega = _inside(factor / zero.place, start, stop)
+                omega = _inside(factor / zero.time, start, stop)
                 if omega is not None:
                     points.append(
                         CodimensionTwoPoint(
@@ -232,7 +225,7 @@ def _resonances(response: ImpulseResponse, start: float, stop: float, max_multip
                             clearance=math.nan,
                             residual=zero.residual,
                             status=zero.status,
-                            omega_error=omega * zero.uncertainty / zero.place,
+                            omega_error=omega * zero.uncertainty / zero.time,
                             multiple=multiple,
                             symmetric=is_symmetric,
                             bifurcation=names[kind, is_symmetric],
@@ -242,7 +235,7 @@ def _resonances(response: ImpulseResponse, start: float, stop: float, max_multip
 
 
 def _inside(omega: float, start: float, stop: float) -> float | None:
-    """Return omega, moved onto an end that it misses by rounding only, or None when it lies outside."""
+    """Return omega, or the end of the interval if it lies outside by rounding only, or None if it lies outside."""
     if start * (1.0 - END_WIDTH) <= omega <= stop * (1.0 + END_WIDTH):
         return min(max(omega, start), stop)
     return None
@@ -252,13 +245,9 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
     """Return the zeros tau of one function with ``factor/tau`` in ``[start, stop]`` for any of the factors, once."""
     zeros: list[_Zero] = []
     for left, right in _merged([(factor / stop, factor / start) for factor in factors]):
-        places, kinds, status = isolate(
+        times, kinds, status = isolate(
             kind,
-            response.decay,
-            response.discriminant,
-            response.frequency_squared,
-            response.value,
-            response.slope,
+            response.blocks,
             response.conditioning,
             response.slowest,
             left * (1.0 - END_WIDTH),
@@ -268,17 +257,17 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
             raise ParameterError(
                 "omega", "the interval holds too many zeros to search; raise start, or lower max_order or max_multiple"
             )
-        residuals = _residuals(response, kind, places[:, 0])
+        residuals = _residuals(response, kind, times[:, 0])
         zeros += [
-            _Zero(float(place), float(width), "near-double" if what == NEAR_DOUBLE else "simple", float(residual))
-            for (place, width), what, residual in zip(places, kinds, residuals, strict=True)
+            _Zero(float(time), float(width), "near-double" if what == NEAR_DOUBLE else "simple", float(residual))
+            for (time, width), what, residual in zip(times, kinds, residuals, strict=True)
         ]
     return zeros
 
 
-def _residuals(response: ImpulseResponse, kind: int, places: Floats) -> Floats:
-    """Return the modulus of the function over the sum of its blocks' amplitudes."""
-    value, _, _, terms = evaluate(response, places, kind, shift=response.slowest)
+def _residuals(response: ImpulseResponse, kind: int, times: Floats) -> Floats:
+    """Return the modulus of the function over the sum of the amplitudes of its blocks."""
+    value, _, _, terms = evaluate(response, times, kind, shift=response.slowest)
     return np.abs(value) / terms
 
 

@@ -1,7 +1,6 @@
-"""The grazing curve: where the steady motion just touches both stops, and whether the motion survives the touch.
+"""The grazing curve, on which the steady motion grazes both stops, and the first recurring impact along it.
 
-An oscillator and forcing frequencies flow in; the clearance, phase and first recurring return at each flow out
-(theory, sections 4 and 6).
+See theory, sections 4 and 6.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class GrazingCurve:
     first_recurrence : ndarray of int, shape (n,)
         First m in 1..max_order at which an impact recurs m half periods after a graze, 0 if none does.
     recurrence_stop : ndarray of int, shape (n,)
-        Where it does when the graze was at A: +1 (stop A) for even m, -1 (C) for odd m, 0 if none does.
+        The stop of that impact if the graze is at A: +1 (A) for even m, -1 (C) for odd m, 0 if there is none.
     """
 
     omega: Floats
@@ -56,7 +55,7 @@ def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) 
     omega : array_like of shape (n,)
         Forcing frequencies > 0 (rad/s in SI).
     max_order : int
-        Largest return m that is looked at for a recurring impact, >= 1.
+        Largest return m at which a recurring impact is looked for, >= 1.
 
     Returns
     -------
@@ -67,30 +66,21 @@ def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) 
     ParameterError
         Nothing is forced, or a number is out of range.
     SteadyMotionError
-        A mode is undamped or resonates practically undamped.
+        A mode is undamped, or a resonance practically undamped.
     ConditioningError
-        The modal model, needed for the recurrences, would lose digits.
+        The modal model, which the recurrences need, is ill-conditioned.
     """
     require_forced(oscillator)
     checked_order("max_order", max_order, 1)
     values = checked_omega(omega)
     response = steady_response(oscillator, values)[:, 0]
     if not np.all(np.isfinite(response) & (np.abs(response) > 0.0)):
-        raise ParameterError("omega", "holds a frequency at which the motion of mass 1 is too small or large a number")
+        raise ParameterError("omega", "contains a frequency at which the amplitude of mass 1 overflows or underflows")
     # x_1(0) = Im(response e^{i tau}) is largest, the amplitude, where the argument is pi/2
     phase = 0.5 * np.pi - np.angle(response)
     phase = np.where(phase > np.pi, phase - 2.0 * np.pi, phase)
 
-    kicks = impulse_response(modal_model(oscillator))
-    order = first_recurrence(
-        kicks.decay,
-        kicks.discriminant,
-        kicks.frequency_squared,
-        kicks.value,
-        kicks.slope,
-        kicks.conditioning,
-        np.pi / values,
-        max_order,
-    )
+    impulse = impulse_response(modal_model(oscillator))
+    order = first_recurrence(impulse.blocks, impulse.conditioning, np.pi / values, max_order)
     stop = np.where(order == 0, 0, np.where(order % 2 == 0, 1, -1))
     return GrazingCurve(values, np.abs(response), phase, order, stop)

@@ -1,8 +1,8 @@
 """The discontinuity mapping at a grazing point: leading order, equation (27), and exact.
 
-A state on the Poincare surface ``v_1 = 0`` flows in. Where mass 1 stands beyond the stop there, the motion that led to
-it has hit the stop before; what flows out is the state on the same surface from which a motion without impacts goes on
-as the one with the impact does. The paper's (27) leaves out the state that is mapped, x; see docs/theory.md.
+The mapping acts on states of the Poincare surface ``v_1 = 0``. If mass 1 is beyond the stop there, an impact precedes
+the state; it is mapped to the state on the same surface from which the motion without impacts continues as the motion
+with the impact does. The paper's (27) omits the mapped state x; see docs/theory.md.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.backward_flow import ShortFlow
+from grazemap_core.grazing.backward_flow import BackwardFlow
 from grazemap_core.grazing.point import GrazingPoint, checked_deviation
-from grazemap_core.grazing.tolerances import DOMAIN_WIDTH, FARTHEST_OVERSHOOT
+from grazemap_core.grazing.tolerances import DOMAIN_WIDTH, FIRST_OVERSHOOT, MAX_OVERSHOOT
 
 
 @dataclass(frozen=True, eq=False)
 class ExactMapping:
-    """What the exact discontinuity mapping does to one state.
+    """The image of one state under the exact discontinuity mapping.
 
     Attributes
     ----------
     deviation : ndarray of shape (2N + 1,)
-        The state that it is mapped to, from the grazing point.
+        The image, relative to the grazing point.
     displacement : ndarray of shape (2N + 1,)
-        That less the state that was mapped, to full relative accuracy.
+        The image minus the state, to full relative accuracy.
     time_to_stop : float
-        Time of the impact, < 0 when counted from the state that was mapped.
+        Time of the impact, < 0, relative to the state.
     time_to_rest : float
-        Time from the impact to the state that it is mapped to, <= 0: back again.
+        Time from the impact to the image, <= 0: backward again.
     impact : ndarray of shape (2N + 1,)
         Deviation just before the impact. Its x_1 is that of the stop, ``-stop depth``.
     velocity : float
@@ -50,7 +50,7 @@ class ExactMapping:
 
 @dataclass(frozen=True, eq=False)
 class MappingError:
-    """The leading-order mapping beside the exact one, mass 1 moved beyond the stop and all else as in the graze.
+    """Errors of the leading-order mapping; mass 1 is beyond the stop and all other coordinates are as in the graze.
 
     Sizes are those of `GrazingPoint.size`: the largest entry in units of clearance, omega clearance and radians.
 
@@ -58,7 +58,7 @@ class MappingError:
     ----------
     overshoot : ndarray of shape (n,)
     displacement : ndarray of shape (n,)
-        Size of what the exact mapping does.
+        Size of the displacement by the exact mapping.
     leading : ndarray of shape (n,)
         Size of the error of ``x + beta u``.
     second : ndarray of shape (n,)
@@ -76,7 +76,7 @@ class MappingError:
 
 
 def overshoot_of(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> float:
-    """Return how far mass 1 stands beyond the stop, negative before it; `depth` as in `leading_mapping`."""
+    """Return how far mass 1 is beyond the stop, negative if it is inside; `depth` as in `leading_mapping`."""
     return depth + point.stop * float(checked_deviation(point, deviation, on_surface=False)[0])
 
 
@@ -89,15 +89,15 @@ def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.
     deviation : array_like of shape (2N + 1,)
         Of the state from the grazing point, with v_1 = 0.
     depth : float
-        How far the stops stand inside the steady amplitude: the clearance is ``point.clearance - depth``. The overshoot
+        Steady amplitude minus clearance, which is thus ``point.clearance - depth``. The overshoot
         is ``depth + stop x_1`` with x_1 that of the deviation.
     second : bool
-        Add ``gamma u^2``. That is the second order where the deviation itself is of the order of the overshoot.
+        Add ``gamma u^2``, the second order if the deviation is of the order of the overshoot.
 
     Returns
     -------
     ndarray of shape (2N + 1,)
-        The deviation that it is mapped to.
+        Deviation of the image.
 
     Raises
     ------
@@ -113,10 +113,11 @@ def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.
 
 
 def exact_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0) -> ExactMapping:
-    """Return what the impact does to a state on the Poincare surface, without an expansion.
+    """Return the image of a state on the Poincare surface under the exact mapping, without an expansion.
 
-    Back in time to where mass 1 came past the stop, the impact, and back again to where it would have stood still.
-    Both searches are certain to find the last such time, and keep their relative accuracy at any overshoot.
+    The motion is followed backward to where mass 1 passed the stop; the impact law is applied; and the motion is
+    followed backward again to where mass 1 would have been at rest. Both searches find the last such time, with full
+    relative accuracy at any overshoot.
 
     Parameters
     ----------
@@ -130,9 +131,9 @@ def exact_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.0)
     Raises
     ------
     ParameterError
-        "overshoot": it is not positive, or beyond the domain of the mapping: mass 1 did not come past the stop in the
-        half period before, is not sent back by the impact but pressed against the stop, or would not have stood still
-        in the half period before it. "deviation": as in `leading_mapping`.
+        "overshoot": it is not positive, or beyond the domain of the mapping: mass 1 did not pass the stop in the
+        previous half period, is accelerated toward the stop after the impact, or would not have been at rest in the
+        half period before it. "deviation": as in `leading_mapping`.
     """
     values = checked_deviation(point, deviation)
     overshoot = overshoot_of(point, values, depth)
@@ -163,7 +164,7 @@ def mapping_error(point: GrazingPoint, overshoots: ArrayLike) -> MappingError:
         raise ParameterError("overshoot", "must be a list of finite numbers")
     displacement, leading, second = np.empty((3, len(values)))
     for k, overshoot in enumerate(values):
-        exact = exact_mapping(point, straight_beyond(point, float(overshoot))).displacement
+        exact = exact_mapping(point, beyond_stop(point, float(overshoot))).displacement
         u = math.sqrt(2.0 * overshoot / abs(point.acceleration))
         first = exact - u * point.beta
         displacement[k], leading[k] = point.size(exact), point.size(first)
@@ -172,15 +173,15 @@ def mapping_error(point: GrazingPoint, overshoots: ArrayLike) -> MappingError:
 
 
 def largest_overshoot(point: GrazingPoint) -> float:
-    """Return the overshoot up to which the exact mapping is defined for mass 1 moved straight beyond the stop.
+    """Return the overshoot up to which the exact mapping is defined for mass 1 displaced beyond the stop.
 
-    All else is as in the graze. To a millionth of itself; every doubling of 1e-3 of the clearance below it is in the
-    domain, and it is infinite when all of them up to 1024 times the clearance are.
+    The other coordinates are as in the graze. The relative error is 1e-6. All values 2^k 1e-3 of the clearance below it
+    are in the domain; it is infinite if all of them up to 1024 times the clearance are.
     """
-    inside, outside = 0.0, 1e-3 * point.clearance
+    inside, outside = 0.0, FIRST_OVERSHOOT * point.clearance
     while _defined(point, outside):
         inside, outside = outside, 2.0 * outside
-        if outside > FARTHEST_OVERSHOOT * point.clearance:
+        if outside > MAX_OVERSHOOT * point.clearance:
             return math.inf
     while outside - inside > DOMAIN_WIDTH * outside:
         middle = 0.5 * (inside + outside)
@@ -188,59 +189,59 @@ def largest_overshoot(point: GrazingPoint) -> float:
     return inside
 
 
-def straight_beyond(point: GrazingPoint, overshoot: float, depth: float = 0.0) -> Floats:
-    """Return the deviation with mass 1 at rest an overshoot beyond the stop and all else as in the graze."""
+def beyond_stop(point: GrazingPoint, overshoot: float, depth: float = 0.0) -> Floats:
+    """Return the deviation with mass 1 at rest beyond the stop and the other coordinates as in the graze."""
     deviation = np.zeros_like(point.state)
     deviation[0] = point.stop * (overshoot - depth)
     return deviation
 
 
 def _defined(point: GrazingPoint, overshoot: float) -> bool:
-    return isinstance(_exact(point, straight_beyond(point, overshoot), overshoot, 0.0), ExactMapping)
+    return isinstance(_exact(point, beyond_stop(point, overshoot), overshoot, 0.0), ExactMapping)
 
 
 def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: float) -> ExactMapping | str:
-    """Return the mapping, or why there is none."""
-    flow, restitution = ShortFlow.of(point), point.oscillator.restitution
+    """Return the image, or the reason why there is none."""
+    flow, restitution = BackwardFlow.of(point), point.oscillator.restitution
     phase = float(deviation[-1])
     start = flow.start(point.free_part(deviation), phase)
     back = flow.time_at_stop(start, overshoot, point.half_period)
     if back is None:
-        return "is beyond the mapping's domain: mass 1 is not seen to have passed the stop in the half period before"
+        return "is beyond the mapping's domain: mass 1 did not pass the stop in the previous half period"
     moment = flow.after(start, back)
     velocity = back * moment.slope
     before = start + moment.gained
     impact = deviation + _change(point, flow, moment.gained, phase, back)
     impact[0], impact[1] = -point.stop * depth, velocity
 
-    unit_impulse = np.zeros_like(start)
-    unit_impulse[:-1] = point.model.unit_impulse * (-(1.0 + restitution) * velocity)
-    unit_impulse[:-1, 0] *= flow.generator[:-1, 0, 1]
-    behind = before + unit_impulse
-    if point.stop * float(np.sum(flow.rows[2] * behind)) >= 0.0:
-        return "is beyond the mapping's domain: behind the impact mass 1 is pressed against the stop"
+    impulse = np.zeros_like(start)
+    impulse[:-1] = point.model.unit_impulse * (-(1.0 + restitution) * velocity)
+    impulse[:-1, 0] *= flow.generator[:-1, 0, 1]
+    after = before + impulse
+    if point.stop * float(np.sum(flow.rows[2] * after)) >= 0.0:
+        return "is beyond the mapping's domain: after the impact mass 1 is accelerated toward the stop"
     again = 0.0
     if restitution > 0.0:
-        found = flow.time_at_rest(behind, -restitution * velocity, point.half_period)
+        found = flow.time_at_rest(after, -restitution * velocity, point.half_period)
         if found is None:
-            return "is beyond the mapping's domain: mass 1 is not seen to have stood still in the half period before"
+            return "is beyond the mapping's domain: mass 1 would not have been at rest in the previous half period"
         again = found
-    end = flow.after(behind, again)
+    end = flow.after(after, again)
 
-    displacement = _change(point, flow, moment.gained + unit_impulse + end.gained, phase, back + again)
-    # mass 1 by itself: on the surface, and beyond the stop by what it has gone from there
+    displacement = _change(point, flow, moment.gained + impulse + end.gained, phase, back + again)
+    # mass 1 is on the surface; its overshoot is its displacement from the stop
     beyond = point.stop * again * (again * end.curve - restitution * velocity)
     displacement[0], displacement[1] = point.stop * (beyond - overshoot), 0.0
     return ExactMapping(deviation + displacement, displacement, back, again, impact, velocity)
 
 
-def _change(point: GrazingPoint, flow: ShortFlow, gained: Floats, phase: float, time: float) -> Floats:
-    """Return the change of a state at theta `phase`, shape (2N + 1,), from what its blocks gained over a time."""
+def _change(point: GrazingPoint, flow: BackwardFlow, gained: Floats, phase: float, time: float) -> Floats:
+    """Return the change of a state at theta `phase`, shape (2N + 1,), from the change of its blocks over a time."""
     return point.deviation(flow.free(gained), 0.0) + point.steady_change(point.omega * time, phase)
 
 
 def _order(overshoot: Floats, error: Floats) -> float:
-    """Return the exponent of a power law through errors, least squares in logarithms."""
+    """Return the exponent of a power law fitted to errors by least squares in logarithms."""
     used = error > 0.0
     if np.count_nonzero(used) < 2:
         return math.nan

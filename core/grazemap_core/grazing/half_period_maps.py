@@ -1,7 +1,7 @@
-"""The smooth maps from one Poincare surface to the other, half a period on, and their Jacobians (28), (46).
+"""The smooth maps from one Poincare surface to the other over half a period, and their Jacobians (28), (46).
 
-A state with mass 1 standing still near a stop flows in; out flows the state in which, were there no stops, it stands
-still near the other one. The motion in between is closed form; only the phase at which it arrives is searched.
+A state with mass 1 at rest near a stop is mapped to the state in which, without stops, it is at rest near the other
+stop. The motion between them is in closed form; the phase at which it arrives is found by Newton's method.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from grazemap_core.grazing.tolerances import HALF_MAP_SETTLED, HALF_MAP_STEPS
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.modal import ModalModel
 
-LOST = "is beyond the neighbourhood of the graze: mass 1 does not stand still within a quarter period of the next one"
+NOT_NEARBY = "is beyond the neighbourhood of the graze: mass 1 is not at rest within a quarter period of the next graze"
 
 
 def half_period_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
-    """Return the deviation from ``point.opposite()`` half a period on: P_1 for stop A, P_2 for stop C.
+    """Return the deviation from ``point.opposite()`` half a period later: P_1 for stop A, P_2 for stop C.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def half_period_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
     Raises
     ------
     ParameterError
-        The deviation is of the wrong shape or not on the surface, or so large that mass 1 does not stand still within a
+        The deviation is of the wrong shape or not on the surface, or so large that mass 1 is not at rest within a
         quarter period of the other graze.
     """
     values = checked_deviation(point, deviation)
@@ -50,27 +50,27 @@ def half_period_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
 
 
 def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Floats, float]:
-    """Follow a motion without impacts to where mass 1 stands still near a grazing point.
+    """Return where mass 1 is at rest near a grazing point on a motion without impacts.
 
     Parameters
     ----------
     point : GrazingPoint
-        Where it goes.
+        The grazing point near which mass 1 is at rest.
     free : ndarray of shape (N, 2)
-        Its free part, in block coordinates.
+        Free part of the initial state, in block coordinates.
     phase : float
-        theta less that of the point; the motion is followed to one near 0, forward or back.
+        theta of the initial state minus that of the point; the motion is followed to a phase near 0, forward or back.
 
     Returns
     -------
     free : ndarray of shape (N, 2)
     phase : float
-        There.
+        Where mass 1 is at rest.
 
     Raises
     ------
     ParameterError
-        There is none within a quarter period.
+        Mass 1 is not at rest within a quarter period of the point.
     """
     model, omega = point.model, point.omega
     speed = point.stop * omega * point.clearance
@@ -78,7 +78,7 @@ def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Float
     end = 0.0
     for _ in range(HALF_MAP_STEPS):
         arrived = advanced(model, free, (end - phase) / omega)
-        # sin(end) = s v_free/(omega A), and its derivative by the phase
+        # sin(end) = s v_free/(omega A), and its derivative with respect to the phase
         terms = velocity * arrived.ravel() / speed
         rest = math.sin(end) - float(np.sum(terms))
         slope = math.cos(end) - float(velocity @ _rates(model, arrived).ravel()) / (omega * speed)
@@ -89,11 +89,11 @@ def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Float
             break
         if abs(end - before) <= HALF_MAP_SETTLED * float(np.sum(np.abs(terms))):
             return advanced(model, free, (end - phase) / omega), end
-    raise ParameterError("deviation", LOST)
+    raise ParameterError("deviation", NOT_NEARBY)
 
 
 def flow_jacobian(point: GrazingPoint) -> Floats:
-    """Return ``Phi_x(x*, T/2)``, how the state half a period on depends on that at the graze.
+    """Return ``Phi_x(x*, T/2)``, the derivative of the state half a period later with respect to that at the graze.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def flow_jacobian(point: GrazingPoint) -> Floats:
         through[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = np.reshape(entries, (2, 2))
     jacobian = np.zeros((2 * count + 1, 2 * count + 1))
     jacobian[np.ix_(mixed, mixed)] = model.from_modal @ through @ model.to_modal
-    # a change of theta moves the steady motion along: what is not so moved flows freely
+    # a change of theta shifts the steady motion in time; the rest of the change flows freely
     along, onward = point.vector_field / point.omega, point.opposite().vector_field / point.omega
     jacobian[:, -1] = onward - jacobian @ along
     jacobian[-1, -1] = 1.0
@@ -130,18 +130,18 @@ def surface_projection(point: GrazingPoint) -> Floats:
 
 
 def half_period_jacobian(point: GrazingPoint) -> Floats:
-    """Return the Jacobian (46) of `half_period_map` at the graze; field and surface are those at its end.
+    """Return the Jacobian (46) of `half_period_map` at the graze, with vector field and surface at its end.
 
     Returns
     -------
     ndarray of shape (2N + 1, 2N + 1)
-        Takes the vector field to zero, equations (49) and (50).
+        Maps the vector field to zero, equations (49) and (50).
     """
     return surface_projection(point.opposite()) @ flow_jacobian(point)
 
 
 def advanced(model: ModalModel, free: Floats, time: float) -> Floats:
-    """Return a free part, shape (N, 2), a time later."""
+    """Return a free part, shape (N, 2), after a time."""
     result = np.empty_like(free)
     for j, (u, rate) in enumerate(free):
         decay, discriminant = float(model.decay[j]), float(model.discriminant[j])

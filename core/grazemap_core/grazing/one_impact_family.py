@@ -1,8 +1,8 @@
-"""Families of periodic motions with one impact: what their closed forms are made of.
+"""Families of periodic motions with one impact, and the periodic sums in their closed forms.
 
 A family is one oscillator at one forcing frequency with a pattern of impacts: one impact on one stop in n forcing
-periods, or one on either stop, half of n periods apart (n odd). Oscillator, frequency and pattern flow in; the periodic
-sums of the impulse response at multipliers +1 and -1 flow out (theory, "One impact a period").
+periods, or one on each stop, half of n periods apart (n odd). Its closed forms contain the periodic sums of the impulse
+response at the multipliers +1 and -1 (theory, "One impact a period").
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import before_kick
+from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN
 
@@ -28,7 +28,7 @@ class Pattern:
     multiple : int
         n, the forcing periods after which the motion repeats.
     symmetric : bool
-        One impact on either stop, half of the n periods apart; otherwise one impact on one stop.
+        One impact on each stop, half of the n periods apart; otherwise one impact on one stop.
     """
 
     multiple: int
@@ -55,19 +55,19 @@ class Pattern:
 
 
 @dataclass(frozen=True, eq=False)
-class KickSums:
+class PeriodicSums:
     """``sum_{k>=1} mu^-k g(k tau)`` and the same with g', g'', at ``mu = +1`` and ``mu = -1``.
 
-    Signs alternate the other way round for symmetric motions, whose kicks do.
+    For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too.
 
     Attributes
     ----------
     displacement, velocity, acceleration : float
-        H, H', H'' at mu = +1: what mass 1 has just before an impact from all earlier ones, each a unit kick.
+        H, H', H'' at mu = +1: those of mass 1 just before an impact after unit impulses at all earlier ones.
     doubled_displacement, doubled_velocity, doubled_acceleration : float
-        At mu = -1.
+        The same at mu = -1.
     state : ndarray of shape (N, 2)
-        Each block's part in displacement and velocity of mass 1 just behind a kick, it included.
+        Contribution of each block to displacement and velocity of mass 1 just after an impulse.
     """
 
     displacement: float
@@ -79,12 +79,12 @@ class KickSums:
     state: Floats
 
 
-def kick_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> KickSums:
+def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> PeriodicSums:
     """Return the sums of a family."""
     tau = pattern.spacing(omega)
-    before, bends = [], []
+    before, accelerations = [], []
     for kind in pattern.kinds:
-        state = before_kick(
+        state = state_before_impulse(
             kind,
             response.decay,
             response.discriminant,
@@ -94,21 +94,23 @@ def kick_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> Kick
             tau,
         )
         before.append(state)
-        bends.append(float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1])))
+        accelerations.append(
+            float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
+        )
     same, doubled = before
-    return KickSums(
+    return PeriodicSums(
         displacement=float(np.sum(same[:, 0])),
         velocity=float(np.sum(same[:, 1])),
-        acceleration=bends[0],
+        acceleration=accelerations[0],
         doubled_displacement=float(np.sum(doubled[:, 0])),
         doubled_velocity=float(np.sum(doubled[:, 1])),
-        doubled_acceleration=bends[1],
+        doubled_acceleration=accelerations[1],
         state=same + np.stack([response.value, response.slope], axis=1),
     )
 
 
 def sum_slopes(response: ImpulseResponse, pattern: Pattern, omega: float) -> tuple[tuple[float, float, float], ...]:
-    """Return, for mu = +1 and -1, the derivative of H by omega, H's round-off, and its terms at this omega."""
+    """Return for mu = +1 and -1 the derivative of H with respect to omega, its round-off, and the size of its terms."""
     tau = pattern.spacing(omega)
     slopes = []
     for kind in pattern.kinds:

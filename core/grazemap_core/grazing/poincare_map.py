@@ -1,7 +1,7 @@
-"""The Poincare map of a grazing motion, and the motion itself beside it.
+"""The Poincare map of a grazing motion, and its comparison with simulation.
 
-A state near a graze flows in; what flows out is where it comes to at its next returns, one half period each: by the map
-``P = P_2 o DM_2 o P_1 o DM_1``, equation (26), and by following the motion from impact to impact.
+The returns of a state near a graze, half a period apart, are computed by the map ``P = P_2 o DM_2 o P_1 o DM_1``,
+equation (26), and by simulation of the motion.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ Smooth = Literal["linear", "exact"]
 
 @dataclass(frozen=True, eq=False)
 class Returns:
-    """Where a motion comes to near the stops, half a period apart; row 0 is where it began.
+    """The returns of a motion to the stops, half a period apart; row 0 is the initial state.
 
     Attributes
     ----------
     deviation : ndarray of shape (m + 1, 2N + 1)
-        Row k: from the grazing point of stop A or C in turn, on its Poincare surface, as it would be without the impact
-        there. NaN from where the neighbourhood of the graze was left.
+        Row k is relative to the grazing points of stops A and C in turn, on the Poincare surface, as it would be
+        without the impact there. NaN from the return on at which the motion has left the neighbourhood of the graze.
     overshoot : ndarray of shape (m + 1,)
-        How far mass 1 is beyond the stop there; an impact where it is positive.
+        Distance of mass 1 beyond the stop there; there is an impact if it is positive.
     """
 
     deviation: Floats
@@ -44,13 +44,13 @@ class Returns:
 
 @dataclass(frozen=True, eq=False)
 class ReturnComparison:
-    """A map and the motion itself from one state; the range in which the map is of use.
+    """The returns of one state by the map and by simulation.
 
     Attributes
     ----------
     mapped, simulated : Returns
     error : ndarray of shape (m + 1,)
-        Size of their difference in units of clearance, omega clearance and radians, `GrazingPoint.size`.
+        Size of the difference in units of clearance, omega clearance and radians, `GrazingPoint.size`.
     """
 
     mapped: Returns
@@ -65,30 +65,31 @@ def half_return(
     mapping: Mapping = "leading",
     smooth: Smooth = "exact",
 ) -> Floats:
-    """Return the deviation at the other stop half a period on: ``P_1 o DM_1`` or ``P_2 o DM_2``, equations (31), (32).
+    """Return the deviation at the other stop half a period later, ``P_1 o DM_1`` or ``P_2 o DM_2``: (31), (32).
 
     Parameters
     ----------
     point : GrazingPoint
-        At the stop where it begins.
+        At the stop of the initial state.
     deviation : array_like of shape (2N + 1,)
         On the Poincare surface.
     depth : float
-        How far the stops stand inside the steady amplitude.
+        Steady amplitude minus clearance.
     mapping : {"leading", "exact"}
         Which discontinuity mapping.
     smooth : {"linear", "exact"}
-        The half-period map by its Jacobian, as the paper has it, or itself.
+        The half-period map, linearised as in the paper or exact.
 
     Returns
     -------
     ndarray of shape (2N + 1,)
-        From ``point.opposite()``.
+        Relative to ``point.opposite()``.
 
     Raises
     ------
     ParameterError
-        The state is off the surface, beyond the domain of the exact mapping, or too far for the smooth map.
+        The state is off the surface, beyond the domain of the exact mapping, or too far from the graze for the smooth
+        map.
     """
     if mapping not in ("leading", "exact"):
         raise ParameterError("mapping", "must be leading or exact")
@@ -103,7 +104,7 @@ def half_return(
 
 
 def mirrored(deviation: Floats) -> Floats:
-    """Return S: displacements and velocities negated, theta kept; from one stop's point to the other's."""
+    """Return the mirror image S x: displacements and velocities negated, theta unchanged."""
     result = -deviation
     result[-1] = deviation[-1]
     return result
@@ -116,7 +117,7 @@ def symmetric_root(
     mapping: Mapping = "leading",
     smooth: Smooth = "exact",
 ) -> Floats:
-    """Return ``S P_1 DM_1``, from one stop's surface to itself; its square is the Poincare map.
+    """Return ``S P_1 DM_1``, which maps the surface of a stop to itself; its square is the Poincare map.
 
     Parameters and errors as in `half_return`.
     """
@@ -130,7 +131,7 @@ def poincare_map(
     mapping: Mapping = "leading",
     smooth: Smooth = "exact",
 ) -> Floats:
-    """Return ``P = P_2 o DM_2 o P_1 o DM_1``, equation (26), the deviation a period on.
+    """Return ``P = P_2 o DM_2 o P_1 o DM_1``, equation (26), the deviation a period later.
 
     Parameters and errors as in `half_return`.
     """
@@ -146,9 +147,9 @@ def mapped_returns(
     mapping: Mapping = "leading",
     smooth: Smooth = "exact",
 ) -> Returns:
-    """Iterate the map over a number of returns, half a period each.
+    """Return a number of iterates of the map, half a period each.
 
-    Parameters and errors as in `half_return`; a state that the map no longer applies to ends the rows that are numbers.
+    Parameters and errors as in `half_return`; rows after a state outside the domain of the map are NaN.
     """
     checked_order("returns", returns, 1)
     rows = np.full((returns + 1, len(point.state)), math.nan)
@@ -166,7 +167,7 @@ def mapped_returns(
 
 
 def simulated_returns(point: GrazingPoint, deviation: ArrayLike, returns: int, depth: float = 0.0) -> Returns:
-    """Follow the motion itself over a number of returns, from the impact that leads to a state, event by event.
+    """Return a number of returns by simulation, starting from the impact that precedes the state.
 
     Parameters
     ----------
@@ -192,7 +193,7 @@ def simulated_returns(point: GrazingPoint, deviation: ArrayLike, returns: int, d
     displacement, velocity = state[:-1:2].copy(), state[1::2].copy()
     if begin is not values:
         displacement[0] = point.stop * clearance
-    # looked at in the middle between two returns, where no impact is near
+    # sampled in the middle between two returns, where no impact is near
     turns = math.pi * (np.arange(1, returns + 1) - 0.5) - begin[-1]
     run = trajectory(
         point.oscillator,
@@ -227,10 +228,11 @@ def compare_returns(
     mapping: Mapping = "leading",
     smooth: Smooth = "exact",
 ) -> ReturnComparison:
-    """Return a map's returns beside those of the motion itself, and how far they are apart.
+    """Return the returns by the map and by simulation, and their difference.
 
-    With the leading-order mapping the error at the first return is of the order of the overshoot, and stays so while no
-    impact recurs; behind a return with an impact it is of the order of the overshoot's square root (docs/theory.md).
+    With the leading-order mapping the error at the first return is of the order of the overshoot, and remains so while
+    no impact recurs; after a return with an impact it is of the order of the square root of the overshoot
+    (docs/theory.md).
 
     Parameters and errors as in `mapped_returns` and `simulated_returns`.
     """
@@ -241,5 +243,6 @@ def compare_returns(
 
 
 def _returns(point: GrazingPoint, rows: Floats, depth: float) -> Returns:
+    """Return the returns with these deviations, shape (m + 1, 2N + 1)."""
     stops = point.stop * (-1.0) ** np.arange(len(rows))
     return Returns(rows, depth + stops * rows[:, 0])

@@ -1,11 +1,10 @@
-"""A grazing point of the steady motion, and the coordinates in which its neighbourhood keeps all its digits.
+"""A grazing point of the steady motion, and deviations from it.
 
-An oscillator and a forcing frequency flow in; the point of contact flows out as the paper's state vector (20), with the
-vector field there and the two coefficients of the discontinuity mapping (27).
+The point is the paper's state vector (20), with the vector field there and the two coefficients of the discontinuity
+mapping (27).
 
-States near the point are given as *deviations* from it. What happens there is small against the state itself, and a
-difference of states would lose it: an overshoot of 1e-12 of the clearance has four digits in a displacement, and all of
-them in a deviation.
+States near the point are represented by their *deviations* from it, because differences of states would lose digits: an
+overshoot of 1e-12 of the clearance has four digits in a displacement, and all of them in a deviation.
 """
 
 from __future__ import annotations
@@ -42,13 +41,13 @@ class GrazingPoint:
     vector_field : ndarray of shape (2N + 1,)
         f(x*), its last entry omega, equation (20).
     acceleration : float
-        a_1*, that of mass 1: ``-stop omega^2 clearance``, always away from the stop.
+        a_1*, the acceleration of mass 1: ``-stop omega^2 clearance``, always away from the stop.
     beta : ndarray of shape (2N + 1,)
         Coefficient of ``u = sqrt(2 overshoot/|a_1*|)`` in the discontinuity mapping, equation (27).
     gamma : ndarray of shape (2N + 1,)
-        Coefficient of ``u^2`` in it, for a deviation that is itself no larger than ``u^2``.
+        Coefficient of ``u^2`` in it, for deviations of the order of ``u^2``.
     model : ModalModel
-        The free motion.
+        The modal model of the free motion.
     steady : ndarray of complex, shape (N,)
         Displacements of the steady motion are ``Im(steady e^{i phi})`` where theta is phi ahead of the point.
     """
@@ -83,28 +82,28 @@ class GrazingPoint:
         return np.array([*(pair * self.oscillator.size), 1.0])
 
     def steady_change(self, turn: float, phase: float = 0.0) -> Floats:
-        """Return how far the steady motion goes as theta advances by `turn` from `phase` ahead of the point.
+        """Return the change of the steady motion, shape (2N + 1,), as theta advances by `turn` from `phase`.
 
-        Shape (2N + 1,). Small changes keep their relative accuracy.
+        `phase` is relative to the point. Small changes keep their relative accuracy.
         """
         factor = complex(-2.0 * math.sin(0.5 * turn) ** 2, math.sin(turn))  # e^{i turn} - 1
         change = self.steady * cmath.exp(1j * phase) * factor
         return interleaved(change.imag, self.omega * change.real, turn)
 
     def free_part(self, deviation: Floats) -> Floats:
-        """Return a deviation less that of the steady motion at its phase, in block coordinates, shape (N, 2)."""
+        """Return a deviation minus that of the steady motion at its phase, in block coordinates, shape (N, 2)."""
         rest = deviation - self.steady_change(float(deviation[-1]))
         return np.asarray(self.model.to_modal @ rest[self.masses_first]).reshape(-1, 2)
 
     def deviation(self, free: Floats, phase: float) -> Floats:
-        """Return the deviation, shape (2N + 1,), of what `free_part` returns, with theta `phase` ahead."""
+        """Return the deviation, shape (2N + 1,), with a free part as of `free_part` and theta `phase` ahead."""
         count = self.oscillator.size
         physical = np.asarray(self.model.from_modal @ free.ravel())
         return interleaved(physical[:count], physical[count:], 0.0) + self.steady_change(phase)
 
     @property
     def masses_first(self) -> Integers:
-        """Places in a state of x_1 .. x_N, then of v_1 .. v_N."""
+        """Indices in a state of x_1 .. x_N, then of v_1 .. v_N."""
         count = self.oscillator.size
         return np.concatenate([np.arange(count) * 2, np.arange(count) * 2 + 1])
 
@@ -117,9 +116,9 @@ def grazing_point(oscillator: Oscillator, omega: float, stop: int = 1) -> Grazin
     ParameterError
         Nothing is forced, or a number is out of range.
     SteadyMotionError
-        A mode is undamped or resonates practically undamped.
+        A mode is undamped, or a resonance practically undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     if stop not in (1, -1):
         raise ParameterError("stop", "must be +1 (stop A) or -1 (stop C)")
@@ -160,7 +159,7 @@ def _point(
     if mirror is None:
         response = steady_response(oscillator, [omega])[0]
         clearance = float(abs(response[0]))
-        # mass 1 is on the stop by definition: the phases of all others are relative to it
+        # mass 1 is exactly on the stop; the phases of the other masses are relative to it
         steady = 1j * stop * clearance * (response / response[0])
         steady[0] = 1j * stop * clearance
     else:
@@ -190,18 +189,18 @@ def _mapping_coefficients(
 ) -> tuple[Floats, Floats]:
     """Return beta and gamma (docs/theory.md, "The discontinuity mapping")."""
     restitution, mass = oscillator.restitution, oscillator.masses
-    lost = 1.0 + restitution
-    beta = -lost * interleaved(velocity, acceleration, omega)
+    rebound = 1.0 + restitution
+    beta = -rebound * interleaved(velocity, acceleration, omega)
     beta[1] = 0.0
     coupling = oscillator.damping_matrix[:, 0] / mass  # C_i1/m_i
-    viscous_term = restitution * lost * coupling[0]
-    x = -viscous_term * velocity + 0.5 * lost**2 * acceleration
+    viscous_term = restitution * rebound * coupling[0]
+    x = -viscous_term * velocity + 0.5 * rebound**2 * acceleration
     v = (
         -viscous_term * acceleration
-        - 0.5 * (lost * omega) ** 2 * velocity
-        + restitution * lost * acceleration[0] * coupling
+        - 0.5 * (rebound * omega) ** 2 * velocity
+        + restitution * rebound * acceleration[0] * coupling
     )
-    x[0] = 0.5 * (1.0 - restitution) * lost * acceleration[0]
+    x[0] = 0.5 * (1.0 - restitution) * rebound * acceleration[0]
     v[0] = 0.0
     return beta, interleaved(x, v, -viscous_term * omega)
 

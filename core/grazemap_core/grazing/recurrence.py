@@ -1,7 +1,7 @@
-"""What a graze leads to: the sequence xi_m of equations (42)-(58), stability at grazing, and the next contact below it.
+"""Recurrence after a graze: the sequence xi_m of equations (42)-(58), stability at grazing, and the next contact.
 
-An oscillator and forcing frequencies flow in. After an impact at overshoot ``|a_1*| u^2/2`` mass 1 comes to its m-th
-return, half a period each, with the overshoot ``-sign xi_m u`` to leading order: the sign of xi_m decides what recurs.
+After an impact at the overshoot ``|a_1*| u^2/2``, the overshoot of mass 1 at its m-th return, half a period each, is
+``-sign xi_m u`` to leading order: the sign of xi_m decides whether an impact recurs.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ Jacobian = Callable[[GrazingPoint], Floats]
 
 @dataclass(frozen=True, eq=False)
 class RecurrenceSequence:
-    """xi_m for m = 1 .. M, three ways, and what it says about the stability of the grazing motion.
+    """xi_m for m = 1 .. M, computed in three ways, and the stability of the grazing motion.
 
-    Rows of the arrays of shape (2, M) are a graze at stop A and one at C; the return m is at the same stop for even
-    m and at the other one for odd m.
+    The rows of arrays of shape (2, M) are for a graze at stop A and at stop C; the return m is at the same stop for
+    even m and at the other one for odd m.
 
     Attributes
     ----------
@@ -48,11 +48,11 @@ class RecurrenceSequence:
     from_flows : ndarray of shape (2, M)
         The same from products of the flow's Jacobians, as (57) is written.
     size : ndarray of shape (M,)
-        Size of the terms that xi is the sum of; its round-off is relative to this.
+        Sum of the moduli of the terms of xi, to which its round-off is relative.
     first_recurrence : int
-        First m with an impact that recurs, 0 if none does up to M.
+        First m at which an impact recurs, 0 if none does up to M.
     recurrence_stop : {+1, -1, 0}
-        Where, for a graze at A; 0 if none does.
+        The stop of that impact, for a graze at A; 0 if there is none.
     """
 
     order: Integers
@@ -66,23 +66,23 @@ class RecurrenceSequence:
 
     @property
     def stable(self) -> bool:
-        """No impact recurs up to the last order looked at, so that it fades: equations (33)-(40)."""
+        """Whether no impact recurs up to the largest order, so that perturbations decay: equations (33)-(40)."""
         return self.first_recurrence == 0
 
 
 @dataclass(frozen=True, eq=False)
 class NextContact:
-    """The contact after one impact of the steady motion, clearances being a little below the grazing curve.
+    """The next contact after an impact of the steady motion, at a clearance slightly below the grazing curve.
 
     Attributes
     ----------
     order : ndarray of int, shape (n,)
-        Half periods from the first return with an impact to the next, 0 if there is none up to the largest looked at.
+        Half periods from the impact to the next one, 0 if there is none up to the largest order.
     stop : ndarray of int, shape (n,)
-        Where, for an impact at A: +1 (A), -1 (C), 0 if there is none.
+        The stop of the next impact, for an impact at A: +1 (A), -1 (C), 0 if there is none.
     margin : ndarray of shape (n,)
-        The least distance of an order that was looked at from its threshold, relative to the threshold. The rule is the
-        leading order in ``sqrt(distance)``: it decides nothing where the margin is of that size.
+        Minimum distance of an order from its threshold, relative to the threshold. The rule is of leading order in
+        ``sqrt(distance)``: it is not reliable if the margin is of that size.
     """
 
     order: Integers
@@ -107,9 +107,9 @@ def recurrence_sequence(oscillator: Oscillator, omega: float, max_order: int = 8
     ParameterError
         Nothing is forced, or a number is out of range.
     SteadyMotionError
-        A mode is undamped or resonates practically undamped.
+        A mode is undamped, or a resonance practically undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     checked_order("max_order", max_order, 1)
     curve = grazing_curve(oscillator, [omega], max_order)
@@ -149,15 +149,15 @@ def xi_along(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) -> Fl
 
 
 def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, max_order: int = 8) -> NextContact:
-    """Return the first return at which the steady motion, once it has hit a stop, hits one again.
+    """Return the first return with an impact after an impact of the steady motion.
 
-    At the clearance ``A(omega) (1 - distance)`` the impact is at u = sqrt(2 distance)/omega before the steady motion
-    turns, and an impact recurs at the first m with
+    At the clearance ``A(omega) (1 - distance)`` the impact precedes the maximum of the steady motion by the time
+    u = sqrt(2 distance)/omega, and an impact recurs at the first m with
 
-        G_m < u/(2 (1 + R)) (1 - (1 + R) G'_m)^2,    G_m = (-1)^m Phi_12(m T/2), G'_m its derivative alike,
+        G_m < u/(2 (1 + R)) (1 - (1 + R) G'_m)^2,    G_m = (-1)^m Phi_12(m T/2), G'_m its derivative likewise,
 
-    which is the sign rule of `grazing_curve` for distance -> 0. The square is there because the impact moves the moment
-    at which mass 1 turns: without it the threshold is of the right order only.
+    which is the sign rule of `grazing_curve` for distance -> 0. The square accounts for the shift of the maximum of x_1
+    by the impact: without it only the order of the threshold is correct.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, 
     distance : array_like, one number or shape (n,)
         ``1 - clearance/A(omega)``, in (0, 1).
     max_order : int
-        Largest return m looked at, >= 1.
+        Largest return m, >= 1.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, 
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     require_forced(oscillator)
     require_damped(oscillator)
@@ -188,7 +188,7 @@ def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, 
         raise ParameterError("distance", "must be one number, or one for every omega")
     if not np.all((below > 0.0) & (below < 1.0)):
         raise ParameterError("distance", "must lie between 0 and 1, both excluded")
-    lost = 1.0 + oscillator.restitution
+    rebound = 1.0 + oscillator.restitution
     response = impulse_response(modal_model(oscillator))
     u = np.sqrt(2.0 * below) / values
     order = np.zeros(len(values), dtype=np.int64)
@@ -196,12 +196,12 @@ def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, 
     for m in range(1, max_order + 1):
         value, slope, _, _ = evaluate(response, m * math.pi / values)
         sign = 1.0 if m % 2 == 0 else -1.0
-        threshold = 0.5 * u / lost * (1.0 - lost * sign * slope) ** 2
-        apart = sign * value - threshold
-        looked_at = order == 0
-        relative = np.abs(apart) / np.maximum(threshold, np.finfo(np.float64).tiny)
-        margin = np.where(looked_at, np.minimum(margin, relative), margin)
-        order = np.where(looked_at & (apart < 0.0), m, order)
+        threshold = 0.5 * u / rebound * (1.0 - rebound * sign * slope) ** 2
+        difference = sign * value - threshold
+        pending = order == 0
+        relative = np.abs(difference) / np.maximum(threshold, np.finfo(np.float64).tiny)
+        margin = np.where(pending, np.minimum(margin, relative), margin)
+        order = np.where(pending & (difference < 0.0), m, order)
     stop = np.where(order == 0, 0, np.where(order % 2 == 0, 1, -1))
     return NextContact(order, stop, margin)
 
@@ -215,7 +215,7 @@ def _families(order: int) -> tuple[Family, Family]:
 
 
 def _term_by_term(point: GrazingPoint, max_order: int, jacobian: Jacobian) -> Floats:
-    """Return ``h_D J ... J beta`` for 1 .. max_order factors J, of stops in turn, shape (max_order,)."""
+    """Return ``h_D J ... J beta`` for 1 .. max_order factors J of alternating stops, shape (max_order,)."""
     across, back = jacobian(point), jacobian(point.opposite())
     vector, result = point.beta, np.empty(max_order)
     for m in range(max_order):

@@ -1,17 +1,17 @@
-"""What leaves the grazing curve at a resonant point: on which side, how steeply, and whether it is physical.
+"""Unfoldings of resonant points: the bifurcation curve that leaves the grazing curve there, to leading order.
 
-A resonant point flows in; out flows the leading order of the curve of saddle-nodes, period doublings or symmetry
-breakings that begins there, and of the branches beside it (theory, "What leaves a resonant point").
+The curve is one of saddle-nodes, period doublings or symmetry breakings; the branches of orbits beside it, and whether
+they are admissible, are computed too (theory, "What leaves a resonant point").
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, contact_margin
-from grazemap_core.grazing.one_impact_family import Pattern, kick_sums, sum_slopes
+from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, KickedMotion, contact_margin
+from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
 from grazemap_core.model.impulse_response import ImpulseResponse
 
 Sign = Literal[-1, 1]
@@ -31,12 +31,12 @@ class ResonantUnfolding:
         Orbits of vanishing impact speed have a clearance below (-1) or above (+1) that of the grazing curve, at omega
         just below and just above the point.
     curve_omega : -1 or 1
-        The curve is at smaller (-1) or larger (+1) omega.
+        The curve lies at smaller (-1) or larger (+1) omega.
     curve_clearance : -1 or 1
-        The curve is below (-1) or above (+1) the grazing curve.
+        The curve lies below (-1) or above (+1) the grazing curve.
     contact : {"transversal", "tangent"}
-        Of the curve with the grazing curve. Saddle-nodes are tangent; period doubling and symmetry breaking are
-        transversal, but tangent where their point is one with that of the saddle-nodes, as always for one mass.
+        Contact of the curve with the grazing curve. It is tangent for saddle-nodes and transversal for period doubling
+        and symmetry breaking, unless their point coincides with that of the saddle-nodes, as always for one mass.
     slope : float
         0 for a tangent curve.
     quadratic : float or None
@@ -44,14 +44,14 @@ class ResonantUnfolding:
     velocity_slope : float
         Impact velocity on the curve is this times the distance in omega, > 0.
     transversality : float
-        Omega times the derivative by omega of the sum that vanishes here, over the sum of its blocks' amplitudes; 0
-        would be a degenerate point.
+        Omega times the derivative with respect to omega of the sum that vanishes here, over the sum of the amplitudes
+        of its blocks; a point with 0 would be degenerate.
     admissible : bool or None
-        Whether the orbits near the point have no contact with a stop but their impacts; None where leading order, or
-        round-off, does not decide it.
+        Whether the orbits near the point have no contact with a stop other than their impacts; None if the leading
+        order, or round-off, does not decide it.
     margin : float or None
-        By how much, relative to the size of its terms, the least of the distances holds that decide it; None for
-        symmetric motions of n = 1, which have none to hold.
+        Minimum of the distances that decide it, relative to the size of their terms; None for symmetric motions of
+        n = 1, for which there are none.
     """
 
     orbits_before: Sign
@@ -70,7 +70,7 @@ class ResonantUnfolding:
 def resonant_unfolding(
     response: ImpulseResponse, restitution: float, omega: float, amplitude: float, pattern: Pattern, saddle_node: bool
 ) -> ResonantUnfolding | None:
-    """Return the unfolding of a resonant point, or None where round-off hides in which direction its sum vanishes.
+    """Return the unfolding of a resonant point, or None if round-off hides the sign of the derivative of its sum.
 
     Parameters
     ----------
@@ -79,14 +79,14 @@ def resonant_unfolding(
     omega, amplitude : float
         The point on the grazing curve.
     pattern : Pattern
-        Of the orbits.
+        Pattern of impacts of the orbits.
     saddle_node : bool
-        The sum at multiplier +1 vanishes here; otherwise that at -1 (PD, SB).
+        Whether the sum at multiplier +1 vanishes here; otherwise that at -1 does (PD, SB).
     """
-    sums = kick_sums(response, pattern, omega)
+    sums = periodic_sums(response, pattern, omega)
     (same, same_roundoff, same_terms), (other, _, other_terms) = sum_slopes(response, pattern, omega)
     rebound = 1.0 + restitution
-    # round-off of the sum's slope: that of the sum itself counts for a fraction of a period of its fastest term
+    # the round-off of the derivative is that of the sum times the phase of its fastest term over the spacing
     turning = pattern.spacing(omega) * float(max(response.frequency_squared)) ** 0.5
     vanishing, terms = (same, same_terms) if saddle_node else (other, other_terms)
     transversality = omega * vanishing / terms
@@ -96,52 +96,76 @@ def resonant_unfolding(
     c = rebound * sums.displacement
     c_slope = rebound * same
 
-    # both sums at once: to round-off, and for one mass by the form of its response
+    # whether both sums vanish: to round-off, and always for one mass
     together = len(response.decay) == 1 or abs(sums.displacement) <= same_roundoff
-    quadratic: float | None
-    curve_clearance: Sign
     if saddle_node:
-        velocity_slope = c_slope * amplitude / (d * d)
-        slope, quadratic = 0.0, 0.5 * amplitude * (c_slope / d) ** 2
-        curve_omega, curve_clearance = _sign(-c_slope), 1
+        curve = _saddle_node_curve(c_slope, d, amplitude)
     else:
         straight = 1.0 + rebound * sums.doubled_velocity
         velocity_slope = -rebound * other * (omega / straight) ** 2 * amplitude
-        curve_omega = _sign(velocity_slope)
-        if together:
-            slope = 0.0
-            quadratic = -((d * velocity_slope) ** 2 / (2.0 * amplitude) + c_slope * velocity_slope)
-            curve_clearance = _sign(quadratic)
-        else:
-            slope, quadratic = -c * velocity_slope, None
-            curve_clearance = _sign(slope * curve_omega)
+        curve = _doubling_curve(c, c_slope, d, velocity_slope, amplitude, together)
     turns = saddle_node or together
     after = _sign(-c_slope) if turns else _sign(-c)
     before = _sign(c_slope) if turns else after
 
-    margin, verdict = contact_margin(
+    motion = KickedMotion(
         response.decay,
         response.discriminant,
         response.frequency_squared,
         sums.state,
         0.0 if turns else sums.displacement,
+        1.0,
         omega,
-        pattern.half_periods,
     )
+    margin, verdict = contact_margin(motion, pattern.half_periods)
     return ResonantUnfolding(
         orbits_before=before,
         orbits_after=after,
-        curve_omega=curve_omega,
-        curve_clearance=curve_clearance,
+        curve_omega=curve.omega,
+        curve_clearance=curve.clearance,
         contact="tangent" if turns else "transversal",
-        slope=slope,
-        quadratic=quadratic,
-        velocity_slope=abs(velocity_slope),
+        slope=curve.slope,
+        quadratic=curve.quadratic,
+        velocity_slope=abs(curve.velocity_slope),
         transversality=transversality,
         admissible=verdict == FOUND if verdict in (FOUND, NEVER) else None,
         margin=None if math.isinf(margin) else margin,
     )
 
 
+class _Curve(NamedTuple):
+    """Sides and leading order of a bifurcation curve, as in `ResonantUnfolding`; velocity_slope is signed."""
+
+    omega: Sign
+    clearance: Sign
+    slope: float
+    quadratic: float | None
+    velocity_slope: float
+
+
+def _saddle_node_curve(c_slope: float, d: float, amplitude: float) -> _Curve:
+    """Return the curve of saddle-nodes."""
+    return _Curve(
+        omega=_sign(-c_slope),
+        clearance=1,
+        slope=0.0,
+        quadratic=0.5 * amplitude * (c_slope / d) ** 2,
+        velocity_slope=c_slope * amplitude / (d * d),
+    )
+
+
+def _doubling_curve(
+    c: float, c_slope: float, d: float, velocity_slope: float, amplitude: float, together: bool
+) -> _Curve:
+    """Return the curve of period doublings or symmetry breakings; `together` if both sums vanish."""
+    side = _sign(velocity_slope)
+    if together:
+        quadratic = -((d * velocity_slope) ** 2 / (2.0 * amplitude) + c_slope * velocity_slope)
+        return _Curve(side, _sign(quadratic), 0.0, quadratic, velocity_slope)
+    slope = -c * velocity_slope
+    return _Curve(side, _sign(slope * side), slope, None, velocity_slope)
+
+
 def _sign(value: float) -> Sign:
+    """Return the sign of a number, -1 for 0."""
     return 1 if value > 0.0 else -1

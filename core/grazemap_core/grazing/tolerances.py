@@ -13,49 +13,60 @@ Round-off hides two zeros that are closer than about sqrt(EPSILON) = 1.5e-8 of a
 """
 
 MAX_CELLS: Final = 250_000
-"""Cells after which root isolation gives up with a message: some 4e4 zeros of one function, hence 4e5 points.
+"""Maximum number of cells of a root isolation: enough for about 4e4 zeros of one function, hence 4e5 points.
 
-The default set takes 415 to 595 cells a function over (0.05, 2.5): five to eight a zero.
+The default oscillator takes 415 to 595 cells for each function over (0.05, 2.5): five to eight for each zero.
 """
 
-MOST_SPREAD: Final = 1e9
-"""Largest stop/start of an interval of omega. Far below 1/EPSILON, so that halving the interval of half periods keeps
-its ends apart; searches over wider ones would need more than MAX_CELLS anyway."""
+MAX_FREQUENCY_RATIO: Final = 1e9
+"""Largest stop/start of an interval of omega. Far below 1/EPSILON, so that halving the interval of half periods
+keeps its ends distinct; searches over wider intervals would need more than MAX_CELLS anyway."""
 
 END_WIDTH: Final = 1.0e-13
-"""Relative amount by which the searched interval is widened, so that a zero at an end is not lost to rounding."""
+"""Relative amount by which the interval is widened, so that rounding does not exclude a zero at an end."""
 
 CONTACT_CELLS: Final = 8
-"""Cells in half a forcing period with which the search for a further contact begins; it halves them as bounds ask."""
+"""Initial number of cells in half a forcing period of the search for a further contact, which halves them."""
 
 CONTACT_ROUNDOFF: Final = 64.0 * EPSILON
 """Round-off of the distance to a stop, relative to its terms times the angles in their sines: a few units for the flow
-of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the coefficient that multiplies them."""
+of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the coefficient of these."""
 
-LEAST_CONTACT_CELL: Final = 1e-9
-"""Length, relative to the time between impacts, below which a cell is not halved any more: a graze whose curvature is
-zero too. Its distance is then known to the cube of this times the bound of its third derivative."""
+MIN_CONTACT_CELL: Final = 1e-9
+"""Length, relative to the time between impacts, below which a cell is not halved further: at a graze whose curvature
+vanishes too. The error of the distance is then the cube of this times the bound of its third derivative."""
+
+MAXIMUM_STEP: Final = 4.0 * EPSILON
+"""Newton step toward the maximum of the distance, relative to the time between impacts, at which it has converged."""
+
+TANGENT_WIDTH: Final = 64.0 * EPSILON
+"""Time before the next impact, relative to the time between impacts, at which a maximum is the impact itself: the error
+of the maximum is a few MAXIMUM_STEP."""
 
 BACKWARD_STEPS: Final = 500
-"""Steps of a search back to a stop, or to where mass 1 stood still: up to ten near a graze, hundreds where mass 1
-nearly turned before or a fast overdamped mode shortens them; with these spent the mapping counts as not defined."""
+"""Maximum number of steps of a backward search: up to ten near a graze, hundreds if mass 1 nearly turned before or a
+fast overdamped mode shortens them. After these the mapping counts as undefined."""
 
 BACKWARD_GROWTH: Final = 600.0
-"""Largest exponent in a bound of what a decaying mode was before: exp of it is a number still."""
+"""Largest exponent in a bound of the backward growth of a mode; its exponential does not overflow."""
 
-SURE_OF_NEWTON: Final = 0.1
-"""Product of value and bound of the second derivative, over the slope squared, at which Newton's method takes over.
-Below 1/2 it converges to the one zero nearby (Kantorovich); 0.1 is near enough for four steps."""
+KANTOROVICH_RATIO: Final = 0.1
+"""Product of value and bound of the second derivative, over the slope squared, at which Newton's method starts.
+Below 1/2 it converges to the unique zero nearby (Kantorovich); from 0.1 four steps suffice."""
 
 HALF_MAP_STEPS: Final = 50
-"""Newton steps for the phase at which mass 1 stands still half a period later; near a graze three to five are used."""
+"""Maximum number of Newton steps for the phase at which mass 1 is at rest half a period later; three to five are usual
+near a graze."""
 
 HALF_MAP_SETTLED: Final = 1e-10
-"""Newton step of that phase, relative to the size of what it is made from, behind which the next one would only move
-roundings about: convergence is quadratic."""
+"""Newton step of that phase, relative to the size of its terms, at which the next step would change roundings only:
+convergence is quadratic."""
 
-FARTHEST_OVERSHOOT: Final = 1024.0
-"""Overshoot, in units of the clearance, to which the domain of a discontinuity mapping is followed."""
+MAX_OVERSHOOT: Final = 1024.0
+"""Largest overshoot, in units of the clearance, at which the domain of a discontinuity mapping is tested."""
+
+FIRST_OVERSHOOT: Final = 1e-3
+"""First overshoot, in units of the clearance, at which the domain is tested; it is doubled from there."""
 
 DOMAIN_WIDTH: Final = 1e-6
-"""Relative accuracy of the domain's end: nothing depends on it, and every halving costs hundreds of steps there."""
+"""Relative accuracy of the end of the domain: no result depends on it, and every halving costs hundreds of steps."""

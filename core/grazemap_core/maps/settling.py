@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.codes import HIDDEN, NAMED
+from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels.workspace import workspace
 from grazemap_core.maps.kernels.lane_scheduler import queue, settle_column
@@ -134,8 +134,8 @@ class Settler:
         codes, figures = found.codes.reshape(*shape, CODES), found.figures.reshape(*shape, FIGURES)
         hidden = hidden_by_rounding(steady[:1], np.asarray(clearances))[:, 0]
         codes[hidden, :, :RUN], figures[hidden] = 0, np.nan
-        codes[hidden, :, REASON], codes[hidden, :, SETTLED_AFTER] = HIDDEN, -1
-        codes[hidden, :, DOUBT] = NAMED
+        codes[hidden, :, REASON], codes[hidden, :, SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
+        codes[hidden, :, DOUBT] = RESOLVED
         return codes, figures
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.codes import NAMED
+from grazemap_core.codes import RESOLVED
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import DOUBT, LYAPUNOV_ERROR
 from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
 """Where the trajectory of a point begins: at rest; where that of the clearance below, or above, has ended; or at
@@ -102,8 +102,8 @@ def check_map(
 ) -> None:
     """Raise ParameterError where `unfolding_map_tile` refuses a grid, a limit or a policy."""
     for name, values in (("omega", omega), ("clearance", clearance)):
-        if not np.all((values >= LEAST_NUMBER) & (values <= LARGEST_NUMBER)):
-            raise ParameterError(name, f"every number must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+        if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
+            raise ParameterError(name, f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
     for name, limit in (
         ("max_periods", max_periods),
         ("max_period", max_period),
@@ -142,7 +142,7 @@ def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
     return {
         "kind": kind,
         "reason": reason,
-        "verified": (kind == KINDS.index("periodic")) & (reason == NAMED),
+        "verified": (kind == KINDS.index("periodic")) & (reason == RESOLVED),
         "period": period.astype(np.int32),
         "impacts_right": right.astype(np.int32),
         "impacts_left": left.astype(np.int32),

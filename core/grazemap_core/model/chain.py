@@ -1,7 +1,7 @@
-"""A chain of masses and links as the modal and the steady computations read it: free in front, or held to a wall.
+"""A chain of masses and links, with its first mass free or linked to a wall.
 
-In flow the numbers of an oscillator, out flow two chains: the whole one, whose first mass is free, and the one that is
-left when mass 1 rests on a stop, whose first link then goes to a wall.
+An oscillator has two chains: the whole one, whose first mass is free, and that of masses 2 .. N while mass 1 rests on a
+stop, whose first mass is linked to a wall.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from grazemap_core.arrays import Floats
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """n masses in a row; link i joins mass i to mass i + 1, the last one to ground, the wall's link comes before.
+    """n masses in a row; link i joins mass i to mass i + 1, or the last mass to ground.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class Chain:
     gamma : float or None
         The coefficient of proportional damping, ``C = 2 gamma K``; None when the links were given one by one.
     wall_stiffness, wall_damping : float
-        Of the link from a wall to the first mass; both 0 for a chain whose first mass is free.
+        Coefficients of the link from a wall to the first mass; both 0 if the first mass is free.
     """
 
     masses: Floats
@@ -41,7 +41,7 @@ class Chain:
     def bidiagonal(self) -> Floats:
         """Return B with ``B^T B = M^-1/2 K M^-1/2``, rows by link; shape (n, n), or (n + 1, n) with a wall.
 
-        Every entry is one square root away from the numbers given.
+        Every entry is the square root of a quotient of two parameters.
         """
         upper = np.diag(np.sqrt(self.stiffnesses / self.masses))
         upper -= np.diag(np.sqrt(self.stiffnesses[:-1] / self.masses[1:]), 1)
@@ -54,7 +54,7 @@ class Chain:
     def square_root(self) -> Floats:
         """Return an upper bidiagonal U of shape (n, n) with ``U^T U = M^-1/2 K M^-1/2``.
 
-        With a wall it is `bidiagonal` turned by Givens rotations, in which nothing is subtracted: every entry keeps its
+        With a wall it is obtained from `bidiagonal` by Givens rotations without subtractions: every entry keeps its
         relative accuracy, and so do the singular values.
         """
         if self.wall_stiffness == 0.0:

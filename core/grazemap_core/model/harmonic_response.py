@@ -1,7 +1,6 @@
-"""The steady motion without impacts: the chain's response to its harmonic forcing.
+"""The steady motion without impacts: the response of the chain to its harmonic forcing, as complex amplitudes.
 
-An oscillator and forcing frequencies flow in, complex amplitudes flow out. No modes are needed, so both kinds of
-damping take one way; what has no steady motion is refused with a reason.
+The linear system is solved without modes, in the same way for both kinds of damping.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.model.chain import Chain
-from grazemap_core.model.kernels.tridiagonal import RESONANT, steady_amplitudes
+from grazemap_core.model.kernels.tridiagonal import RESONANT, ForcedLinks, steady_amplitudes
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.tolerances import RESONANCE_ROUNDING
@@ -21,16 +20,16 @@ from grazemap_core.tolerances import EPSILON
 
 
 def require_forced(oscillator: Oscillator) -> None:
-    """Raise ParameterError when no mass is forced: mass 1 then never reaches a stop."""
+    """Raise ParameterError if no mass is forced: mass 1 then never reaches a stop."""
     if not np.any(oscillator.forcing):
         raise ParameterError("forcing", "is zero on every mass, so no motion ever grazes")
 
 
 def require_damped(oscillator: Oscillator) -> None:
-    """Refuse a chain with an undamped mode.
+    """Raise SteadyMotionError if a mode is undamped.
 
-    A mode is undamped when no damped link stretches in it. Without damping there is nothing to look for; with damping
-    in every link neither; in between the modal model decides.
+    A mode is undamped if no damped link stretches in it. If some links are damped and others are not, the modal model
+    decides.
 
     Raises
     ------
@@ -42,21 +41,21 @@ def require_damped(oscillator: Oscillator) -> None:
         return
     if not np.any(damped) or np.any(modal_model(oscillator).undamped):
         raise SteadyMotionError(
-            "damping", "leaves a mode undamped, so motions without impacts have no one steady motion"
+            "damping", "leaves a mode undamped, so motions without impacts do not settle to one steady motion"
         )
 
 
 def steady_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
-    """Return the amplitudes of the steady motion, which every motion without impacts settles to.
+    """Return the amplitudes of the steady motion, to which every motion without impacts settles.
 
-    As `forced_response`, of which it is the case with every mode damped.
+    As `forced_response`, for an oscillator whose modes are all damped.
 
     Raises
     ------
     ParameterError
         A frequency is not a finite number greater than 0.
     SteadyMotionError
-        A mode is undamped, or so little that its resonance cannot be resolved at one of these frequencies.
+        A mode is undamped, or its damping is too small to resolve its resonance at one of these frequencies.
     """
     values = checked_omega(omega)
     require_damped(oscillator)
@@ -76,33 +75,34 @@ def forced_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     Returns
     -------
     ndarray of complex, shape (n, N)
-        Amplitude and phase of every mass; that of mass 1 is right to a unit in the last place of its modulus.
+        Amplitude and phase of every mass; the error of mass 1 is a unit in the last place of its modulus.
 
     Raises
     ------
     ParameterError
         A frequency is not a finite number greater than 0.
     SteadyMotionError
-        One of these frequencies meets a resonance that is undamped, or practically so.
+        One of these frequencies is at a resonance without damping, or with too little.
     """
     values = checked_omega(omega)
     if not np.any(oscillator.forcing):
         return np.zeros((len(values), oscillator.size), dtype=np.complex128)
-    amplitudes, status = steady_amplitudes(
-        oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing, values
+    links = ForcedLinks(
+        oscillator.masses, oscillator.stiffnesses, oscillator.link_damping, oscillator.forcing, 0.0, 0.0
     )
+    amplitudes, status = steady_amplitudes(links, values)
     if np.any(status == RESONANT):
-        raise SteadyMotionError("omega", "meets a resonance that is practically undamped: there is no steady motion")
+        raise SteadyMotionError("omega", "is at a resonance that is practically undamped, so there is no steady motion")
     return amplitudes
 
 
 def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Complexes, Booleans]:
-    """Return the same for a chain held to a wall that stands still at 0, and where it exists.
+    """Return the steady amplitudes of a chain linked to a wall at rest, and where they exist.
 
     Parameters
     ----------
     chain : Chain
-        With a wall.
+        Its first mass is linked to a wall.
     forcing : ndarray of shape (n,)
         Amplitudes of the forces on its masses.
     omega : array_like of shape (m,)
@@ -111,26 +111,29 @@ def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Comp
     -------
     amplitudes : ndarray of complex, shape (m, n)
     exists : ndarray of bool, shape (m,)
-        False at a resonance that is undamped, or practically so.
+        False at a resonance without damping, or with too little.
     """
     values = checked_omega(omega)
     if not np.any(forcing):
         return np.zeros((len(values), chain.size), dtype=np.complex128), np.ones(len(values), dtype=np.bool_)
-    amplitudes, status = steady_amplitudes(
-        chain.masses,
-        chain.stiffnesses,
-        chain.link_damping,
-        forcing,
-        values,
-        chain.wall_stiffness,
-        chain.wall_damping,
+    links = ForcedLinks(
+        chain.masses, chain.stiffnesses, chain.link_damping, forcing, chain.wall_stiffness, chain.wall_damping
     )
+    amplitudes, status = steady_amplitudes(links, values)
     return amplitudes, status != RESONANT
 
 
 def hidden_by_rounding(steady: Complexes, clearance: Floats) -> Booleans:
-    """Say where the round-off of the steady motion of mass 1, complex (m,), hides what happens between stops, (n,).
+    """Return where round-off of the steady motion is too large against the clearance.
 
-    Shape (n, m).
+    Parameters
+    ----------
+    steady : ndarray of complex, shape (m,)
+        Steady amplitudes of mass 1.
+    clearance : ndarray of shape (n,)
+
+    Returns
+    -------
+    ndarray of bool, shape (n, m)
     """
     return EPSILON * np.abs(steady) > RESONANCE_ROUNDING * clearance[:, None]

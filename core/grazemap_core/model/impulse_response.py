@@ -1,6 +1,6 @@
-"""How mass 1 answers a unit velocity of mass 1: ``g(s) = Phi_12(s)``, the function behind every special point.
+"""The impulse response ``g(s) = Phi_12(s)``: the displacement of mass 1 after a unit velocity given to mass 1.
 
-The modal model flows in; out flow the few numbers per block that g and its periodic sums are made of, and g itself.
+The zeros of g and of its periodic sums are the codimension-two points of the grazing curve.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Floats
-from grazemap_core.model.kernels.response_sums import IMPULSE, response_sum
+from grazemap_core.model.kernels.response_sums import IMPULSE, ResponseBlocks, response_sum
 from grazemap_core.model.modal import ModalModel
 
 
@@ -26,9 +26,9 @@ class ImpulseResponse:
     value, slope : ndarray of shape (N,)
         ``y_j(0)`` and ``y_j'(0)``; they sum to 0 and 1. With proportional damping they are 0 and ``m_1 P_1j^2``.
     slowest : float
-        The smallest decay rate of any exponent; ``exp(slowest s) g(s)`` neither over- nor underflows.
+        The smallest decay rate of all exponents; ``exp(slowest s) g(s)`` neither overflows nor underflows.
     conditioning : float
-        That of the modal model.
+        Condition number of the modal model.
     """
 
     decay: Floats
@@ -39,9 +39,14 @@ class ImpulseResponse:
     slowest: float
     conditioning: float
 
+    @property
+    def blocks(self) -> ResponseBlocks:
+        """The blocks as the kernels take them."""
+        return ResponseBlocks(self.decay, self.discriminant, self.frequency_squared, self.value, self.slope)
+
 
 def impulse_response(model: ModalModel) -> ImpulseResponse:
-    """Return the impulse response of mass 1 to mass 1."""
+    """Return the impulse response of mass 1 from the modal model."""
     unit_impulse, row = model.unit_impulse, model.shape[0]
     acceleration = -model.frequency_squared * unit_impulse[:, 0] - 2.0 * model.decay * unit_impulse[:, 1]
     split = np.sqrt(np.maximum(-model.discriminant, 0.0))
@@ -61,7 +66,7 @@ def impulse_response(model: ModalModel) -> ImpulseResponse:
 def evaluate(
     response: ImpulseResponse, times: ArrayLike, kind: int = IMPULSE, shift: float = 0.0
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return a response function, its derivative, a bound on its round-off and the size of its terms.
+    """Return a response function, its derivative, a bound of its round-off, and the sum of its terms' amplitudes.
 
     Parameters
     ----------
@@ -70,23 +75,18 @@ def evaluate(
         Times s > 0 (or the spacing tau of a periodic sum).
     kind : {IMPULSE, SAME_SIGN, ALTERNATING}
         g, or one of its periodic sums, from `grazemap_core.model.kernels.response_sums`.
-
     shift : float
-        Everything is multiplied by ``exp(shift s)``; ``response.slowest`` keeps long times from underflowing.
+        The results are multiplied by ``exp(shift s)``; ``response.slowest`` prevents underflow at long times.
 
     Returns
     -------
     value, derivative, roundoff, terms : ndarray of shape (n,)
-        The last is the sum of the blocks' amplitudes.
+        `terms` is the sum of the amplitudes of the blocks.
     """
     points = np.ascontiguousarray(times, dtype=np.float64)
     result = response_sum(
         kind,
-        response.decay,
-        response.discriminant,
-        response.frequency_squared,
-        response.value,
-        response.slope,
+        response.blocks,
         response.conditioning,
         shift,
         points,

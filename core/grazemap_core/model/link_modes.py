@@ -1,10 +1,10 @@
-"""Second-order blocks of a chain that is damped link by link.
+"""Second-order blocks of a chain with a damping coefficient for each link.
 
-An oscillator flows in; out flow, for each of N pairs of exponents, the pair's product and sum and two columns (a, b)
-such that the state is ``a u + b u'``. The first-order system is set up in energy coordinates, where it is a
-skew-symmetric matrix minus a positive semidefinite one; an ordered Schur form gives each block's subspace without ever
-using two nearly parallel eigenvectors; `modal_refinement` then removes what the Schur form has lost (on a stiff chain
-its backward error is relative to the fastest exponent).
+For each of N pairs of exponents a block has their product and sum, and two columns (a, b) such that the state is
+``a u + b u'``. The first-order system is set up in energy coordinates, where it is a skew-symmetric matrix minus a
+positive semidefinite one. An ordered Schur form gives the subspace of each block without nearly parallel eigenvectors.
+`modal_refinement` then restores the accuracy of slow blocks: on a stiff chain the backward error of the Schur form is
+relative to the fastest exponent.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ _NEARLY_DEFECTIVE = (
     "change one of the link dampings slightly"
 )
 _TOO_SLOW = (
-    "a mode of this chain is so slow beside the others that double precision does not resolve it; its stiffnesses or "
-    "its dampings lie too far apart"
+    "a mode of this chain is so slow compared with the others that double precision does not resolve it; its "
+    "stiffnesses or its dampings differ too much in size"
 )
 
 
 def link_blocks(chain: Chain) -> Blocks:
-    """Return the blocks of a chain that is damped link by link.
+    """Return the blocks of a chain with a damping coefficient for each link.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def _from_energy(chain: Chain) -> Floats:
 
 
 def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
-    """Return ways to pair the exponents, best guess first; entries are positions on the Schur form's diagonal.
+    """Return pairings of the exponents, the best guess first, as indices on the diagonal of the Schur form.
 
     Complex pairs are given. Real exponents that are nearly defective together have nearly parallel eigenvectors and
     must share a block; real exponents that are close but independent had better not, because (u, u') coordinates of
@@ -161,8 +161,8 @@ def _initial(triangular: Floats, basis: Floats, pairs: Pairs, to_columns: Floats
 def _companion_direction(shifted: Floats, displacements: Floats) -> Floats:
     """Return the unit vector beta for which ``(shifted beta, beta)`` is a good basis of the block.
 
-    First choice is the one with the least displacement, the classical mode's; if the two would be nearly parallel, the
-    one on which the symmetric part of `shifted` is smallest.
+    The first choice is the direction of minimum displacement, that of the classical mode. If the two vectors would be
+    nearly parallel, it is the one on which the symmetric part of `shifted` is smallest.
     """
     classical = np.linalg.svd(displacements)[2][1]
     symmetric = 0.5 * (shifted + shifted.T)

@@ -1,9 +1,9 @@
-"""The modal model: the chain's free motion as N independent second-order blocks, for every kind of damping.
+"""The modal model: the free motion of the chain as N independent second-order blocks, for every kind of damping.
 
-An oscillator flows in; out flow arrays that the compiled kernels read. A block has coordinates (u, u') with
-``u'' = -frequency_squared u - 2 decay u'`` and stands for one pair of exponents, complex or real, equal ones included:
-critical damping is nothing special to it. Proportional damping gives the classical modes (theory, section 2);
-dampings link by link give blocks whose shapes also depend on u' (`grazemap_core.model.link_modes`).
+A block has coordinates (u, u') with ``u'' = -frequency_squared u - 2 decay u'`` and stands for one pair of exponents,
+complex, real or equal, so critical damping needs no special treatment. Proportional damping gives the classical modes
+(theory, section 2); a damping coefficient for each link gives blocks whose shapes also depend on u'
+(`grazemap_core.model.link_modes`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ModalModel:
         ``eta_j``, minus their mean.
     discriminant : ndarray of shape (N,)
         ``w_j^2 - eta_j^2``: positive for an underdamped block, zero for a critical, negative for an overdamped one.
-        Its cancellation is settled here; never form it again from the other two.
+        It is computed without cancellation; do not recompute it from the other two.
     shape : ndarray of shape (N, N, 2)
         Displacement of mass i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With proportional damping
         ``shape[:, :, 0]`` holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero.
@@ -66,12 +66,12 @@ class ModalModel:
 
 
 def modal_model(oscillator: Oscillator | Chain) -> ModalModel:
-    """Return the modal model of an oscillator, or of a chain that may be held to a wall.
+    """Return the modal model of an oscillator or of a chain.
 
     Raises
     ------
     ConditioningError
-        Dampings link by link bring two blocks so near to a common defect that digits would be lost.
+        With a damping coefficient for each link, two blocks are nearly defective together.
     """
     chain = oscillator.chain if isinstance(oscillator, Oscillator) else oscillator
     if chain.gamma is not None:
@@ -85,13 +85,13 @@ def modal_model(oscillator: Oscillator | Chain) -> ModalModel:
 
 
 def _proportional(chain: Chain, gamma: float) -> ModalModel:
-    """Classical modes, each frequency and shape to a few roundings however stiff the chain.
+    """Return the classical modes; the errors of frequencies and shapes are a few roundings, however stiff the chain is.
 
     ``K`` is a product of bidiagonal matrices, so ``M^-1/2 K M^-1/2 = U^T U`` with U upper bidiagonal and entries that
-    are one square root away from the data; the singular values of a bidiagonal matrix are found to high *relative*
-    accuracy (Demmel & Kahan, SIAM J. Sci. Stat. Comput. 11 (1990) 873-912), which LAPACK's gesvd does and gesdd,
-    scipy's default, does not. Refinement then gives the shapes the same accuracy; where two frequencies lie too close
-    for it, each shape is only as good as gesvd's, but what is computed from both together is not affected.
+    are square roots of quotients of the parameters; the singular values of a bidiagonal matrix are found to high
+    *relative* accuracy (Demmel & Kahan, SIAM J. Sci. Stat. Comput. 11 (1990) 873-912) by LAPACK's gesvd, but not by
+    gesdd, scipy's default. Refinement then gives the shapes the same accuracy. Where two frequencies are too close for
+    it, each shape has the accuracy of gesvd, but results that depend on both together are not affected.
     """
     mass, stiffness = chain.masses, chain.stiffnesses
     count = chain.size
@@ -100,7 +100,7 @@ def _proportional(chain: Chain, gamma: float) -> ModalModel:
     columns[count:, 1::2] = right.T / np.sqrt(mass)[:, None]
     if chain.wall_stiffness == 0.0:
         columns[:count, 0::2] = left * singular / np.sqrt(stiffness)[:, None]
-    else:  # the rows of U are not links; the differences lose digits on a stiff chain, which refinement restores
+    else:  # the rows of U are not links; the differences lose digits on a stiff chain, and refinement restores them
         columns[:count, 0::2] = chain_elongations(columns[count:, 1::2])
     undamped = replace(chain, link_damping=np.zeros(count), wall_damping=0.0)
     blocks = refine(undamped, columns, singular**2, np.zeros(count))
@@ -137,7 +137,7 @@ def _proportional(chain: Chain, gamma: float) -> ModalModel:
 
 
 def _assemble(chain: Chain, blocks: Blocks) -> ModalModel:
-    """Turn blocks in link elongations into displacements, and fix order, length and sign of every block."""
+    """Return the modal model of refined blocks: convert elongations to displacements; fix order, length and sign."""
     count = chain.size
     frequency = np.sqrt(blocks.frequency_squared)
     order = np.argsort(frequency, kind="stable")
@@ -145,7 +145,7 @@ def _assemble(chain: Chain, blocks: Blocks) -> ModalModel:
     weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
     energy = weights[:, None] * blocks.columns[:, pick]
 
-    # a mass stands where the elongations of its own link and of all links behind it put it
+    # a displacement is the sum of the elongations of the mass's own link and of all following links
     displacement = np.cumsum(blocks.columns[count - 1 :: -1, pick], axis=0)[::-1]
     length = np.linalg.norm(energy[:, 1::2], axis=0)
     factor = np.repeat(np.where(displacement[0, 0::2] < 0.0, -1.0, 1.0) / length, 2)

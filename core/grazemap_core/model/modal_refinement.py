@@ -1,7 +1,6 @@
-"""Newton's method on a whole decomposition into second-order blocks, with residuals in double-double.
+"""Newton's method for a decomposition into second-order blocks, with residuals in double-double.
 
-Approximate blocks flow in, blocks right to a few roundings flow out, whatever the chain's stiffest link; with the
-refined blocks come their condition number and whether the method converged.
+The error of the refined blocks is a few roundings, however stiff the links of the chain are.
 
 References
 ----------
@@ -23,6 +22,7 @@ from grazemap_core.model.tolerances import (
     MODAL_REFINEMENT_GOAL,
     MODAL_REFINEMENT_REACH,
     MODAL_REFINEMENT_STEPS,
+    REFINEMENT_CONDITION_FACTOR,
 )
 
 
@@ -48,10 +48,10 @@ class Blocks:
 
 
 def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floats) -> Blocks:
-    """Refine the decomposition ``A X = X T``, T made of companion blocks.
+    """Return refined blocks of the decomposition ``A X = X T``, where T consists of companion blocks.
 
     With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
-    on it the two numbers of the block and the freedom left in a are updated exactly.
+    on it the two numbers of the block, and a along its remaining degree of freedom, are updated exactly.
     """
     count = len(decay)
     weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
@@ -76,17 +76,17 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
             break
         unit = energy / lengths
         conditioning = float(np.linalg.cond(unit)) if np.all(np.isfinite(unit)) else np.inf
-        if not conditioning <= 1e3 * MODAL_CONDITION_LIMIT:
+        if not conditioning <= REFINEMENT_CONDITION_FACTOR * MODAL_CONDITION_LIMIT:
             break
         error = np.linalg.solve(unit, weights[:, None] * residual / lengths)
         update = _off_diagonal_update(error, frequency_squared, decay, lengths)
         diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-        if not np.all(frequency_squared > 0.0):  # lost in the round-off of faster blocks
+        if not np.all(frequency_squared > 0.0):  # smaller than the round-off of faster blocks
             conditioning = np.inf
             break
         frequency = np.sqrt(frequency_squared)
         size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
-        if not size <= MODAL_REFINEMENT_REACH:  # too far away for Newton's method, or two blocks with one spectrum
+        if not size <= MODAL_REFINEMENT_REACH:  # too far for Newton's method, or two blocks with the same exponents
             conditioning = np.inf
             break
 
@@ -129,7 +129,7 @@ def _off_diagonal_update(error: Floats, frequency_squared: Floats, decay: Floats
 
 
 def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:
-    """Return ``w^2 - eta^2`` of the corrected numbers before they are rounded: near a critical block they cancel."""
+    """Return ``w^2 - eta^2`` of the corrected numbers before they are rounded: near critical damping they cancel."""
     return np.array(
         [
             float(Fraction(p) + Fraction(dp) - (Fraction(d) + Fraction(dd)) ** 2)

@@ -1,8 +1,7 @@
 """The mechanical system: a chain of masses, its links, its forcing and the impact law of its first mass.
 
-Numbers come in as a person gives them and leave as arrays that every other module of the core reads. Nothing is
-rescaled here or anywhere in the core: its tolerances are relative, so SI and nondimensional descriptions of one
-system go through the same code and agree to round-off.
+Parameters are validated and stored as arrays. The core never rescales them: its tolerances are relative, so SI and
+nondimensional descriptions of a system go through the same code and agree to round-off.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 UNITS = ("nondimensional", "SI")
 
@@ -25,8 +24,8 @@ UNITS = ("nondimensional", "SI")
 class Oscillator:
     """A chain of N masses: ``M x'' + C x' + K x = f sin(omega t + tau)`` while ``|x1| < clearance``, equation (3).
 
-    Link i joins mass i to mass i + 1, the last one to ground. At a stop ``v1 -> -restitution v1``. Build it with
-    `create`, which checks the numbers.
+    Link i joins mass i to mass i + 1, the last one to ground. At a stop ``v1 -> -restitution v1``. Use
+    `create`, which validates the parameters.
 
     Attributes
     ----------
@@ -41,7 +40,7 @@ class Oscillator:
     restitution : float
         R in [0, 1].
     units : {"nondimensional", "SI"}
-        A label; no number depends on it after `create`.
+        Used by `create` only; the stored numbers do not depend on it.
     """
 
     masses: Floats
@@ -62,7 +61,7 @@ class Oscillator:
         restitution: float,
         units: str = "nondimensional",
     ) -> Oscillator:
-        """Check the numbers and return the oscillator.
+        """Return an oscillator with validated parameters.
 
         Parameters
         ----------
@@ -96,8 +95,8 @@ class Oscillator:
         gamma: float | None = None
         if np.ndim(damping) == 0:
             gamma = float(damping)  # type: ignore[arg-type]
-            if not (gamma == 0.0 or LEAST_NUMBER <= gamma <= LARGEST_NUMBER):
-                raise ParameterError("damping", f"must be 0 or between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+            if not (gamma == 0.0 or SMALLEST_NUMBER <= gamma <= LARGEST_NUMBER):
+                raise ParameterError("damping", f"must be 0 or between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
             links = 2.0 * gamma * stiffness
         else:
             given = _list("damping", damping, count)  # type: ignore[arg-type]
@@ -118,7 +117,7 @@ class Oscillator:
 
     @property
     def held_chain(self) -> Chain | None:
-        """What is left of the chain while mass 1 rests on a stop: masses 2 .. N behind link 1; None for one mass."""
+        """The chain of masses 2 .. N while mass 1 rests on a stop, with link 1 to a wall; None for one mass."""
         if self.size == 1:
             return None
         return Chain(
@@ -147,7 +146,7 @@ class Oscillator:
 
 
 def _list(name: str, values: Sequence[float] | Floats, count: int | None) -> Floats:
-    """Return the numbers as a new float array of shape (N,), or say what is wrong with them."""
+    """Return the numbers as a new array of floats of shape (N,), or raise ParameterError."""
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1 or array.size == 0:
         raise ParameterError(name, "must be a list of at least one number")
@@ -156,9 +155,11 @@ def _list(name: str, values: Sequence[float] | Floats, count: int | None) -> Flo
     if not np.all(np.isfinite(array)):
         raise ParameterError(name, "every number must be finite")
     size = np.abs(array[array != 0.0])
-    if np.any((size < LEAST_NUMBER) | (size > LARGEST_NUMBER)):
-        raise ParameterError(name, f"every number must be 0 or between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g} in size")
-    # left writable: numba compiles every kernel a second time for read-only arrays
+    if np.any((size < SMALLEST_NUMBER) | (size > LARGEST_NUMBER)):
+        raise ParameterError(
+            name, f"every number must be 0 or between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g} in size"
+        )
+    # writable, because numba compiles every kernel a second time for read-only arrays
     return array
 
 

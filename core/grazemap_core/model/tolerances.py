@@ -9,40 +9,41 @@ from grazemap_core.tolerances import EPSILON
 MODAL_CONDITION_LIMIT: Final = 1.0e5
 """Largest condition number of the (column-scaled, energy-weighted) matrix of modes that is accepted.
 
-States are rebuilt from modal coordinates with an error of about this times EPSILON: 2e-11 at the limit. Only two
-blocks that are nearly defective *together* come near it; a critical mode alone is one block and perfectly conditioned.
+The error of states computed from modal coordinates is about this times EPSILON: 2e-11 at the limit. Only two blocks
+that are nearly defective *together* come close to it; a critical mode alone is one block and perfectly conditioned.
 """
 
 MODAL_REFINEMENT_STEPS: Final = 6
-"""Newton steps allowed to the decomposition; two or three are used, since they converge quadratically."""
+"""Maximum number of Newton steps for the decomposition; two or three are usual, as they converge quadratically."""
 
 MODAL_REFINEMENT_GOAL: Final = 4.0 * EPSILON
-"""Relative residual of the decomposition at which another Newton step would only move roundings about."""
+"""Relative residual of the decomposition at which another Newton step would change roundings only."""
 
 MODAL_REFINEMENT_REACH: Final = 0.1
-"""Largest relative correction from which Newton's method on the decomposition is trusted to converge."""
+"""Largest relative correction from which Newton's method for the decomposition converges."""
 
 UNDAMPED_RATIO: Final = 8.0 * EPSILON
-"""A block of a chain with a list of dampings is undamped when decay/frequency is at most this.
+"""A block of a chain with a list of dampings is undamped if decay/frequency is at most this.
 
 Decays are computed to a few times EPSILON of the frequency; a mode whose damped links do not stretch has exactly zero.
 """
 
 PROPORTIONAL_SPREAD: Final = 2.0 * EPSILON
-"""A list of link dampings is proportional when all c_i/k_i agree to this: the roundings of two quotients."""
+"""A list of link dampings is proportional if all c_i/k_i agree to this: the roundings of two quotients."""
 
 RESONANCE_ROUNDING: Final = 1e-6
-"""Round-off of the steady motion of mass 1, in units of the clearance, from which on nothing is said about a motion:
-states are relative to the steady one, which grows beyond all bounds toward a resonance without damping."""
+"""Round-off of the steady motion of mass 1, in units of the clearance, above which motions are unresolved: states are
+relative to the steady motion, which is unbounded toward a resonance without damping."""
 
 STEADY_REFINEMENT_STEPS: Final = 10
-"""Refinement steps allowed to one linear solve; one is the rule, a resonance with decay/frequency < 1e-8 takes more."""
+"""Maximum number of refinement steps of a linear solve; one is usual, a resonance with decay/frequency < 1e-8 needs
+more."""
 
 STEADY_ACCURACY: Final = EPSILON / 16.0
-"""Error left in x_1, relative to x_1, at which refinement stops: invisible once x_1 is rounded to a double."""
+"""Remaining relative error of x_1 at which refinement stops: it vanishes when x_1 is rounded to a double."""
 
 STEADY_DIVERGED: Final = 1.0e-13
-"""Error left, relative to the solution, above which refinement has not converged: a resonance without damping."""
+"""Remaining error, relative to the solution, above which refinement has not converged: a resonance without damping."""
 
 RESPONSE_ROUNDOFF: Final = 16.0 * EPSILON
 """Round-off of an impulse response or periodic sum, relative to its terms plus time times the terms of its derivative.
@@ -53,4 +54,8 @@ the conditioning of the modal model.
 """
 
 BOUND_SAFETY: Final = 1.0 + 1.0e-9
-"""Factor on bounds of derivatives that covers the roundings made in computing the bound."""
+"""Factor on bounds of derivatives that covers the rounding errors of the bounds."""
+
+REFINEMENT_CONDITION_FACTOR: Final = 1e3
+"""Condition number, in units of MODAL_CONDITION_LIMIT, above which refinement stops: the first approximation may be
+worse conditioned than the refined blocks, but not by more."""

@@ -1,1 +1,13 @@
-"""numerics."""
+"""Numerical methods that know nothing of the oscillator, and the compilation of kernels.
+
+The package finds the first zero of a polynomial in the Bernstein basis without missing one, computes eigenvalues and
+solutions of small linear systems in given memory, and adds and multiplies unevaluated sums of two doubles.
+
+- `kernels.bernstein`: the first sign change of a polynomial on [0, 1].
+- `kernels.dense`: small linear systems.
+- `kernels.double_double`: arithmetic with about 32 digits.
+- `kernels.eigenvalues`: eigenvalues of a small real matrix.
+- `jit.compiled`: the decorators of kernels, `kernel`, `fused_kernel`, `inlined` and `fused_inlined`.
+- `jit.by_reference`: named tuples of arrays passed by reference between kernels.
+- `jit.inlining`: kernels compiled into their callers.
+"""

@@ -5,8 +5,25 @@ from __future__ import annotations
 from typing import Final
 
 TAYLOR_DEGREE: Final = 18
-"""Degree of the local series of x1. With steps of at most CELL_REACH / |lambda| the first term left out is below
-1/19! = 8e-18 of a mode's amplitude; its bound is added to the contact test all the same."""
+"""Degree of the Taylor series of x1 on a cell. With cells of at most CELL_REACH / |lambda| the first omitted term is
+below 1/19! = 8e-18 of the amplitude of a mode; the contact test adds a bound of it nevertheless."""
 
 QR_STEPS: Final = 60
-"""QR steps after which an eigenvalue is given up; two or three are the rule, every tenth has an exceptional shift."""
+"""Maximum number of QR steps for one eigenvalue; two or three are usual, and every tenth has an exceptional shift."""
+
+ROOT_STEPS: Final = 100
+"""Newton or bisection steps for a zero in a bracket: bisection alone needs 53 for a double, so it is never reached."""
+
+ROOT_WIDTH: Final = 1.2e-16
+"""Relative step at which a zero is found: just above half of EPSILON, so that the next step would round to the same
+number."""
+
+START_STEPS: Final = 3
+"""Newton steps for a zero next to the start of an interval; the start is within round-off of it."""
+
+GRAZE_SLOPE: Final = 64.0
+"""Slope squared, over error times second derivative, above which a distance that is zero to within its error at the end
+of a step is an impact and not a graze: at a graze the ratio is a few units."""
+
+MIN_WIDTH: Final = 1e-15
+"""Length of a piece of [0, 1] that is not halved again: a few EPSILON."""

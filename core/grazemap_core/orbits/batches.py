@@ -22,7 +22,7 @@ from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, or
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_FLOOR
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 REASONS = {
     CONVERGED: "",
@@ -164,5 +164,5 @@ def solve_sequences(
 def check_parameters(omega: float, clearance: float) -> None:
     """Raise ParameterError where a frequency or a clearance is out of range."""
     for name, value in (("omega", omega), ("clearance", clearance)):
-        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
-            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+        if not SMALLEST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import before_kick
+from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
@@ -107,7 +107,7 @@ class OrbitFamily:
     def _before(self, kind: int, unit_impulse: Floats, span: float) -> Floats:
         blocks = self.response
         return np.asarray(
-            before_kick(
+            state_before_impulse(
                 kind,
                 blocks.decay,
                 blocks.discriminant,

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 
 from grazemap_core.errors import ConditioningError, ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, contact_angle
-from grazemap_core.grazing.one_impact_family import KickSums, Pattern, kick_sums
+from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, KickedMotion, contact_angle
+from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
 from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
 from grazemap_core.model.modal import ModalModel, modal_model
@@ -74,7 +74,7 @@ class OneImpactBranch:
         ``c = (1 + R) H``, a time.
     velocity_coefficient : float
         ``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``.
-    sums : KickSums
+    sums : PeriodicSums
     lowest : float
         Angle at which the clearance is 0, where the branch ends if it has not before.
     admissible_above : float
@@ -94,7 +94,7 @@ class OneImpactBranch:
     steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
     position_coefficient: float
     velocity_coefficient: float
-    sums: KickSums
+    sums: PeriodicSums
     lowest: float
     admissible_above: float
     admissibility: Admissibility
@@ -179,7 +179,7 @@ def branch_of(
     amplitude = float(np.abs(steady[0]))
     if not (math.isfinite(amplitude) and amplitude > 0.0):
         raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
-    sums = kick_sums(response, pattern, omega)
+    sums = periodic_sums(response, pattern, omega)
     rebound = 1.0 + oscillator.restitution
     c = rebound * sums.displacement
     d = (1.0 + rebound * sums.velocity) / omega
@@ -219,24 +219,16 @@ class _Contact:
 
 
 def _first_contact(
-    response: ImpulseResponse, pattern: Pattern, omega: float, sums: KickSums, factor: float
+    response: ImpulseResponse, pattern: Pattern, omega: float, sums: PeriodicSums, factor: float
 ) -> tuple[_Contact, Admissibility]:
     """Return the first further contact on the branch, followed from the graze at which it begins."""
     contacts: list[tuple[bool, _Contact]] = []
     undecided = False
+    blocks = (response.decay, response.discriminant, response.frequency_squared)
+    motion = KickedMotion(*blocks, sums.state, sums.displacement, factor, omega)
     for stop in (1, -1):
-        sine, cosine, time, status = contact_angle(
-            response.decay,
-            response.discriminant,
-            response.frequency_squared,
-            sums.state,
-            sums.displacement,
-            factor,
-            omega,
-            pattern.half_periods,
-            stop,
-            -1 if pattern.symmetric else 1,
-        )
+        meets = -1 if pattern.symmetric else 1
+        sine, cosine, time, status = contact_angle(motion, pattern.half_periods, stop, meets)
         if status == TOO_MANY_CELLS:
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
         undecided |= status not in (FOUND, NEVER)
@@ -251,7 +243,7 @@ def _special_points(
     amplitude: float,
     c: float,
     d: float,
-    sums: KickSums,
+    sums: PeriodicSums,
     rebound: float,
     contact: _Contact,
 ) -> tuple[BranchPoint, ...]:
@@ -285,7 +277,7 @@ def saddle_node(c: float, d: float) -> tuple[float, float]:
     return d / length, -c / length
 
 
-def doubling(omega: float, sums: KickSums, d: float, rebound: float) -> tuple[float, float]:
+def doubling(omega: float, sums: PeriodicSums, d: float, rebound: float) -> tuple[float, float]:
     """Return sine and cosine of the one angle at which a multiplier is -1 (of the signed half period: SB).
 
     ``tan(angle) = E/(Q d)`` with ``Q = -(1 + R) H(-1) omega^2`` and

@@ -13,7 +13,7 @@ from scipy.linalg import eigvals
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import before_kick
+from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.orbits.one_impact_branches import OneImpactBranch
@@ -144,7 +144,7 @@ def _before(branch: OneImpactBranch) -> Floats:
     """Return the blocks' state just before an impact from all earlier ones, each a unit impulse on mass 1."""
     model = branch.model
     return np.asarray(
-        before_kick(
+        state_before_impulse(
             branch.pattern.kinds[0],
             model.decay,
             model.discriminant,

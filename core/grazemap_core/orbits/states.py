@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.grazing.kernels.kicked_motion import before_kick
+from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -26,7 +26,7 @@ def state_at(
     model, count = family.model, family.model.size
     first, second = np.ascontiguousarray(model.unit_impulse[:, 0]), np.ascontiguousarray(model.unit_impulse[:, 1])
     span = family.pattern.spacing(omega)
-    periodic_impulse = model.unit_impulse + before_kick(
+    periodic_impulse = model.unit_impulse + state_before_impulse(
         family.pattern.kinds[0], model.decay, model.discriminant, model.frequency_squared, first, second, span
     )
     state = np.zeros((count, 2))

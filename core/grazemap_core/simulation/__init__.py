@@ -1,1 +1,14 @@
-"""simulation."""
+"""Trajectories and what they settle to.
+
+The package follows trajectories with a record of every impact, detects the period of the motion, extrapolates the limit
+of a convergent orbit, and computes monodromy matrices and Lyapunov exponents from the linearised flow.
+
+- `start`: validated initial states, and the arrays of a trajectory.
+- `trajectories`: recorded trajectories, with samples and the motion that they settle to.
+- `record`: impacts, intervals of sticking and samples of a recorded trajectory.
+- `motion`: the name of a motion, and the reasons why it may be unresolved.
+- `linearised_run`: a trajectory with the linearised flow along it.
+- `monodromy`: the monodromy matrix and its Floquet multipliers.
+- `lyapunov`: the two largest Lyapunov exponents.
+- `kernels`: recorded runs, samples, period detection, extrapolation, tangent flow and exponents.
+"""

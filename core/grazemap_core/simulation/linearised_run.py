@@ -1,7 +1,6 @@
-"""A trajectory that carries changes of its state along: what monodromy matrices and Lyapunov exponents are made from.
+"""A trajectory with the linearised flow along it, from which monodromy matrices and Lyapunov exponents are computed.
 
-Numbers as a person gives them flow in; a run that can be taken on, half period by half period, flows out. It owns the
-arrays of the kernels and makes the record of events longer when a half period needs it.
+A run advances by half periods. It owns the arrays of the kernels and enlarges the record of events when necessary.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ from grazemap_core.simulation.start import forced_chain, initial_state, longer_r
 
 @dataclass(eq=False)
 class LinearisedRun:
-    """A trajectory in progress; `state` and the arrays of the kernels change as it goes on.
+    """A trajectory in progress; `advance` changes `state` and the arrays of the kernels.
 
     Attributes
     ----------
     problem, held : CellProblem, HeldProblem
-        The oscillator as the kernels read it.
+        The oscillator as the kernels take it.
     state : (N, 2)
-        Where the run stands, in block coordinates and less the steady motion.
+        Current state, in block coordinates and minus the steady motion.
     steady : (2 N,)
         Displacements, then velocities, of the steady motion at the phase of the start.
     clearance : float
     halves : int
-        Half periods done.
+        Number of half periods completed.
     work : Workspace
     began : HalfPeriod
     """
@@ -52,7 +51,7 @@ class LinearisedRun:
 
     @property
     def period(self) -> float:
-        """Time of a forcing period."""
+        """Duration of a forcing period."""
         return self.problem.step * self.problem.cells
 
     @property
@@ -61,11 +60,12 @@ class LinearisedRun:
         return np.asarray(self.held.from_free @ self.state.ravel() + self.steady)
 
     def advance(self, halves: int, tangent: Floats) -> None:
-        """Go on for so many half periods, carrying the columns of tangent (2 N, k) along in place.
+        """Advance by a number of half periods; the linearised flow is applied to tangent (2 N, k) in place.
 
         Raises
         ------
         LinearisationError
+            The trajectory ends early, or an impact is a graze.
         """
         for _ in range(halves):
             while True:
@@ -79,19 +79,14 @@ class LinearisedRun:
             self.halves += 1
 
     def grow_record(self) -> None:
-        """Make room for four times as many events in half a period."""
+        """Enlarge the record of events by a factor of four."""
         self.work = longer_record(self.work)
 
     @staticmethod
     def require(status: int) -> None:
-        """Raise what a status stands for, unless it is OK.
-
-        Raises
-        ------
-        LinearisationError
-        """
+        """Raise LinearisationError with the reason of a status, unless it is OK."""
         if status == GRAZED:
-            raise LinearisationError("an impact is a graze to within round-off: the flow has no derivative there")
+            raise LinearisationError("an impact is a graze to within round-off, where the flow has no derivative")
         if status != OK:
             raise LinearisationError(REASONS[reason_of_end(status)])
 
@@ -104,16 +99,16 @@ def linearised_run(
     velocity: Floats | None,
     phase: float,
 ) -> LinearisedRun:
-    """Check a start and return the run that stands there. Parameters as in `trajectory.trajectory`.
+    """Return a run at the given initial state. Parameters as in `trajectories.trajectory`.
 
-    A start on a stop and moving into it is behind that impact: changes of it are changes of what follows.
+    If mass 1 starts on a stop and moves into it, the run starts after that impact.
 
     Raises
     ------
     ParameterError
         A number is out of range, or mass 1 starts outside the stops.
     LinearisationError
-        Mass 1 rests on a stop, and the chain behind it has no closed form that keeps its digits.
+        Mass 1 rests on a stop, and the motion of the other masses has no accurate closed form.
     """
     chain = forced_chain(oscillator, omega, clearance)
     begun = start(chain, initial_state(chain, displacement, velocity, phase))

@@ -1,4 +1,4 @@
-"""Lyapunov exponents of any motion, with their standard errors, and what they say of its kind."""
+"""The two largest Lyapunov exponents of a motion, with standard errors, and its kind as far as they decide it."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from grazemap_core.contact.kernels.workspace import RECORD_FULL
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.lyapunov import (
+    HalfPeriods,
     begin_growth,
-    judge_growth,
-    run_columns,
+    classify_growth,
+    run_growth,
     tangents,
     weighted_exponent,
 )
@@ -23,33 +24,34 @@ from grazemap_core.simulation.linearised_run import linearised_run
 from grazemap_core.simulation.tolerances import EXPONENT_BLOCKS
 
 KINDS_BY_EXPONENT: Final = {GROWTH_UNDECIDED: "unresolved", CHAOTIC: "chaotic", QUASI_PERIODIC: "quasi-periodic"}
-"""What the kernel's codes stand for."""
+"""Names of the codes of `classify_growth`."""
 
 
 @dataclass(frozen=True, eq=False)
 class LyapunovExponents:
-    """The two largest Lyapunov exponents of a motion, per unit of time, over the time that was looked at.
+    """The two largest Lyapunov exponents of a motion, per unit of time, over a finite run.
 
     Attributes
     ----------
     first, second : float
-        Minus infinity where changes die out altogether: in a single mass that rests on a stop (superstable), or, for
-        the second, where all changes become one.
+        Minus infinity where perturbations vanish exactly: for a single mass that rests on a stop (superstable); for the
+        second exponent, where all perturbations become parallel.
     first_error, second_error : float
-        Standard errors of these means over time, by blocking. For a periodic motion there is no chance in it, and
-        what is left is below c/periods, c depending on the directions that the changes began with.
+        Standard errors of these means over time, by blocking. For a periodic motion the error is deterministic and
+        below c/periods, where c depends on the initial perturbations.
     first_weighted : float
-        The first exponent as a mean with weights that fall to 0 at both ends of the run: for periodic and
-        quasi-periodic motions far closer than the plain mean, for chaotic ones no better.
+        The first exponent as a mean with weights that decrease to 0 at both ends of the run: far more accurate than the
+        unweighted mean for periodic and quasi-periodic motions, no better for chaotic ones.
     kind : "chaotic", "quasi-periodic" or "unresolved"
-        "chaotic": the first exponent is positive by EXPONENT_MARGIN standard errors, in each half of the run too; or
-        changes grow by more than GROWTH_SURE nats in each.
-        "quasi-periodic": growth stays bounded and does not drift, so that the first is zero; the second is negative by
-        as many; the stroboscopic orbit keeps its extent. Anything else, periodic motions among it, is not decided here.
+        "chaotic": the first exponent is positive by EXPONENT_MARGIN standard errors, over the run and over each half of
+        it; or perturbations grow by more than GROWTH_SURE nats in each half.
+        "quasi-periodic": growth is bounded without drift, so that the first exponent is zero; the second is negative by
+        as many standard errors; the extent of the stroboscopic orbit is constant.
+        All other motions, periodic ones included, are "unresolved".
     periods : int
-        Forcing periods that the means are over.
+        Number of forcing periods of the run.
     running : (periods,)
-        Mean of the first exponent over the first 1, 2, ... of them: how it converges.
+        Mean of the first exponent over the first 1, 2, ... periods, which shows its convergence.
     """
 
     first: float
@@ -77,11 +79,11 @@ def lyapunov_exponents(
     Parameters
     ----------
     omega, clearance, displacement, velocity, phase
-        As in `trajectory.trajectory`.
+        As in `trajectories.trajectory`.
     periods : int
-        Forcing periods that count, at least EXPONENT_BLOCKS.
+        Forcing periods of the run, at least EXPONENT_BLOCKS.
     transient_periods : int
-        Forcing periods before, in which the motion settles and the changes find their directions.
+        Forcing periods before the run, in which the motion settles and the perturbations align.
 
     Raises
     ------
@@ -100,25 +102,13 @@ def lyapunov_exponents(
     begin_growth(run.problem, scratch)
     done = 0
     while True:
-        status, done = run_columns(
-            run.problem,
-            run.held,
-            run.state,
-            clearance,
-            0,
-            2 * (transient_periods + periods),
-            scratch.pair,
-            True,
-            skipped,
-            done,
-            run.work,
-            scratch,
-        )
+        span = HalfPeriods(0, 2 * (transient_periods + periods), done)
+        status, done = run_growth(run.problem, run.held, run.state, clearance, span, skipped, run.work, scratch)
         if status != RECORD_FULL:
             break
         run.grow_record()
     run.require(status)
-    kind, first, first_error, second, second_error = judge_growth(run.problem, clearance, skipped, scratch)
+    kind, first, first_error, second, second_error = classify_growth(run.problem, clearance, skipped, scratch)
     growth = scratch.growth[skipped:, 0].reshape(periods, 2).sum(axis=1)
     return LyapunovExponents(
         first=first,

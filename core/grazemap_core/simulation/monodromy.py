@@ -1,4 +1,4 @@
-"""Monodromy matrix and Floquet multipliers: what a small change of a motion becomes after its period."""
+"""The monodromy matrix and Floquet multipliers of a periodic motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.linearised_run import LinearisedRun, linearised_run
 from grazemap_core.simulation.motion import REASONS
-from grazemap_core.simulation.tolerances import CLOSING_FLOOR
+from grazemap_core.simulation.tolerances import CLOSING_FLOOR, ROUND_OFF_RETURNS
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,21 +27,21 @@ class Monodromy:
     Attributes
     ----------
     matrix : (2 N, 2 N)
-        Takes a change of (x_1 .. x_N, v_1 .. v_N) to what it is n periods later. The change is one of the state alone:
-        the forcing's phase is that of the unchanged motion, so a multiplier 1 for a shift in time does not occur.
+        Maps a perturbation of (x_1 .. x_N, v_1 .. v_N) to that n periods later. The phase of the forcing is not
+        perturbed, so there is no multiplier 1 of a shift in time.
     multipliers : complex (2 N,)
-        Its eigenvalues, by falling modulus. Those below about 1e-15 of the matrix's norm are round-off.
+        Its eigenvalues, by decreasing modulus. Those below about 1e-15 of the norm of the matrix are round-off.
     period : int
         n.
     time : float
-        n forcing periods.
+        Duration of n forcing periods.
     phase : float
         Forcing phase at which the matrix is taken, radians.
     displacement, velocity : (N,)
         State there.
     closing : float
-        Largest displacement, in units of the clearance, by which the motion misses that state n periods later. The
-        eigenvalues are Floquet multipliers where this is round-off.
+        Largest displacement, in units of the clearance, between that state and the state n periods later. The
+        eigenvalues are Floquet multipliers if this is round-off.
     """
 
     matrix: Floats
@@ -57,8 +57,8 @@ class Monodromy:
     def exponent(self) -> float:
         """Largest Lyapunov exponent of the periodic motion, ln|multiplier|/time.
 
-        Minus infinity when the matrix is zero: then the motion is superstable, and neighbours join it exactly within a
-        period, as those of a single mass do that rests on a stop.
+        Minus infinity if the matrix is zero: the motion is then superstable, and neighbouring motions join it exactly
+        within a period, as for a single mass that rests on a stop.
         """
         largest = abs(self.multipliers[0])
         return math.log(largest) / self.time if largest > 0.0 else -math.inf
@@ -80,12 +80,12 @@ def monodromy(
     Parameters
     ----------
     omega, clearance, displacement, velocity, phase
-        As in `trajectory.trajectory`.
+        As in `trajectories.trajectory`.
     period : int or None
-        Forcing periods n, the given state being a point of the motion. None: the motion is followed until it can be
-        named, and on until it closes to round-off; n is its least period.
+        Forcing periods n; the given state is a point of the motion. None: the trajectory is followed until the period
+        of the motion is detected and its orbit closes to round-off; n is its minimal period.
     max_periods, max_period : int
-        Forcing periods followed, and longest period looked for, when `period` is None.
+        Forcing periods followed, and largest period looked for, if `period` is None.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def monodromy(
     start, here = run.state.copy(), run.physical
     tangent = np.eye(2 * count)
     run.advance(2 * period, tangent)
-    # eigenvalues in the energy norm, in which the entries of the matrix are of one kind
+    # eigenvalues are computed in the energy norm, in which all entries of the matrix have the same unit
     weight = np.stack([run.problem.frequency, np.ones(count)], axis=1).ravel()
     multipliers = np.linalg.eigvals(tangent * weight[:, None] / weight).astype(np.complex128)
     order = np.argsort(-np.abs(multipliers), kind="stable")
@@ -121,33 +121,33 @@ def monodromy(
 
 
 def _distance(run: LinearisedRun, state: Floats) -> float:
-    """Return how far the run stands from a state, in units of the clearance."""
-    return float(np.max(np.abs(run.state - state) * run.problem.closeness)) / run.clearance
+    """Return the distance of the run from a state, in units of the clearance."""
+    return float(np.max(np.abs(run.state - state) * run.problem.displacement_scale)) / run.clearance
 
 
 def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
-    """Follow a run until its motion is named and closes to round-off, and return the least period."""
+    """Advance a run until its period is detected and it closes to round-off, and return the minimal period."""
     problem, work = run.problem, run.work
     nothing = np.zeros((run.state.size, 0))
     ring = period_detection.stroboscopic_history(len(run.state), max_period)
-    period_detection.enter(ring, 0, run.state, work)
+    period_detection.record_half_period(ring, 0, run.state, work)
     reason, period = codes.NOT_CLOSED, 0
     for _ in range(2 * max_periods):
         run.advance(1, nothing)
-        period_detection.enter(ring, run.halves, run.state, run.work)
+        period_detection.record_half_period(ring, run.halves, run.state, run.work)
         reach, _ = bounds(problem, run.state)
         if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), run.clearance):
-            reason, period = codes.NAMED, 1
+            reason, period = codes.RESOLVED, 1
         else:
             halves = run.halves
-            reason, period, *_ = period_detection.name_motion(
-                problem, ring, 0, halves, halves, max_period, run.clearance, reach, 0.0
+            reason, period, *_ = period_detection.detect_period(
+                problem, ring, 0, halves, max_period, run.clearance, period_detection.Approach(halves, reach, 0.0)
             )
-        if reason == codes.NAMED and run.halves % 2 == 0:
+        if reason == codes.RESOLVED and run.halves % 2 == 0:
             break
     else:
-        raise LinearisationError(REASONS[reason] if reason != codes.NAMED else REASONS[codes.NOT_CLOSED])
-    # on until it closes to round-off: until returns are small and have not become smaller for a while
+        raise LinearisationError(REASONS[reason] if reason != codes.RESOLVED else REASONS[codes.NOT_CLOSED])
+    # until returns are small and have not decreased for some periods
     best, waited = np.inf, 0
     for _ in range(max_periods // period):
         before = run.state.copy()
@@ -155,6 +155,6 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
         distance = _distance(run, before)
         waited = waited + 1 if distance >= best else 0
         best = min(best, distance)
-        if distance == 0.0 or (best < CLOSING_FLOOR and waited >= 10):
+        if distance == 0.0 or (best < CLOSING_FLOOR and waited >= ROUND_OFF_RETURNS):
             break
     return period

@@ -1,4 +1,4 @@
-"""Types of motion: what a settled trajectory is called, or why it could not be named (theory: n-p_r-q_l)."""
+"""The motion that a trajectory settles to: its name n-p_r-q_l (theory), or why it is unresolved."""
 
 from __future__ import annotations
 
@@ -13,29 +13,30 @@ from grazemap_core.arrays import Integers
 from grazemap_core.codes import CHAOTIC, QUASI_PERIODIC
 
 KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
-"""Kinds of motion that this version tells apart; the position is the code."""
+"""Kinds of motion; the index is the code."""
 
 REASONS: Final[dict[int, str]] = {
-    codes.NAMED: "",
-    codes.NOT_CLOSED: "the stroboscopic orbit has not closed within the periods and the longest period looked at, "
-    "and the growth of small changes, where it was measured, does not tell what it is",
-    codes.SLOW: "the stroboscopic orbit closes too slowly to tell its limit",
-    codes.GRAZES: "an impact is so slow that it may be none in the limit",
-    codes.NOT_HELD: "mass 1 rests on a stop, and the chain behind it is at an undamped resonance or ill-conditioned",
-    codes.BUDGET: "too many impacts: in half a forcing period, or without settling",
-    codes.OVERFLOWS: "a number overflowed",
-    codes.HIDDEN: "the steady motion is so large, as near an undamped resonance, that its round-off hides the "
-    "motion between the stops",
-    codes.NOT_SOUGHT: "verification was not requested, or the chain has an undamped mode or ill-conditioned ones",
-    codes.RESTS: "mass 1 rests on a stop or chatters: found by simulation, which has no finite sequence of impacts "
-    "to be solved for",
-    codes.SEQUENCE_UNKNOWN: "there are more impacts than are verified, or a graze or a rest among them",
+    codes.RESOLVED: "",
+    codes.NOT_CLOSED: "the stroboscopic orbit did not close within the periods simulated and the largest period "
+    "looked for, and the Lyapunov exponents, if they were computed, do not decide the kind of the motion",
+    codes.SLOW_CONVERGENCE: "the stroboscopic orbit converges too slowly to determine its limit",
+    codes.NEAR_GRAZING: "an impact is so slow that the limit may not have it",
+    codes.NO_STICKING_FLOW: "mass 1 rests on a stop, and the chain of the other masses is at an undamped resonance or "
+    "ill-conditioned",
+    codes.TOO_MANY_IMPACTS: "too many impacts: in half a forcing period, or before the motion settled",
+    codes.OVERFLOW: "a number overflowed",
+    codes.HIDDEN_BY_ROUNDING: "the steady motion is so large, as near an undamped resonance, that its round-off hides "
+    "the motion between the stops",
+    codes.NOT_VERIFIED: "verification was not asked for, or the chain has an undamped mode or ill-conditioned modes",
+    codes.STICKS: "mass 1 rests on a stop or chatters: the motion was found by simulation, and there is no finite "
+    "sequence of impacts to solve for",
+    codes.SEQUENCE_UNKNOWN: "more impacts than verification handles, or a graze or a rest among them",
     codes.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory",
-    codes.NOT_ISOLATED: "the orbit is not certain to be the only one nearby, as at a saddle-node",
-    codes.TOUCHES_OR_NOT: "an impact, or a passage of a stop, is so near to a graze that the orbit is not "
-    "known well enough to tell",
+    codes.NOT_ISOLATED: "it is not certain that the orbit is the only one nearby, as at a saddle-node",
+    codes.GRAZE_UNRESOLVED: "an impact, or a passage near a stop, is so close to a graze that the accuracy of the "
+    "orbit does not decide between them",
     codes.NOT_STABLE: "a multiplier is on the unit circle or too close to it",
-    codes.NOT_DISTINCT: "the orbit is too close to one of a shorter period, or to its own mirror image",
+    codes.NOT_DISTINCT: "the orbit is too close to one of a smaller period, or to its own mirror image",
 }
 """Why a motion is unresolved, or is periodic but not verified; the key is the code."""
 
@@ -48,10 +49,10 @@ class Motion:
     ----------
     kind : one of KINDS
     period : int or None
-        Least period n, in forcing periods.
+        Minimal period n, in forcing periods.
     impacts_right, impacts_left : int or None
         Impacts on stop A and stop C per n forcing periods; -1: the stop is not touched, 0: mass 1 rests on it without
-        ever striking it, -2 (`codes.INFINITE`): infinitely many, in complete chatter.
+        impacts, -2 (`codes.INFINITE`): infinitely many, in complete chatter.
     symmetric : bool or None
         Whether the motion is its own mirror image, half a period later.
     sticking : bool or None
@@ -76,8 +77,8 @@ class Motion:
 def motion_from_codes(
     reason: int, period: int, impacts_right: int, impacts_left: int, symmetric: bool, sticking: bool
 ) -> Motion:
-    """Return the motion that the kernels' codes stand for."""
-    if reason != codes.NAMED:
+    """Return the motion for the codes of `period_detection.detect_period`."""
+    if reason != codes.RESOLVED:
         return Motion(kind="unresolved", reason=REASONS[reason])
     return Motion(
         kind="periodic",
@@ -89,16 +90,16 @@ def motion_from_codes(
     )
 
 
-def kinds_of(reason: Integers, growth: Integers, doubt: Integers) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+def kinds_of(reason: Integers, growth: Integers, unverified: Integers) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Return the codes of kind and reason.
 
     From the codes of `closing`; of `lyapunov` where that has named nothing, and of `verification` where it has.
     """
-    periodic = reason == codes.NAMED
+    periodic = reason == codes.RESOLVED
     kind = np.select(
         [periodic, growth == QUASI_PERIODIC, growth == CHAOTIC],
         [KINDS.index("periodic"), KINDS.index("quasi-periodic"), KINDS.index("chaotic")],
         KINDS.index("unresolved"),
     )
-    why = np.select([periodic, kind == KINDS.index("unresolved")], [doubt, reason], codes.NAMED)
+    why = np.select([periodic, kind == KINDS.index("unresolved")], [unverified, reason], codes.RESOLVED)
     return kind.astype(np.int8), why.astype(np.int8)

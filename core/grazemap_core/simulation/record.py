@@ -1,4 +1,4 @@
-"""What is recorded of a trajectory: its events with the states behind them, from which all else is read off."""
+"""The record of a trajectory: its events with the states after them, and the results derived from them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from grazemap_core.contact.kernels.workspace import (
     Workspace,
 )
 from grazemap_core.errors import ParameterError
-from grazemap_core.simulation.kernels.sampling import events_before, sample_motion, split_times
+from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
 from grazemap_core.simulation.start import ForcedChain, Start
 from grazemap_core.simulation.tolerances import END_ROUNDING
 
@@ -38,12 +38,12 @@ from grazemap_core.simulation.tolerances import END_ROUNDING
 class Impacts:
     """Impacts of mass 1: time (n,), stop (n,) +1 A or -1 C, velocity (n,) before the impact (signed), kind (n,).
 
-    The kind is "impact"; "chatter": infinitely many more follow that one, in the time up to the start of the next
-    interval of sticking, and none of them is listed; or "graze": mass 1 comes so near the stop that round-off hides
-    whether it touches it. A graze is taken as a touch at zero velocity, which changes nothing.
+    The kind is "impact"; "chatter": infinitely many impacts follow until the start of the next interval of sticking,
+    and are not listed; or "graze": mass 1 comes so near the stop that round-off hides whether it touches it. A graze is
+    taken as a touch at zero velocity, which changes nothing.
 
-    The same time without the rounding that a long time has: period (n,), the forcing periods completed since the record
-    began, and phase_time (n,), the time since then.
+    To avoid the rounding of long times, the time is also given as period (n,), the number of forcing periods since the
+    start of the record, and phase_time (n,), the time since the start of that period.
     """
 
     time: Floats
@@ -58,8 +58,8 @@ class Impacts:
 class Sticking:
     """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,).
 
-    An interval begins where the impacts of a complete chatter accumulate, at the impact itself when the restitution is
-    0, or with the record; it ends with the release, or with the record.
+    An interval begins where the impacts of a complete chatter accumulate, at the impact itself if the restitution is 0,
+    or with the record; it ends with the release, or with the record.
     """
 
     start: Floats
@@ -69,7 +69,7 @@ class Sticking:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The events of a trajectory; time counts from where the record begins.
+    """The events of a trajectory; time counts from the start of the record.
 
     Attributes
     ----------
@@ -80,11 +80,11 @@ class Record:
         Steady response of every mass, the initial phase included.
     clearance : float
     rows : (1 + events, EVENT_COLUMNS + 2 N)
-        Where the record begins, then every event, as `kernels.sampling` takes them.
+        The start of the record, then every event, as `kernels.sampling` takes them.
     first_half : int
         The half period with which the record begins, even.
     end : float
-        How long it is; minus infinity when the trajectory ended before it began.
+        Its duration; minus infinity if the trajectory ended before the record began.
     """
 
     problem: CellProblem
@@ -98,7 +98,7 @@ class Record:
 
     @property
     def period(self) -> float:
-        """Time of a forcing period."""
+        """Duration of a forcing period."""
         return 2.0 * math.pi / self.problem.omega
 
     @property
@@ -107,7 +107,7 @@ class Record:
         return (self.rows[:, HALF] - self.first_half) * (0.5 * self.period) + self.rows[:, TIME]
 
     def impacts(self) -> Impacts:
-        """Pick the contacts out of the events."""
+        """Return the impacts among the events."""
         rows, time = self.rows[1:], self.event_time[1:]
         there = rows[:, KIND] != RELEASE
         half = rows[there, HALF].astype(np.int64) - self.first_half
@@ -121,16 +121,16 @@ class Record:
         )
 
     def sticking(self) -> Sticking:
-        """Pick the intervals of rest out of the events."""
+        """Return the intervals of rest."""
         rows, time = self.rows, self.event_time
         begins = ~np.isin(rows[:, KIND], (IMPACT, GRAZE, RELEASE)) & (time + rows[:, DELAY] <= self.end)
-        until = np.append(time[1:], self.end)  # the event behind a rest is its release
+        until = np.append(time[1:], self.end)  # the event after a rest is its release
         return Sticking(
             start=(time + rows[:, DELAY])[begins], stop_time=until[begins], stop=rows[begins, STOP].astype(np.int8)
         )
 
     def evenly(self, index: Integers, samples_per_period: int) -> tuple[Floats, Floats]:
-        """Return displacement and velocity, each (N, n), at increasing multiples of a share of the forcing period."""
+        """Return displacement and velocity, each (N, n), at increasing multiples of 1/n of the forcing period."""
         part = index % samples_per_period  # of its forcing period
         half = self.first_half + 2 * (index // samples_per_period)
         half_time = math.pi / self.problem.omega
@@ -144,19 +144,19 @@ class Record:
         Raises
         ------
         ParameterError
-            A time outside the record, or not one list of numbers.
+            A time lies outside the record, or the times are not a list of numbers.
         """
         times = np.array(times, dtype=np.float64)
         if times.ndim != 1 or not np.all((times >= 0.0) & (times <= self.end * END_ROUNDING)):
             raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
         whole, within = split_times(times, self.problem.omega)
-        # by the times as they are listed: a sample at that of an impact is behind it
+        # compared with the times as returned: a sample at the time of an impact is after it
         row = np.searchsorted(self.event_time[1:], times, side="right").astype(np.int64)
         return self._sampled(row, self.first_half + 2 * whole, within, self.problem.omega * within)
 
     def _sampled(self, row: Integers, half: Integers, within: Floats, angle: Floats) -> tuple[Floats, Floats]:
-        moments = (row, half, within, angle)
-        x, v = sample_motion(self.problem, self.held, self.shape, self.steady, self.rows, self.clearance, *moments)
+        moments = Moments(row, half, within, angle)
+        x, v = sample_motion(self.problem, self.held, self.shape, self.steady, self.rows, self.clearance, moments)
         return x, v
 
 
@@ -167,7 +167,7 @@ def record_of(chain: ForcedChain, run: Start, rows: Floats, first_half: int, end
 
 
 def first_row(run: Start, first_half: int) -> Floats:
-    """Return the row with which a record begins where a run stands, shape (1, EVENT_COLUMNS + 2 N)."""
+    """Return the first row of a record that begins at the current state of a run, shape (1, EVENT_COLUMNS + 2 N)."""
     work: Workspace = run.work
     row = np.zeros((1, EVENT_COLUMNS + run.u.size))
     row[0, HALF] = first_half

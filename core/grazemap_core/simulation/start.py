@@ -1,7 +1,4 @@
-"""Where a trajectory starts and where it stands: from given numbers to the kernels' arrays, and back.
-
-A question's numbers are checked here, once for every kind of run that begins with them.
-"""
+"""Initial states: validation, conversion to the arrays of the kernels, and back to physical states."""
 
 from __future__ import annotations
 
@@ -15,22 +12,22 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.cell_problem import at_phase, cell_problem, free_state, trajectory_models
 from grazemap_core.contact.held_problem import HeldModel
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.event_loop import land
-from grazemap_core.contact.kernels.sticking import rest_behind_impact, start_on_stop
+from grazemap_core.contact.kernels.event_loop import impact_at_stop
+from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
 from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.tolerances import LARGEST_NUMBER, LEAST_NUMBER
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 EVENTS = 64
-"""Events that a run has room for to begin with."""
+"""Events that the record of a run holds at first."""
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A moment of a motion: displacement (N,), velocity (N,), and the phase of the forcing in radians."""
+    """A state of the oscillator: displacement (N,), velocity (N,), and the phase of the forcing in radians."""
 
     displacement: Floats
     velocity: Floats
@@ -39,7 +36,7 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class ForcedChain:
-    """An oscillator at one forcing frequency and clearance: what its trajectories from all states share.
+    """An oscillator at one forcing frequency and clearance.
 
     Attributes
     ----------
@@ -57,17 +54,17 @@ class ForcedChain:
     steady: Complexes
 
     @cached_property
-    def _unturned(self) -> tuple[CellProblem, HeldProblem]:
+    def _at_phase_zero(self) -> tuple[CellProblem, HeldProblem]:
         return cell_problem(self.models, self.steady, self.omega)
 
     def problems(self, phase: float) -> tuple[CellProblem, HeldProblem]:
-        """Return the kernels' views for a forcing phase at t = 0; what changes in place is the caller's own."""
-        return at_phase(*self._unturned, self.models, self.steady, phase)
+        """Return the arrays of the kernels for a forcing phase at t = 0; arrays that change in place are new."""
+        return at_phase(*self._at_phase_zero, self.models, self.steady, phase)
 
 
 @dataclass(eq=False)
 class Start:
-    """A trajectory that stands at its start, behind the impact if it moves into a stop there.
+    """A trajectory at its start, after the impact if it starts by moving into a stop.
 
     Attributes
     ----------
@@ -75,11 +72,11 @@ class Start:
     steady : complex (N,)
         Steady response of every mass, the initial phase included.
     u : (N, 2)
-        Free state. Changed in place by the kernels, as `held` and `work` are.
+        Free state; the kernels change it in place, as well as `held` and `work`.
     work : Workspace
-        Its record holds the impact at the start, if there is one.
+        Its record contains the impact at the start, if there is one.
     status : int
-        OK, or the status with which the trajectory ends at once.
+        OK, or the status with which the trajectory ends at its start.
     """
 
     problem: CellProblem
@@ -91,17 +88,18 @@ class Start:
 
 
 def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> ForcedChain:
-    """Return an oscillator with its forcing frequency and the distance of its stops, both > 0.
+    """Return an oscillator with a forcing frequency and a clearance, both > 0.
 
     Raises
     ------
     ParameterError
-        A number is out of range, or there is no steady motion to refer to.
+        A number is out of range, or there is no steady motion.
     ConditioningError
+        The modal model is ill-conditioned.
     """
     for name, value in (("omega", omega), ("clearance", clearance)):
-        if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
-            raise ParameterError(name, f"must lie between {LEAST_NUMBER:g} and {LARGEST_NUMBER:g}")
+        if not SMALLEST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
     models = trajectory_models(oscillator)
     steady = forced_response(oscillator, np.array([omega]))[0]
     return ForcedChain(oscillator, omega, clearance, models, steady)
@@ -110,9 +108,9 @@ def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> Forc
 def initial_state(
     chain: ForcedChain, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
 ) -> State:
-    """Return a given state, at rest in the middle where it is None.
+    """Return a validated state; None stands for zero displacement or velocity.
 
-    `where` goes before the name of what is refused.
+    `where` is put before the name of the parameter in an error.
 
     Raises
     ------
@@ -139,9 +137,10 @@ def _one_per_mass(name: str, values: Floats | None, count: int) -> Floats:
 
 
 def start(chain: ForcedChain, state: State) -> Start:
-    """Return the trajectory that starts from a state, as `initial_state` returns it.
+    """Return the trajectory that starts from a state of `initial_state`.
 
-    On a stop, moving into it is an impact, and at rest mass 1 stays there if it is pressed.
+    If mass 1 starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
+    stop.
     """
     problem, held = chain.problems(state.phase)
     u = free_state(chain.models.free, chain.steady, chain.omega, state.displacement, state.velocity, state.phase)
@@ -161,8 +160,8 @@ def _start_on_stop(
     if v1 == 0.0:
         return start_on_stop(problem, held, u, clearance, stop, work)
     if v1 * stop > 0.0:
-        if land(problem, u, stop, v1, problem.steady_table[0, 1], 0, 0.0, work):
-            return int(rest_behind_impact(problem, held, u, clearance, 0, 0.0, 0, work))
+        if impact_at_stop(problem, u, stop, v1, problem.steady_table[0, 1], 0, 0.0, work):
+            return int(rest_after_impact(problem, held, u, clearance, 0, 0.0, 0, work))
         return OK
     work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
     work.near[:2] = 0.0, abs(v1)
@@ -170,7 +169,7 @@ def _start_on_stop(
 
 
 def longer_record(work: Workspace) -> Workspace:
-    """Return a workspace with room for four times as many events, and those that are in it."""
+    """Return a workspace whose record is four times as long, with the same events."""
     rows, columns = work.events.shape
     events = np.zeros((4 * rows, columns))
     events[:rows] = work.events
@@ -178,20 +177,20 @@ def longer_record(work: Workspace) -> Workspace:
 
 
 def state_at(chain: ForcedChain, run: Start, phase: float) -> State:
-    """Return the state from which a trajectory goes on as `run` does from where it stands, at this forcing phase.
+    """Return the current state of a run as an initial state at this forcing phase.
 
-    At rest, on the last bounces before it too, mass 1 is on its stop exactly; near a stop that it has left, its
-    distance and speed are those that the run carries by themselves; and round-off takes it beyond no stop.
+    At rest, and during the summed impacts before it, mass 1 is exactly on its stop; near a stop that it has left, its
+    gap and speed are those of the workspace; round-off never places it beyond a stop.
     """
     count = chain.oscillator.size
     anchor, resting = int(run.work.cursor[ANCHOR]), int(run.work.cursor[HELD])
     if resting != 0:
         physical = np.empty(2 * count)
-        place = resting * chain.clearance
-        held_motion(run.held, run.held.state, place, chain.omega, math.cos(phase), math.sin(phase), physical)
+        x1 = resting * chain.clearance
+        held_motion(run.held, run.held.state, x1, chain.omega, math.cos(phase), math.sin(phase), physical)
         return State(physical[:count], physical[count:], phase)
-    turned = chain.steady * np.exp(1j * phase)
-    steady = np.concatenate([turned.imag, chain.omega * turned.real])
+    at_phase = chain.steady * np.exp(1j * phase)
+    steady = np.concatenate([at_phase.imag, chain.omega * at_phase.real])
     physical = np.asarray(run.held.from_free @ run.u.ravel() + steady)
     x, v = physical[:count], physical[count:]
     if anchor != 0:
@@ -202,5 +201,5 @@ def state_at(chain: ForcedChain, run: Start, phase: float) -> State:
 
 
 def wrapped(phase: float) -> float:
-    """Return a phase in (-pi, pi]: itself, or to a rounding what it is modulo a turn."""
+    """Return a phase modulo 2 pi, in (-pi, pi]; it is not rounded if it lies there already."""
     return phase if abs(phase) <= math.pi else math.atan2(math.sin(phase), math.cos(phase))

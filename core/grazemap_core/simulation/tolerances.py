@@ -7,63 +7,72 @@ from typing import Final
 from grazemap_core.tolerances import EPSILON
 
 END_ROUNDING: Final = 1.0 + 4.0 * EPSILON
-"""Factor on the end of a record up to which a time lies in it: its end has three roundings, a given time its own."""
+"""Factor on the end of a record up to which a time counts as inside: the end has three roundings, a given time one."""
 
 CLOSING_GOAL: Final = 1e-9
-"""The stroboscopic orbit has closed when it returns to this, in units of the clearance."""
+"""Largest distance of a return, in units of the clearance, at which the stroboscopic orbit counts as closed."""
 
 CLOSING_FLOOR: Final = 1e-12
-"""A return this close is round-off; no rate of convergence can be read from it."""
+"""Distance of a return that is round-off: it does not determine a rate of convergence."""
 
 LIMIT_DISTANCE: Final = 1e-8
-"""Largest extrapolated distance to the limiting orbit (return * rate / (1 - rate)) at which a motion is named."""
+"""Largest extrapolated distance to the limit, return * rate / (1 - rate), at which the period of a motion is
+accepted."""
 
 SLOWEST_RATE: Final = 0.999
-"""Contraction per motion period above which the extrapolation means nothing and the motion is not named."""
+"""Contraction per motion period above which the extrapolation is meaningless and the motion is unresolved."""
 
 SEPARATION: Final = 100.0
 """A smaller period is excluded at this many times LIMIT_DISTANCE; an impact counts as no graze when its squared speed
 (in units of omega * clearance) is this many times the distance to the limit."""
 
 APPROACH_RATE: Final = 0.99
-"""Contraction per return above which a trajectory cannot be said to come closer."""
+"""Contraction per return above which a trajectory does not count as convergent."""
 
-SPEED_APART: Final = 4.0
-"""A trajectory cannot be taken to an orbit whose slowest impact, its speed squared in units of omega * clearance, is at
-most this many times its distance: it might touch the stop there, or not."""
+GRAZE_SPEED_RATIO: Final = 4.0
+"""Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which the
+trajectory may or may not touch the stop there, so that the orbit is not used."""
 
 CHANGES_FIT: Final = 1e-3
-"""Part of the last change at a return that those before it may leave unexplained for their limit to be trusted."""
+"""Largest relative residual of a fit of the last change at a return by the previous ones, at which the limit is
+used."""
 
 DEPENDENT: Final = 1e-12
-"""Share of a change at a return that the others do not explain below which it is round-off."""
+"""Relative residual of a change at a return, after projection on the others, below which it is round-off."""
 
 RANK_ROUNDING: Final = 64.0 * EPSILON
-"""A column of changes is spanned by the others when what is left of it, relative to it, is at most this: round-off."""
+"""Relative residual of a perturbation after projection on the others up to which it is in their span: round-off."""
 
 EXPONENT_BLOCKS: Final = 32
-"""Least number of block means that a standard error is taken from; it is then itself good to 1/sqrt(62) = 13 %."""
+"""Minimum number of block means for a standard error; its own relative error is then 1/sqrt(62) = 13 %."""
 
 EXPONENT_MARGIN: Final = 5.0
-"""Standard errors by which an exponent must differ from zero to have a sign: by chance once in two million."""
+"""Number of standard errors by which an exponent with a sign differs from zero: by chance once in two million."""
 
 GROWTH_SURE: Final = 18.0
-"""Growth of changes, in nats, over either half of a run from which on a motion is chaotic however uneven the growth is.
-Over both halves it takes round-off to the size of the motion. Along a periodic motion or a torus the sum is bounded,
-and not by so much however slow the impacts are."""
+"""Growth of perturbations, in nats, over either half of a run above which a motion is chaotic, however uneven the
+growth is. Over both halves it enlarges round-off to the size of the motion. For a periodic or quasi-periodic motion the
+sum is bounded by less than this, however slow the impacts are."""
 
 GROWTH_BOUND: Final = 1.5
-"""Range of the summed growth over a whole run, in units of the least range over its eighths, up to which it is bounded:
+"""Range of the summed growth over a run, in units of the minimum range over its eighths, up to which it is bounded:
 1 for a bounded sum, above sqrt(8) = 2.8 for a random walk, 8 for a drift."""
 
 GROWTH_DRIFT: Final = 0.05
 """Weighted growth over a whole run, in nats, up to which the largest exponent is zero. Of 39 motions of random chains
-with bounded growth over 500 periods, 36 were tori still after 20,000: over 1,000 they were at 0.04 or less, the three
-slow spirals at 0.16 or more."""
+with bounded growth over 500 periods, 36 were still tori after 20,000: over 1,000 periods their growth was 0.04 or less,
+that of the three slow spirals 0.16 or more."""
 
 ORBIT_EXTENT: Final = 0.02
 """Relative change of the extent of a quasi-periodic orbit from the first half of the run to the second. Means over a
-torus converge as one over the number of periods; a spiral that passes over a thousand shrinks by 4e-5 a period."""
+torus converge as the inverse number of periods; a spiral below this change over a thousand periods shrinks by less than
+4e-5 per period."""
 
-ORBIT_LEAST_EXTENT: Final = 1e-6
-"""Least extent of a quasi-periodic orbit in units of the clearance: well above where an orbit counts as closed."""
+MIN_ORBIT_EXTENT: Final = 1e-6
+"""Minimum extent of a quasi-periodic orbit in units of the clearance, well above CLOSING_GOAL."""
+
+ROUND_OFF_RETURNS: Final = 10
+"""Returns without a decrease of the distance, once it is below CLOSING_FLOOR, after which it is round-off."""
+
+RECORD_BLOCK: Final = 64
+"""Half periods of a transient after which its events are discarded, so that the record stays short."""

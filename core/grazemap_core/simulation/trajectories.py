@@ -1,4 +1,4 @@
-"""Trajectories: every impact and every rest on a stop exact, samples in closed form, and the motion settled to."""
+"""Recorded trajectories: all impacts and intervals of sticking, samples in closed form, and the motion at the end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from grazemap_core.simulation.start import (
     state_at,
     wrapped,
 )
-from grazemap_core.simulation.tolerances import END_ROUNDING
+from grazemap_core.simulation.tolerances import END_ROUNDING, RECORD_BLOCK
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,16 +46,16 @@ class Trajectory:
     impacts : Impacts
     sticking : Sticking
     undecided : int
-        Times that round-off left a decision open, from the start of the transient on: grazes, and moments at which the
-        force on a resting mass 1 is zero and may or may not release it (it is taken to stay).
+        Number of events that round-off leaves undecided, from the start of the transient on: grazes, and moments at
+        which the force on a resting mass 1 is zero and may or may not release it (it is taken to stay).
     motion : Motion
-        Unresolved, with the reason, when the trajectory ended early: the arrays then end there too.
+        Unresolved, with the reason, if the trajectory ended early; the arrays then end there too.
     final : State or None
-        Where the record ends, the phase in (-pi, pi]: a trajectory started there goes on as this one would. On the last
-        bounces before a rest it is that of the rest. None when the trajectory ended before the record began, or in
-        numbers that are not finite.
+        State at the end of the record, with the phase in (-pi, pi]: a trajectory from it continues this one. During the
+        summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began, or
+        in numbers that are not finite.
     record : Record
-        What all this is read off.
+        The events, from which all of this is derived.
     """
 
     time: Floats
@@ -71,7 +71,7 @@ class Trajectory:
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Return displacement and velocity, each (N, n), at any times (n,) of the record, in closed form.
 
-        At the time of an impact they are those behind it.
+        At the time of an impact the velocity is that after it.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is recorded of a trajectory: the parameters of `trajectory` behind the state."""
+    """What is recorded of a trajectory: the parameters of `trajectory` after the state."""
 
     periods: int
     transient_periods: int
@@ -105,22 +105,22 @@ def trajectory(
     max_period: int = 32,
     times: Floats | None = None,
 ) -> Trajectory:
-    """Follow one trajectory and return samples, impacts and motion.
+    """Return a recorded trajectory: samples, impacts, sticking and motion.
 
     Parameters
     ----------
     omega, clearance : float
         Forcing frequency and distance of the stops, > 0.
-    displacement, velocity : (N,), default at rest in the middle
+    displacement, velocity : (N,), default 0
         State at t = 0.
     phase : float
         Forcing phase at t = 0, radians.
     periods, transient_periods : int
-        Forcing periods recorded, after those that are not.
+        Forcing periods that are recorded, and those before them that are not.
     samples_per_period : int
         Samples are at multiples of the forcing period over this, both ends included.
     max_period : int
-        Longest period of a motion that is looked for.
+        Largest period of a motion that is looked for.
     times : (n,) or None
         Samples are at these times of the record instead.
 
@@ -145,19 +145,19 @@ def trajectories(
     max_period: int = 32,
     times: Floats | None = None,
 ) -> Iterator[Trajectory]:
-    """Follow the trajectories from many states, each when it is asked for; to the bit as `trajectory` would.
+    """Return an iterator of the trajectories from many states, each bitwise equal to that of `trajectory`.
 
     Parameters
     ----------
     states : sequence of State
-        All of them are checked before the first is followed.
+        All of them are validated before the first trajectory is computed.
 
     Other parameters as in `trajectory`.
 
     Raises
     ------
     ParameterError
-        As `trajectory`; a state's numbers are named, for example, states[3].velocity.
+        As `trajectory`; the name of a parameter of a state is, for example, states[3].velocity.
     """
     chain = forced_chain(oscillator, omega, clearance)
     plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
@@ -176,14 +176,14 @@ def _plan(
     times: Floats | None,
     max_period: int,
 ) -> Plan:
-    for name, value, least in (
+    for name, value, minimum in (
         ("periods", periods, 1),
         ("transient_periods", transient_periods, 0),
         ("samples_per_period", samples_per_period, 1),
         ("max_period", max_period, 1),
     ):
-        if value < least:
-            raise ParameterError(name, f"must be {least} or greater")
+        if value < minimum:
+            raise ParameterError(name, f"must be {minimum} or greater")
     if times is not None:
         times = np.array(times, dtype=np.float64)
         end = periods * (2.0 * math.pi / omega)
@@ -193,10 +193,10 @@ def _plan(
 
 
 def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
-    """Follow a trajectory from its start to its end."""
+    """Return the recorded trajectory from a state."""
     run = start(chain, state)
     ring = period_detection.stroboscopic_history(chain.oscillator.size, plan.max_period)
-    period_detection.enter(ring, 0, run.u, run.work)
+    period_detection.record_half_period(ring, 0, run.u, run.work)
     first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
     done = 0
     if run.status == OK:
@@ -212,7 +212,7 @@ def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
     if not recorded:
         end = -math.inf
     elif run.status != OK:
-        # the trajectory ended with its last event, or where it stood in the half period when none was recorded
+        # the trajectory ended with its last event, or at the start of the half period if none was recorded
         last = rows[-1]
         half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
         end = float((half - first_half) * (0.5 * period) + since)
@@ -241,16 +241,16 @@ def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
 
 
 def _run_transient(run: Start, clearance: float, halves: int, ring: StroboscopicHistory) -> int:
-    """Run the part that is not recorded, forgetting its impacts block by block. Returns the halves done."""
+    """Run the part that is not recorded, discarding its events, and return the number of half periods completed."""
     done = 0
     while done < halves and run.status == OK:
-        done = _run_record(run, clearance, done, min(done + 64, halves), ring)
+        done = _run_record(run, clearance, done, min(done + RECORD_BLOCK, halves), ring)
         run.work.cursor[ROWS] = 0
     return done
 
 
 def _run_record(run: Start, clearance: float, done: int, halves: int, ring: StroboscopicHistory) -> int:
-    """Run on to `halves` half periods, growing the record of impacts as needed. Returns the halves done."""
+    """Run to `halves` half periods, enlarging the record if necessary, and return the number completed."""
     while True:
         run.status, done = run_recorded(run.problem, run.held, run.u, clearance, done, halves, ring, run.work)
         if run.status != RECORD_FULL:
@@ -259,7 +259,7 @@ def _run_record(run: Start, clearance: float, done: int, halves: int, ring: Stro
 
 
 def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State | None:
-    """Return where the record of a run ends."""
+    """Return the state at the end of the record of a run."""
     phase = wrapped(state.phase)
     if run.status == NOT_FINITE:
         return None
@@ -269,16 +269,16 @@ def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State 
 
 
 def _motion(chain: ForcedChain, run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
-    """Name the motion at the end of a trajectory."""
+    """Return the motion at the end of a trajectory."""
     if run.status != OK:
         return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
     problem, clearance = run.problem, chain.clearance
     if hidden_by_rounding(chain.steady[:1], np.array([clearance]))[0, 0]:
-        return motion_from_codes(codes.HIDDEN, 0, 0, 0, False, False)
+        return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
     reach, _ = bounds(problem, run.u)
     if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
-        return motion_from_codes(codes.NAMED, 1, -1, -1, True, False)
-    reason, period, right, left, symmetric, _, sticking = period_detection.name_motion(
-        problem, ring, 0, halves, halves, max_period, clearance, reach, 0.0
+        return motion_from_codes(codes.RESOLVED, 1, -1, -1, True, False)
+    reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
+        problem, ring, 0, halves, max_period, clearance, period_detection.Approach(halves, reach, 0.0)
     )
     return motion_from_codes(reason, period, right, left, symmetric, sticking)

@@ -19,13 +19,13 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
     Raises CoreError.
     """
     from grazemap_core.errors import ParameterError
+    from grazemap_core.grazing.discontinuity_mapping import beyond_stop as beyond
     from grazemap_core.grazing.discontinuity_mapping import (
         exact_mapping,
         largest_overshoot,
         leading_mapping,
         mapping_error,
     )
-    from grazemap_core.grazing.discontinuity_mapping import straight_beyond as beyond
     from grazemap_core.grazing.half_period_maps import half_period_jacobian
     from grazemap_core.grazing.poincare_map import compare_returns
     from grazemap_core.grazing.point import grazing_point

@@ -1,8 +1,8 @@
-"""The constant factors of the loop over cells, to twice the working precision, as sums of two doubles.
+"""Constant factors of the loop over cells in twice the working precision, as sums of two doubles.
 
-A factor that is rounded once and used a million times errs a million times in the same direction. So the flow over
-1, 2, .. n cells is tabulated with what its entries leave out, and the kick of an impact with what makes it change the
-velocity of mass 1 by exactly one unit. What flows in are the blocks of the modal model; the kernels apply the tables.
+A factor that is rounded once and used a million times causes the same error a million times. Therefore the flow over
+1, 2, .. n cells is tabulated together with the rounding errors of its entries, and so is the effect of a unit impulse,
+which changes the velocity of mass 1 by exactly one unit.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from grazemap_core.arrays import Floats
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
 
 TERMS = 40
-"""Of the series of the flow over one cell: with exponents of at most 1 per cell what is left out is below 2**-104."""
+"""Terms of the series of the flow over a cell: with exponents of at most 1 per cell the remainder is below 2**-104."""
 
 TURN_HIGH, TURN_LOW = 6.283185307179586, 2.4492935982947064e-16
-"""2 pi."""
+"""2 pi as a sum of two doubles."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -51,9 +51,9 @@ def tabulate_flow(decay: Floats, frequency_squared: Floats, step: tuple[float, f
     ----------
     decay, frequency_squared : (N,)
     step : pair
-        Length of a cell, so short that no exponent times it exceeds 1.
+        Length of a cell; its product with any exponent is at most 1.
     table : (n, N, 8)
-        The entries of the 2 x 2 matrix row by row, then what each leaves out.
+        The entries of the 2 x 2 matrix row by row, then their rounding errors.
     """
     high, low = np.empty(4), np.empty(4)
     for j in range(decay.shape[0]):
@@ -96,7 +96,7 @@ def tabulate_flow(decay: Floats, frequency_squared: Floats, step: tuple[float, f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shortfall(factors: Floats, values: Floats, goal: float) -> float:
-    """Return goal - sum factors * values, of arrays of any one shape, as if computed without rounding."""
+    """Return goal - sum factors * values, rounded once; both arrays have the same shape."""
     high, low = goal, 0.0
     for a, b in zip(factors.ravel(), values.ravel()):  # noqa: B905 - numba has no strict zip
         product, error = two_prod(a, b)

@@ -1,9 +1,9 @@
-"""The oscillator as the trajectory kernels read it, and the elementary operations on its state.
+"""The oscillator as the trajectory kernels take it, and the elementary operations on its state.
 
-Time is cut into cells, an even number per forcing period. The state is the pair (u_j, u_j') of every block of the
-modal model *less the steady motion*, which is a table over the cells of one period; so a state decays, and no phase
-is ever accumulated. Functions take a `CellProblem` (built by `grazemap_core.contact.cell_problem`) and a state of shape
-(N, 2); functions that change an argument in place say so.
+Time is cut into cells, an even number per forcing period. A state is the pair (u_j, u_j') of every block of the modal
+model *minus the steady motion*, which is tabulated over the cells of one period. A state therefore decays between
+impacts, and no phase is accumulated. Functions take a `CellProblem`, built by `grazemap_core.contact.cell_problem`, and
+a state of shape (N, 2); docstrings state which arguments are changed in place.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.sticking_flow import turned
+from grazemap_core.contact.kernels.sticking_flow import rotated_entry
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
@@ -22,7 +22,7 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 _ORDERS = np.arange(TAYLOR_DEGREE + 1)
 STEP_OF_SERIES = 1.0 / ((_ORDERS + 1.0) * (_ORDERS + 2.0))
-"""1 / ((m + 1) (m + 2)), by which term m + 2 of the series of a second-order equation follows from m + 1 and m."""
+"""1 / ((m + 1) (m + 2)), the factor of term m + 2 of the series of a second-order equation, from terms m + 1 and m."""
 
 
 class CellProblem(NamedTuple):
@@ -33,31 +33,31 @@ class CellProblem(NamedTuple):
     decay, discriminant, frequency_squared, frequency : (N,)
         The blocks, as in the modal model; frequency is the root of frequency_squared.
     output_row : (N, 4)
-        x1 = sum r0 u + r1 u', v1 = sum r2 u + r3 u' (less the steady motion).
+        x1 = sum r0 u + r1 u', v1 = sum r2 u + r3 u' (without the steady motion).
     unit_impulse, unit_impulse_low : (N, 2)
-        What a unit velocity given to mass 1 adds to (u, u'), and what that leaves out: with it mass 1 gets this
-        velocity and no other displacement, to much better than a rounding.
+        Change of (u, u') by a unit velocity given to mass 1, and its rounding error: with both, mass 1 gets exactly
+        this velocity and no displacement.
     reach, fourth : (N,)
         Bounds for all later times: |contribution to x1| <= reach * e and |its 4th derivative| <= fourth * e,
         where e = frequency |u| + |u'|.
-    closeness : (N, 2)
-        Largest displacement, over the masses, that a unit of (u, u') amounts to.
+    displacement_scale : (N, 2)
+        Largest displacement of any mass for a unit of u, and for a unit of u'.
     cell_flow : (N, 4)
         Flow over one cell, row by row.
     flow_table : (n, N, 8)
-        The same over 0, 1, .. n - 1 cells, followed by what the rounded entries leave out.
+        The same over 0, 1, .. n - 1 cells, followed by the rounding errors of the entries.
     steady_table : (cells + 1, 2)
         G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part.
     steady_bound : float
         |G|, the amplitude of the steady motion of mass 1.
     omega, step, restitution : float
-        Forcing frequency, length of a cell, R.
+        Forcing frequency, length of a cell, and R.
     cells : int
         Per forcing period, even.
     chatter_impacts : float
-        Impacts in half a period that complete chatter may take.
+        Maximum number of impacts of complete chatter in half a period.
     damped : bool
-        Whether every block is: then a motion without contacts settles to the steady one.
+        Whether every block is damped: a motion without contacts then settles to the steady motion.
     """
 
     decay: Floats
@@ -69,7 +69,7 @@ class CellProblem(NamedTuple):
     unit_impulse_low: Floats
     reach: Floats
     fourth: Floats
-    closeness: Floats
+    displacement_scale: Floats
     cell_flow: Floats
     flow_table: Floats
     steady_table: Floats
@@ -112,7 +112,7 @@ def advance_cell(problem: CellProblem, u: Floats, end: int) -> tuple[float, floa
 def carry(problem: CellProblem, start: Floats, cells: int, u: Floats) -> None:
     """Write the state `cells` cells after `start` into u (N, 2); both may be the same array.
 
-    In one step, so that the roundings of cell after cell do not add up.
+    The flow is applied once, so that rounding errors of single cells do not accumulate.
 
     Parameters
     ----------
@@ -126,14 +126,14 @@ def carry(problem: CellProblem, start: Floats, cells: int, u: Floats) -> None:
             b = problem.flow_table[cells, j, 2 * i + 1] * second
             low = problem.flow_table[cells, j, 2 * i + 4] * first + problem.flow_table[cells, j, 2 * i + 5] * second
             total, lost = two_sum(a, b)
-            u[j, i] = total + (lost + low)  # rounded once: added to a rounded sum, most of `low` would vanish
+            u[j, i] = total + (lost + low)  # rounded once
 
 
 @kernel
-def first_mass(problem: CellProblem, u: Floats, gain_real: float, gain_imag: float) -> tuple[float, float]:
-    """Return x1, v1 of a state where the steady motion has the given gain."""
-    x = gain_imag
-    v = problem.omega * gain_real
+def first_mass(problem: CellProblem, u: Floats, steady_real: float, steady_imag: float) -> tuple[float, float]:
+    """Return x1, v1 of a state where the steady motion has the given amplitude, real and imaginary."""
+    x = steady_imag
+    v = problem.omega * steady_real
     for j in range(u.shape[0]):
         x += problem.output_row[j, 0] * u[j, 0] + problem.output_row[j, 1] * u[j, 1]
         v += problem.output_row[j, 2] * u[j, 0] + problem.output_row[j, 3] * u[j, 1]
@@ -141,15 +141,15 @@ def first_mass(problem: CellProblem, u: Floats, gain_real: float, gain_imag: flo
 
 
 @kernel
-def turned_gain(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
-    """Return the gain of the steady motion a time `offset` after the start of a cell."""
-    return turned(problem.steady_table, cell, problem.omega * offset)
+def steady_motion_at(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
+    """Return the complex steady motion of mass 1 a time `offset` after the start of a cell, as (real, imaginary)."""
+    return rotated_entry(problem.steady_table, cell, problem.omega * offset)
 
 
 @kernel
-def first_acceleration(problem: CellProblem, u: Floats, gain_imag: float) -> float:
-    """Return the acceleration of mass 1 of a state where the steady motion has the given gain."""
-    a = -problem.omega * problem.omega * gain_imag
+def first_acceleration(problem: CellProblem, u: Floats, steady_imag: float) -> float:
+    """Return the acceleration of mass 1 of a state where the imaginary part of the steady motion is given."""
+    a = -problem.omega * problem.omega * steady_imag
     for j in range(u.shape[0]):
         second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
         a += problem.output_row[j, 2] * u[j, 1] + problem.output_row[j, 3] * second
@@ -173,21 +173,21 @@ def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
 def expand(
     problem: CellProblem,
     u: Floats,
-    gain_real: float,
-    gain_imag: float,
+    steady_real: float,
+    steady_imag: float,
     length: float,
     taylor: Floats,
     terms: Floats,
 ) -> tuple[float, float, float]:
     """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
 
-    Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two before; the
-    steady motion is one block more, without decay. The blocks run side by side, as their recurrences are independent.
+    Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two previous ones. The
+    steady motion is one more block, without decay.
 
     Parameters
     ----------
     terms : (N + 1, 4)
-        Scratch: per block the last two terms and the two coefficients of its recurrence; overwritten.
+        Scratch: the last two terms and the two coefficients of the recurrence of every block.
 
     Returns
     -------
@@ -199,8 +199,8 @@ def expand(
         terms[j, 1] = (problem.output_row[j, 2] * u[j, 0] + problem.output_row[j, 3] * u[j, 1]) * length
         terms[j, 2] = 2.0 * problem.decay[j] * length
         terms[j, 3] = problem.frequency_squared[j] * length * length
-    terms[blocks, 0] = gain_imag
-    terms[blocks, 1] = problem.omega * gain_real * length
+    terms[blocks, 0] = steady_imag
+    terms[blocks, 1] = problem.omega * steady_real * length
     terms[blocks, 2] = 0.0
     terms[blocks, 3] = (problem.omega * length) ** 2
     return sum_series(terms, blocks, taylor)
@@ -208,21 +208,21 @@ def expand(
 
 @kernel
 def sum_series(terms: Floats, blocks: int, taylor: Floats) -> tuple[float, float, float]:
-    """Write the sum of the series of `blocks` blocks and the forcing into taylor, from the first two terms of each.
+    """Write the sum of the Taylor series of `blocks` blocks and of the steady motion into taylor.
 
     Parameters
     ----------
     terms : (blocks + 1, 4)
-        Per block the first two terms and the two coefficients of its recurrence; overwritten.
+        The first two terms and the two coefficients of the recurrence of every block; overwritten.
 
     Returns
     -------
     size : float
-        Sum of the moduli of all terms that were added up: what round-off is relative to.
+        Sum of the moduli of all terms, to which round-off is relative.
     tail : float
-        The same of the terms of degree two and more.
+        The same for the terms of degree two and higher.
     rest : float
-        Bound of what the series leaves out, anywhere in [0, 1].
+        Bound of the remainder of the series on [0, 1].
     """
     size = 0.0
     tail = 0.0
@@ -241,7 +241,7 @@ def sum_series(terms: Floats, blocks: int, taylor: Floats) -> tuple[float, float
             total += c
             tail += abs(c)
         taylor[m + 2] = total
-    # The next derivative obeys the same equation, so its energy does not rise: two more terms bound what is left out.
+    # the next derivative obeys the same equation, so its energy does not increase: two more terms bound the remainder
     rest = 0.0
     for j in range(blocks + 1):
         a, b, p, q = terms[j, 0], terms[j, 1], terms[j, 2], terms[j, 3]

@@ -1,7 +1,7 @@
-"""The careful walk through one cell, impact by impact, while mass 1 is on its way between the stops.
+"""The motion through one cell, impact by impact, while mass 1 does not rest on a stop.
 
-What flows in is a state at the start of a cell, what flows out the state at its end and, in the workspace, the regime
-there and what was seen. Cells that the cheap certificate clears never come here.
+Only cells that may have a contact are computed here. The workspace receives the regime at the end of the cell
+(`cursor`) and the impacts (`tally` and `events`).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from grazemap_core.contact.kernels.cells import (
     first_acceleration,
     first_mass,
     flow_state,
-    turned_gain,
+    steady_motion_at,
 )
-from grazemap_core.contact.kernels.events import enter_event
+from grazemap_core.contact.kernels.events import record_event
 from grazemap_core.contact.kernels.first_contact import first_contact, gap_and_rate
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
@@ -29,9 +29,9 @@ from grazemap_core.contact.kernels.workspace import (
     HELD,
     IMPACT,
     IMPACT_BUDGET_SPENT,
-    LEAST_SPEED,
-    LEAST_UNPRESSED,
     LEFT,
+    MIN_SPEED,
+    MIN_UNPRESSED_SPEED,
     NOT_FINITE,
     OK,
     RIGHT,
@@ -44,7 +44,7 @@ from grazemap_core.numerics.kernels.double_double import two_sum
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def strike(
+def apply_impact(
     problem: CellProblem,
     u: Floats,
     stop: int,
@@ -53,7 +53,7 @@ def strike(
     time: float,
     work: Workspace,
 ) -> None:
-    """Apply the impact law to a state at a stop, in place, and enter the impact into tally and events."""
+    """Apply the impact law to a state on a stop, in place, and record the impact in tally and events."""
     jump = -(1.0 + problem.restitution) * velocity
     for j in range(u.shape[0]):
         for k in range(2):
@@ -61,8 +61,8 @@ def strike(
             u[j, k] = total + (lost + problem.unit_impulse_low[j, k] * jump)
     work.tally[RIGHT if stop > 0 else LEFT] += 1.0
     work.tally[FOLLOWED] += 1.0
-    work.tally[LEAST_SPEED] = min(work.tally[LEAST_SPEED], abs(velocity))
-    enter_event(work, half, time, stop, velocity, IMPACT if velocity != 0.0 else GRAZE, u)
+    work.tally[MIN_SPEED] = min(work.tally[MIN_SPEED], abs(velocity))
+    record_event(work, half, time, stop, velocity, IMPACT if velocity != 0.0 else GRAZE, u)
     work.cursor[ANCHOR] = stop
     work.near[0] = 0.0
     work.near[1] = problem.restitution * abs(velocity)
@@ -71,9 +71,9 @@ def strike(
 
 @kernel
 def may_rest(restitution: float, step: float, contact_acceleration: float, leaving: float) -> bool:
-    """Say whether mass 1, just behind an impact, is slow and pressed enough for `sticking` to look closer.
+    """Return whether mass 1 may come to rest after an impact, a necessary condition that is cheap to compute.
 
-    `contact_acceleration` is the acceleration of mass 1 toward the stop behind the impact, `leaving` its speed there.
+    `contact_acceleration` is the acceleration of mass 1 toward the stop after the impact, `leaving` its speed.
     """
     if leaving == 0.0:
         return True
@@ -83,41 +83,41 @@ def may_rest(restitution: float, step: float, contact_acceleration: float, leavi
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def land(
+def impact_at_stop(
     problem: CellProblem,
     u: Floats,
     stop: int,
     velocity: float,
-    gain_imag: float,
+    steady_imag: float,
     half: int,
     time: float,
     work: Workspace,
 ) -> bool:
-    """Let mass 1, on a stop, strike it. Returns whether it may come to rest there.
+    """Apply the impact law to mass 1 on a stop, and return whether it may come to rest there.
 
-    `gain_imag` is the steady motion of mass 1 at this moment.
+    `steady_imag` is the steady motion of mass 1 at this moment.
     """
-    strike(problem, u, stop, velocity, half, time, work)
-    contact_acceleration = stop * first_acceleration(problem, u, gain_imag)
+    apply_impact(problem, u, stop, velocity, half, time, work)
+    contact_acceleration = stop * first_acceleration(problem, u, steady_imag)
     if contact_acceleration <= 0.0:
-        work.tally[LEAST_UNPRESSED] = min(work.tally[LEAST_UNPRESSED], abs(velocity))
+        work.tally[MIN_UNPRESSED_SPEED] = min(work.tally[MIN_UNPRESSED_SPEED], abs(velocity))
     return may_rest(problem.restitution, problem.step, contact_acceleration, work.near[1])
 
 
 @kernel
-def walk_cell(
+def run_cell(
     problem: CellProblem, u: Floats, clearance: float, cell: int, offset: float, half: int, work: Workspace
 ) -> int:
-    """Carry a state on to the end of a cell through all impacts in it.
+    """Advance a state to the end of a cell through all impacts in it.
 
     Parameters
     ----------
     u : (N, 2)
-        Free state where the walk begins; on return where it stands. Changed in place.
+        Free state at the given offset; changed in place.
     cell : int
         Index of the cell in the forcing period.
     offset : float
-        Time since the start of the cell at which the walk begins.
+        Time of the state since the start of the cell.
     half : int
         Index of the half period, for the record.
     work : Workspace
@@ -131,14 +131,14 @@ def walk_cell(
         work.near[2] = offset
         return AT_STOP
     before = problem.step * (cell % (problem.cells // 2))
-    gain_real, gain_imag = problem.steady_table[cell, 0], problem.steady_table[cell, 1]
+    steady_real, steady_imag = problem.steady_table[cell, 0], problem.steady_table[cell, 1]
     if offset > 0.0:
-        gain_real, gain_imag = turned_gain(problem, cell, offset)
+        steady_real, steady_imag = steady_motion_at(problem, cell, offset)
     while True:
         length = problem.step - offset
         if length <= 0.0:
             return OK
-        size, tail, rest = expand(problem, u, gain_real, gain_imag, length, work.taylor, work.terms)
+        size, tail, rest = expand(problem, u, steady_real, steady_imag, length, work.taylor, work.terms)
         if not np.isfinite(size):
             return NOT_FINITE
         if work.tally[FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
@@ -152,7 +152,7 @@ def walk_cell(
                 flow_state(problem, u, length)
             if anchor != 0:
                 gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], anchor, length, 1.0)
-                # the parabola through both rates: does it come back within the next cell?
+                # whether the parabola through both rates returns to the stop within the next cell
                 second_derivative = 0.5 * (rate - work.near[1]) / length
                 ahead = gap + problem.step * (rate + problem.step * second_derivative)
                 near = gap < ANCHORED_GAP * clearance or ahead < 0.0
@@ -164,14 +164,14 @@ def walk_cell(
         passed = t * length
         flow_state(problem, u, passed)
         offset += passed
-        gain_real, gain_imag = turned_gain(problem, cell, offset)
+        steady_real, steady_imag = steady_motion_at(problem, cell, offset)
         if stop == anchor:
             _, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], stop, length, t)
             velocity = -stop * rate
         else:
-            _, velocity = first_mass(problem, u, gain_real, gain_imag)
+            _, velocity = first_mass(problem, u, steady_real, steady_imag)
         if velocity * stop < 0.0:
             velocity = 0.0  # a graze to within round-off
-        if land(problem, u, stop, velocity, gain_imag, half, before + offset, work):
+        if impact_at_stop(problem, u, stop, velocity, steady_imag, half, before + offset, work):
             work.near[2] = offset
             return AT_STOP

@@ -1,4 +1,4 @@
-"""The record of a trajectory's events: one row each, with the state behind it."""
+"""The record of the events of a trajectory: one row for each event, with the state after it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from grazemap_core.numerics.jit.compiled import inlined
 
 
 @inlined
-def enter_event(
+def record_event(
     work: Workspace, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats
 ) -> None:
-    """Enter an event without a delay and the state (n, 2) behind it; where there is no room it is only counted."""
+    """Record an event without a delay, and the state (n, 2) after it; if the record is full it is only counted."""
     row = work.cursor[ROWS]
     if row < work.events.shape[0]:
         work.events[row, HALF] = half

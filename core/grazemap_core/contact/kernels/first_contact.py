@@ -1,11 +1,11 @@
-"""Contacts within one cell: the cheap certificate, and the careful search where it does not hold.
+"""Contacts within one cell: a sufficient test for their absence, and the search for the first contact.
 
-The certificate: on a cell of length h the cubic Hermite interpolant of x1 errs by at most h^4/384 max|x1''''| and lies
-in the convex hull of its Bernstein coefficients, so a cell whose four coefficients stay inside the stops by that much
-has no contact. Otherwise x1 is expanded in a Taylor series and the first contact with either stop is found by
-certified root isolation (`bernstein`). Near the stop that mass 1 has just left, the anchor, the series of the gap
-starts from what is known exactly: on the stop its zeros there (one behind an impact, two from rest, three behind a
-release) are divided out. So a bounce of any smallness is resolved to full relative precision.
+The test: on a cell of length h the error of the cubic Hermite interpolant of x1 is at most h^4/384 max|x1''''|, and the
+interpolant lies in the convex hull of its Bernstein coefficients. A cell whose four coefficients stay inside the stops
+by that bound has no contact. Otherwise x1 is expanded in a Taylor series, and the first contact with either stop is
+found by rigorous root isolation (`bernstein`). Near the stop that mass 1 has just left, the *anchor*, the series of the
+gap starts from exact values: on the stop its zeros at the start (one after an impact, two from rest, three after a
+release) are divided out. Arbitrarily small bounces are therefore resolved to full relative precision.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     GRAZE_BACK,
     GRAZE_STOP,
-    LEAST_UNPRESSED,
+    MIN_UNPRESSED_SPEED,
     ROOTS,
     UNDECIDED,
     Workspace,
@@ -28,9 +28,10 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 @kernel
 def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: float, limit: float) -> bool:
-    """Certify that a cell has no contact, from position and velocity at its ends and a bound of |x1''''|.
+    """Return True if a cell certainly has no contact; False decides nothing.
 
-    `limit` is the clearance less the round-off of the positions.
+    Positions and velocities are those at the ends of the cell; `fourth` is a bound of |x1''''|.
+    `limit` is the clearance minus the round-off of the positions.
     """
     third = step / 3.0
     square = step * step
@@ -40,7 +41,10 @@ def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: fl
 
 @kernel
 def _other_start(work: Workspace, stop: int, length: float) -> int:
-    """Write the gap to the anchor, less its zeros at the start, into work.distance where these are not one: rare."""
+    """Write the gap to the anchor, divided by its zeros at the start, into work.distance, and return its degree.
+
+    For a number of zeros other than one.
+    """
     roots = work.cursor[ROOTS]
     for k in range(TAYLOR_DEGREE + 1 - roots):
         work.distance[k] = -stop * work.taylor[k + roots]
@@ -53,14 +57,14 @@ def _other_start(work: Workspace, stop: int, length: float) -> int:
 
 @kernel
 def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: float, t: float) -> tuple[float, float]:
-    """Return the gap to the anchor and its rate at t in [0, 1], from the series of x1 and what is known at its start.
+    """Return the gap to the anchor and its rate at t in [0, 1], from the series of x1 and its values at the start.
 
-    Behind a contact the gap itself is 0 by definition; of the rate no digit is lost to the position.
+    After a contact the gap at the start is exactly 0, so the rate keeps all its digits.
     """
     value = -stop * taylor[TAYLOR_DEGREE]
     slope = 0.0
-    least = 2 if roots < 2 else roots
-    for k in range(TAYLOR_DEGREE - 1, least - 1, -1):
+    lowest = 2 if roots < 2 else roots
+    for k in range(TAYLOR_DEGREE - 1, lowest - 1, -1):
         slope = slope * t + value
         value = value * t - stop * taylor[k]
     if roots <= 1:
@@ -81,9 +85,9 @@ def first_contact(
 ) -> tuple[int, float]:
     """Return (stop, t) of the first contact of the series work.taylor on [0, 1], or (0, 1.0).
 
-    Where mass 1 comes so near a stop that round-off hides whether it touches it, that is no contact, but goes into the
-    tally. Without a contact behind it, work.near[GRAZE_STOP] is the stop of that graze, and work.near[GRAZE_BACK] how
-    long before the end of the series it was.
+    If round-off hides whether mass 1 touches a stop, this is counted in the tally as a graze, not as a contact. If no
+    contact follows, work.near[GRAZE_STOP] is the stop of the graze, and work.near[GRAZE_BACK] the time from it to the
+    end of the series.
 
     The anchor of work.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
     `cells.sum_series` returned them, `length` is the time that the series spans.
@@ -91,14 +95,14 @@ def first_contact(
     stop_found = 0
     t_found = 1.0
     graze_stop = 0
-    graze_place = 2.0
+    t_graze = 2.0
     travel = 0.0
     for k in range(1, TAYLOR_DEGREE + 1):
         travel += abs(work.taylor[k])
     anchor = work.cursor[ANCHOR]
     for stop in (1, -1):
         if stop == anchor:
-            # what round-off there is in x1 at the start has no say
+            # the round-off of x1 at the start has no effect
             scale = tail + abs(work.near[0]) + abs(work.near[1]) * length
             degree = TAYLOR_DEGREE - 1
             if work.cursor[ROOTS] == 1:
@@ -116,7 +120,7 @@ def first_contact(
                 work.distance[k] = -stop * work.taylor[k]
             work.distance[0] += clearance
         error = CONTACT_ROUNDING * scale + rest
-        # a short series with what it leaves out added to the error decides nearly always, at a third of the cost
+        # a short series, with the omitted terms added to the error, nearly always decides at a third of the cost
         left_out = error
         for k in range(SHORT_DEGREE + 1, degree + 1):
             left_out += abs(work.distance[k])
@@ -125,16 +129,16 @@ def first_contact(
         )
         if status == GRAZE_UNDECIDED:
             status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
-            if status == GRAZE_UNDECIDED and t < graze_place:
+            if status == GRAZE_UNDECIDED and t < t_graze:
                 graze_stop = stop
-                graze_place = t
+                t_graze = t
         if status == CONTACT and (stop_found == 0 or t < t_found):
             stop_found = stop
             t_found = t
-    if graze_place <= t_found:
+    if t_graze <= t_found:
         work.tally[UNDECIDED] += 1.0
-        work.tally[LEAST_UNPRESSED] = 0.0
+        work.tally[MIN_UNPRESSED_SPEED] = 0.0
         if stop_found == 0:
             work.near[GRAZE_STOP] = graze_stop
-            work.near[GRAZE_BACK] = (1.0 - graze_place) * length
+            work.near[GRAZE_BACK] = (1.0 - t_graze) * length
     return stop_found, t_found

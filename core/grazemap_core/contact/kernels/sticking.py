@@ -1,14 +1,15 @@
-"""Mass 1 at rest on a stop: how it comes to rest, through infinitely many impacts or at once, and how it leaves.
+"""Mass 1 at rest on a stop: how it comes to rest, by complete chatter or at once, and how it is released.
 
-Pressed against the stop, mass 1 bounces ever lower and comes to rest after infinitely many impacts in a finite time.
-With pressing a > 0 (what mass 1 at rest would be accelerated by toward the stop), its rate a', the drag C_11/m_1 and
-q = R v/(1 - R), v the speed before an impact, the bounces still to come take
+If mass 1 is accelerated toward the stop, it bounces with decreasing speed and comes to rest after infinitely many
+impacts in a finite time (complete chatter). Let a > 0 be the *contact acceleration*, the acceleration toward the stop
+that mass 1 at rest would have without the stop, a' its rate, d = C_11/m_1 the viscous term and q = R v/(1 - R) with v
+the speed before an impact. The remaining impacts take the time
 
-    2 q/a - (2 drag/(3 a^2) + 4 a'/(3 a^3)) q^2 + O(v^3)
+    2 q/a - (2 d/(3 a^2) + 4 a'/(3 a^3)) q^2 + O(v^3)
 
-and leave the other masses where the held flow from that impact takes them, to O(v^3). Once that is exact to
-CHATTER_ACCURACY the bounces are no longer followed. Mass 1 stays at rest until the pressing *crosses* zero; a touch is
-no release.
+and their effect on the other masses is the flow with mass 1 held from that impact on, to O(v^3). The impacts are no
+longer computed one by one when this is accurate to CHATTER_ACCURACY. Mass 1 stays at rest until the contact
+acceleration *crosses* zero; a touch of zero is no release.
 
 References
 ----------
@@ -21,10 +22,16 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, sum_series, turned_gain
-from grazemap_core.contact.kernels.event_loop import walk_cell
-from grazemap_core.contact.kernels.events import enter_event
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, flow_held, hold, let_go, turned
+from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at, sum_series
+from grazemap_core.contact.kernels.event_loop import run_cell
+from grazemap_core.contact.kernels.events import record_event
+from grazemap_core.contact.kernels.sticking_flow import (
+    HeldProblem,
+    flow_held,
+    free_from_held,
+    held_from_free,
+    rotated_entry,
+)
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     AT_STOP,
@@ -36,8 +43,8 @@ from grazemap_core.contact.kernels.workspace import (
     HELD_RIGHT,
     IMPACT_AND_REST,
     KIND,
-    LEAST_SPEED,
     LEFT,
+    MIN_SPEED,
     NO_HELD_FLOW,
     OK,
     RELEASE,
@@ -64,7 +71,7 @@ def expand_pressing(
     length: float,
     work: Workspace,
 ) -> float:
-    """Write the series of the pressing over the coming `length`, scaled to t in [0, 1], into work.distance.
+    """Write the series of the contact acceleration over the next `length`, scaled to t in [0, 1], into work.distance.
 
     `offset` is the time since the start of the cell. Returns a bound of the error of its Bernstein coefficients.
     """
@@ -76,17 +83,17 @@ def expand_pressing(
         terms[j, 1] = (held.output_row[j, 2] * first + held.output_row[j, 3] * second) * length
         terms[j, 2] = 2.0 * held.decay[j] * length
         terms[j, 3] = held.frequency_squared[j] * length * length
-    gain_real, gain_imag = turned(held.steady_table, cell, problem.omega * offset)
-    terms[blocks, 0] = gain_imag
-    terms[blocks, 1] = problem.omega * gain_real * length
+    steady_real, steady_imag = rotated_entry(held.steady_table, cell, problem.omega * offset)
+    terms[blocks, 0] = steady_imag
+    terms[blocks, 1] = problem.omega * steady_real * length
     terms[blocks, 2] = 0.0
     terms[blocks, 3] = (problem.omega * length) ** 2
     size, _, rest = sum_series(terms, blocks, work.distance)
-    inward = held.inward * clearance
+    static_acceleration = held.static_acceleration * clearance
     for k in range(TAYLOR_DEGREE + 1):
         work.distance[k] *= stop
-    work.distance[0] -= inward
-    return CONTACT_ROUNDING * (size + inward) + rest
+    work.distance[0] -= static_acceleration
+    return CONTACT_ROUNDING * (size + static_acceleration) + rest
 
 
 @kernel
@@ -95,34 +102,32 @@ def begin_rest(
     held: HeldProblem,
     u: Floats,
     clearance: float,
-    stop: int,
-    leaving: float,
     cell: int,
     offset: float,
     half: int,
-    time: float,
     work: Workspace,
 ) -> tuple[bool, float]:
-    """Let mass 1, on a stop, come to rest there if it does so before anything else can happen.
+    """Bring mass 1 to rest on the anchor if the remaining impacts may be summed; held.state is then the state at rest.
 
     Parameters
     ----------
     u : (N, 2)
-        Free state on the stop. Left as it is: at rest the state is held.state.
-    leaving : float
-        Speed at which mass 1 leaves the stop; 0 at rest.
-    cell, offset, half, time
-        Where the walk stands: the cell of the forcing period, the time since its start, the half period and the time
-        since its start.
+        Free state on the stop; not changed.
+    cell, offset, half
+        Cell of the forcing period, time since its start, and index of the half period.
+    work : Workspace
+        Its anchor is the stop, and work.near[1] the speed at which mass 1 leaves it; 0 at rest.
 
     Returns
     -------
     rests : bool
     delay : float
-        By how much later it is at rest.
+        Time until mass 1 is at rest.
     """
-    angle_real, angle_imag = turned(held.turn, cell, problem.omega * offset)
-    hold(held, u, stop * clearance, problem.omega, angle_real, angle_imag, held.physical, held.state)
+    stop, leaving = work.cursor[ANCHOR], work.near[1]
+    time = problem.step * (cell % (problem.cells // 2)) + offset
+    angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
+    held_from_free(held, u, stop * clearance, problem.omega, angle_real, angle_imag, held.physical, held.state)
     error = expand_pressing(problem, held, clearance, stop, cell, offset, problem.step, work)
     contact_acceleration = work.distance[0]
     delay = 0.0
@@ -155,7 +160,7 @@ def begin_rest(
 
 
 @kernel
-def rest_behind_impact(
+def rest_after_impact(
     problem: CellProblem,
     held: HeldProblem,
     u: Floats,
@@ -165,18 +170,17 @@ def rest_behind_impact(
     half: int,
     work: Workspace,
 ) -> int:
-    """Behind an impact, go over to rest if the bounces still to come may be summed up. Returns OK or NO_HELD_FLOW."""
+    """Bring mass 1 to rest after an impact if the remaining impacts may be summed. Returns OK or NO_HELD_FLOW."""
     stop, leaving = work.cursor[ANCHOR], work.near[1]
     if not held.exists:
-        _, gain_imag = turned_gain(problem, cell, offset)
-        return NO_HELD_FLOW if stop * first_acceleration(problem, u, gain_imag) > 0.0 else OK
-    time = problem.step * (cell % (problem.cells // 2)) + offset
-    rests, delay = begin_rest(problem, held, u, clearance, stop, leaving, cell, offset, half, time, work)
+        _, steady_imag = steady_motion_at(problem, cell, offset)
+        return NO_HELD_FLOW if stop * first_acceleration(problem, u, steady_imag) > 0.0 else OK
+    rests, delay = begin_rest(problem, held, u, clearance, cell, offset, half, work)
     if not rests:
         return OK
     if leaving > 0.0:
         work.tally[RIGHT if stop > 0 else LEFT] = np.inf
-        work.tally[LEAST_SPEED] = 0.0
+        work.tally[MIN_SPEED] = 0.0
     row = work.cursor[ROWS] - 1  # of this impact
     if 0 <= row < work.events.shape[0]:
         work.events[row, KIND] = CHATTER if leaving > 0.0 else IMPACT_AND_REST
@@ -188,7 +192,7 @@ def rest_behind_impact(
 
 
 @kernel
-def rest_on(
+def carry_rest(
     problem: CellProblem,
     held: HeldProblem,
     u: Floats,
@@ -198,15 +202,15 @@ def rest_on(
     half: int,
     work: Workspace,
 ) -> float:
-    """Carry a resting mass 1 to the end of the cell, or to its release; u is the free state then only.
+    """Advance the state to the end of the cell, or to the release of mass 1, and return the time in the cell.
 
-    Returns the time since the start of the cell. After a release work.cursor[HELD] is 0.
+    After a release work.cursor[HELD] is 0 and u is the free state; otherwise u is not changed.
     """
     stop = work.cursor[HELD]
     length = problem.step - offset
     error = expand_pressing(problem, held, clearance, stop, cell, offset, length, work)
     work.tally[HELD_RIGHT if stop > 0 else HELD_LEFT] = 1.0
-    # at rest the pressing may begin at zero to within round-off; it is released only where it turns negative
+    # the contact acceleration may be zero to within round-off at the start; mass 1 is released where it turns negative
     degree = plain(TAYLOR_DEGREE)
     status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
     if status != CONTACT:
@@ -217,16 +221,16 @@ def rest_on(
     passed = t * length
     flow_held(held, held.state, passed)
     offset += passed
-    free_of_rest(problem, held, u, clearance, cell, offset, work)
+    write_free_state(problem, held, u, clearance, cell, offset, work)
     work.cursor[HELD] = 0
     work.cursor[ROOTS] = 3
     before = problem.step * (cell % (problem.cells // 2))
-    enter_event(work, half, before + offset, stop, 0.0, RELEASE, u)
+    record_event(work, half, before + offset, stop, 0.0, RELEASE, u)
     return offset
 
 
 @kernel
-def free_of_rest(
+def write_free_state(
     problem: CellProblem,
     held: HeldProblem,
     u: Floats,
@@ -236,23 +240,23 @@ def free_of_rest(
     work: Workspace,
 ) -> None:
     """Write the free state of a resting mass 1 into u (N, 2)."""
-    angle_real, angle_imag = turned(held.turn, cell, problem.omega * offset)
+    angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
     place = work.cursor[HELD] * clearance
-    let_go(held, held.state, place, problem.omega, angle_real, angle_imag, held.physical, u)
+    free_from_held(held, held.state, place, problem.omega, angle_real, angle_imag, held.physical, u)
 
 
 @kernel
 def start_on_stop(
     problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, stop: int, work: Workspace
 ) -> int:
-    """Enter a start at rest on a stop: pressed it stays, else it leaves. Returns OK or NO_HELD_FLOW."""
+    """Start a trajectory at rest on a stop, where mass 1 stays if it is accelerated toward it. OK or NO_HELD_FLOW."""
     work.cursor[ANCHOR] = stop
     work.cursor[ROOTS] = 2
     work.near[0] = 0.0
     work.near[1] = 0.0
     if not held.exists:
         return NO_HELD_FLOW if stop * first_acceleration(problem, u, problem.steady_table[0, 1]) > 0.0 else OK
-    begin_rest(problem, held, u, clearance, stop, 0.0, plain(0), 0.0, plain(0), 0.0, work)
+    begin_rest(problem, held, u, clearance, plain(0), 0.0, plain(0), work)
     return OK
 
 
@@ -266,20 +270,20 @@ def rest_in_cell(
     half: int,
     work: Workspace,
 ) -> int:
-    """Go on where `walk_cell` returned AT_STOP, to the end of the cell. Statuses as `walk_cell`, or NO_HELD_FLOW.
+    """Advance a state to the end of the cell after `run_cell` returned AT_STOP, with its statuses or NO_HELD_FLOW.
 
-    u (N, 2) is the free state there and, unless mass 1 rests, at the end.
+    u (N, 2) is the free state; on return it is meaningless if mass 1 rests.
     """
     status = AT_STOP
     while status == AT_STOP:
         offset = work.near[2]
         if work.cursor[HELD] == 0:
-            status = rest_behind_impact(problem, held, u, clearance, cell, offset, half, work)
+            status = rest_after_impact(problem, held, u, clearance, cell, offset, half, work)
             if status != OK:
                 return status
         if work.cursor[HELD] != 0:
-            offset = rest_on(problem, held, u, clearance, cell, offset, half, work)
+            offset = carry_rest(problem, held, u, clearance, cell, offset, half, work)
             if work.cursor[HELD] != 0:
                 return OK
-        status = walk_cell(problem, u, clearance, cell, offset, half, work)
+        status = run_cell(problem, u, clearance, cell, offset, half, work)
     return status

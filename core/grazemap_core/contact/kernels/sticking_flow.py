@@ -1,8 +1,8 @@
-"""The chain while mass 1 rests on a stop: its state, its flow, and the pressing that keeps mass 1 there.
+"""The chain while mass 1 rests on a stop: its state, its flow, and the contact acceleration of mass 1.
 
-Masses 2 .. N then move as a chain of their own behind a wall, in closed form: x_i = s b profile_i + steady motion +
-blocks. A held state is the pair (u, u') of every block of that chain. What mass 1 would be accelerated by toward the
-stop, were it let go, is a sum of the same blocks: the pressing, which has a Taylor series of its own in every cell.
+Masses 2 .. N move as a chain linked to a wall, in closed form: x_i = s b profile_i + steady motion + blocks. A held
+state is the pair (u, u') of every block of that chain. The contact acceleration, which mass 1 would have toward the
+stop without the stop, is a sum of the same blocks and has a Taylor series in every cell.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ class HeldProblem(NamedTuple):
         Acceleration of mass 1 at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'.
     steady_table : (cells + 1, 2)
         The harmonic part of that acceleration, as (real, imaginary) at the cell boundaries; it is the imaginary part.
-    inward : float
-        Its static part per unit of clearance, toward the middle; >= 0.
+    static_acceleration : float
+        Static part of that acceleration per unit of clearance, away from the stop; >= 0.
     viscous_term : float
         C_11/m_1.
     profile : (n,)
         Displacement of masses 2 .. N at equilibrium, per unit displacement of mass 1.
-    turn : (cells + 1, 2)
+    phase_factors : (cells + 1, 2)
         exp(i phase) at the cell boundaries.
     steady, free_steady : (n, 2), (N, 2)
-        Steady motion of the masses behind the stop, and of all masses when none is held: imaginary parts of these
+        Steady motion of masses 2 .. N with mass 1 at rest, and of all masses with mass 1 free: imaginary parts of these
         times exp(i phase).
     to_blocks, from_blocks : (2 n, 2 n)
         Between displacements and velocities of masses 2 .. N, and the blocks of the held chain.
     to_free, from_free : (2 N, 2 N)
         The same for the whole chain.
     exists : bool
-        False when the held chain has no closed form that keeps its digits: an undamped resonance with the forcing, or
-        two blocks nearly defective together.
+        False if the held chain has no accurate closed form: an undamped resonance with the forcing, or two blocks that
+        are nearly defective together.
     state : (n, 2)
-        The held state, while mass 1 rests: changed in place. It is kept here and not in the workspace because every
-        array there is handed down the walk through a cell, at a cost that is felt.
+        The held state while mass 1 rests; changed in place. It is not a part of the workspace because every array there
+        is an argument of the kernels of a cell, at a measurable cost.
     since : (2,)
         The half period and the time in it at which mass 1 came to rest; changed in place.
     physical : (2 N,)
@@ -58,10 +58,10 @@ class HeldProblem(NamedTuple):
     frequency_squared: Floats
     output_row: Floats
     steady_table: Floats
-    inward: float
+    static_acceleration: float
     viscous_term: float
     profile: Floats
-    turn: Floats
+    phase_factors: Floats
     steady: Floats
     free_steady: Floats
     to_blocks: Floats
@@ -75,8 +75,8 @@ class HeldProblem(NamedTuple):
 
 
 @kernel
-def turned(table: Floats, cell: int, angle: float) -> tuple[float, float]:
-    """Return an entry of a table of complex numbers turned by an angle, as (real, imaginary)."""
+def rotated_entry(table: Floats, cell: int, angle: float) -> tuple[float, float]:
+    """Return an entry of a table of complex numbers, rotated by an angle, as (real, imaginary)."""
     c, s = math.cos(angle), math.sin(angle)
     re, im = table[cell, 0], table[cell, 1]
     return re * c - im * s, im * c + re * s
@@ -100,7 +100,7 @@ def held_motion(
     place : float
         Displacement of mass 1: stop * clearance.
     omega, cosine, sine : float
-        Of the forcing; exp(i phase).
+        Forcing frequency, and exp(i phase) of the forcing.
     """
     rest = held.shape[0]
     count = rest + 1
@@ -118,7 +118,7 @@ def held_motion(
 
 
 @kernel
-def hold(
+def held_from_free(
     problem: HeldProblem,
     u: Floats,
     place: float,
@@ -128,7 +128,7 @@ def hold(
     physical: Floats,
     held: Floats,
 ) -> None:
-    """Write the held state of masses 2 .. N that have the free state u (N, 2) into held (n, 2).
+    """Write the held state of masses 2 .. N in the free state u (N, 2) into held (n, 2).
 
     Other parameters as `held_motion`; physical is scratch.
     """
@@ -155,7 +155,7 @@ def hold(
 
 
 @kernel
-def let_go(
+def free_from_held(
     problem: HeldProblem,
     held: Floats,
     place: float,
@@ -165,7 +165,7 @@ def let_go(
     physical: Floats,
     u: Floats,
 ) -> None:
-    """Write the free state of a chain that is held into u (N, 2). Other parameters as `held_motion`."""
+    """Write the free state that corresponds to a held state into u (N, 2). Other parameters as `held_motion`."""
     count = u.shape[0]
     held_motion(problem, held, place, omega, cosine, sine, physical)
     for i in range(count):
@@ -181,7 +181,7 @@ def let_go(
 
 @kernel
 def flow_held(problem: HeldProblem, held: Floats, time: float) -> None:
-    """Carry a held state over any time; held (n, 2) is changed in place."""
+    """Advance a held state over any time, in place; held (n, 2)."""
     for j in range(held.shape[0]):
         e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
         first, second = held[j, 0], held[j, 1]

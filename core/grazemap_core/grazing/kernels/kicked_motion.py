@@ -1,26 +1,33 @@
-"""A free motion that is kicked at even intervals, and where its orbit would meet a stop between the kicks.
+"""A free motion with unit impulses at even intervals, and the contacts of its orbits with a stop between them.
 
-Blocks, the spacing of the kicks and the family's numbers flow in. Out flow the motion's state before a kick, and the
-angle on the branch of single-impact orbits at which a further contact appears: the largest one over the whole time
-between impacts, by a search that is halved until bounds decide (theory, "One impact a period").
+`contact_angle` returns the angle on the branch of single-impact orbits at which a further contact appears: the largest
+one over the time between impacts. The search halves cells until bounds decide (theory, "One impact a period").
 
-With P(t) the distance beyond the stop, and the rest of a motion's third derivative bounded by the blocks' energies,
-which never rise, a cell is done when
+Let P(t) be the distance beyond the stop. The third derivative of the motion is bounded by the energies of the blocks,
+which never increase. A cell is decided when
 
-- P stays below zero on it by its value, slope, curvature and that bound;
-- P is monotone on it, so that an end is its largest value;
-- P is concave on it, so that Newton's method finds its largest value.
+- P is negative on it by its value, slope, curvature and that bound;
+- P is monotone on it, so that its maximum is at an end;
+- P is concave on it, so that Newton's method finds its maximum.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats
-from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, LEAST_CONTACT_CELL, MAX_CELLS
+from grazemap_core.grazing.tolerances import (
+    CONTACT_CELLS,
+    CONTACT_ROUNDOFF,
+    MAX_CELLS,
+    MAXIMUM_STEP,
+    MIN_CONTACT_CELL,
+    TANGENT_WIDTH,
+)
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import block_sum
 from grazemap_core.model.tolerances import BOUND_SAFETY
@@ -31,16 +38,62 @@ FOUND = 0
 UNDECIDED = 1
 """Round-off hides whether slow orbits of the family meet a stop between their impacts."""
 NEVER = 2
-"""No orbit of the family is admissible: one as slow as one likes meets a stop between its impacts."""
+"""No orbit of the family is admissible: orbits of arbitrarily small impact speed meet a stop between their impacts."""
 TOO_MANY_CELLS = 3
-"""MAX_CELLS were not enough."""
+"""More than MAX_CELLS are needed."""
 
 _STACK = 512
+"""Maximum number of cells that wait to be searched."""
 _NEWTON_STEPS = 60
+"""Maximum number of Newton or bisection steps for a maximum."""
+
+_CLEAR, _CANDIDATE, _HALVE = 0, 1, 2
+"""What a cell needs: nothing, the test of a point at which the distance may be positive, or halving."""
+
+
+class KickedMotion(NamedTuple):
+    """A motion with a unit impulse at every impact of a family.
+
+    Attributes
+    ----------
+    decay, discriminant, frequency_squared : ndarray of shape (N,)
+    state : ndarray of shape (N, 2)
+        Contribution of each block to G and G' just after an impulse.
+    level : float
+        H, the displacement at an impulse that the earlier ones cause.
+    factor : float
+        ``(1 + R)/d``.
+    omega : float
+    """
+
+    decay: Floats
+    discriminant: Floats
+    frequency_squared: Floats
+    state: Floats
+    level: float
+    factor: float
+    omega: float
+
+
+class _Angle(NamedTuple):
+    """Sine and cosine of an angle on the branch."""
+
+    sine: float
+    cosine: float
+
+
+class _Cell(NamedTuple):
+    """An interval of time, whether an impact is at its start or its end, and the time `last` of the next impact."""
+
+    left: float
+    right: float
+    at_start: bool
+    at_end: bool
+    last: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def before_kick(
+def state_before_impulse(
     kind: int, decay: Floats, discriminant: Floats, frequency_squared: Floats, first: Floats, second: Floats, tau: float
 ) -> Floats:
     """Return ``sum_{k>=1} (+-1)^k exp(T k tau) (first, second)`` of every block, shape (N, 2).
@@ -51,9 +104,9 @@ def before_kick(
         SAME_SIGN or ALTERNATING, from `response_sums`.
     decay, discriminant, frequency_squared : ndarray of shape (N,)
     first, second : ndarray of shape (N,)
-        A kick's change of the block's two coordinates.
+        Change of the two coordinates of a block by an impulse.
     tau : float
-        Spacing of the kicks.
+        Time between the impulses.
     """
     result = np.empty((decay.size, 2))
     for j in range(decay.size):
@@ -64,22 +117,12 @@ def before_kick(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _distance(
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    state: Floats,
-    level: float,
-    factor: float,
-    omega: float,
-    stop: int,
-    t: float,
-    result: Floats,
-) -> None:
-    """Write into result (10,): N, N', N'', D, D', D'', a bound on |N'''| from t on, N's terms; N and terms less sines.
+def _distance(motion: KickedMotion, stop: int, t: float, result: Floats) -> None:
+    """Write N, N', N'', D, D', D'', a bound of |N'''| from t on, and the terms of N; then N and terms without sines.
 
-    ``N = stop sin(omega t) + factor (level - stop G(t))``, ``D = 1 - stop cos(omega t)``.
+    ``N = stop sin(omega t) + factor (level - stop G(t))``, ``D = 1 - stop cos(omega t)``; result has the shape (10,).
     """
+    decay, discriminant, frequency_squared, state, level, factor, omega = motion
     value, slope, second_derivative, bound, terms = 0.0, 0.0, 0.0, 0.0, abs(level)
     for j in range(decay.size):
         e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], t)
@@ -109,79 +152,145 @@ def _distance(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _verdict(excess: float, terms: float) -> int:
-    """Say what an excess over a stop, of terms of this size, means for orbits of vanishing impact speed."""
+    """Return what an excess over a stop, and the size of its terms, imply for orbits of vanishing impact speed."""
     if abs(excess) <= CONTACT_ROUNDOFF * terms:
         return UNDECIDED
     return NEVER if excess > 0.0 else FOUND
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def contact_angle(
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    state: Floats,
-    level: float,
-    factor: float,
-    omega: float,
-    half_periods: int,
-    stop: int,
-    meets: int,
-) -> tuple[float, float, float, int]:
+def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: Floats) -> tuple[int, float]:
+    """Return whether orbits of vanishing impact speed meet the stop, and when.
+
+    The times are those at which the forcing is as at the graze: there a contact does not depend on the angle.
+
+    Returns
+    -------
+    verdict : FOUND if they do not, UNDECIDED or NEVER.
+    time : float
+        NaN if they do not.
+    """
+    verdict, time = FOUND, math.nan
+    half = math.pi / motion.omega
+    for m in range(1, half_periods):
+        if (m % 2 == 0) == (stop > 0):
+            _distance(motion, stop, m * half, here)
+            verdict = max(verdict, _verdict(here[8], here[9]))
+            if verdict != FOUND:
+                time = m * half
+            if verdict == NEVER:
+                break
+    return verdict, time
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats) -> float:
+    """Return where the distance is largest on a cell on which it is concave; `here` is the distance at the middle."""
+    sine, cosine = angle
+    point = 0.5 * (cell.left + cell.right)
+    low, high = cell.left, cell.right
+    slope = here[1] * cosine - here[4] * sine
+    second_derivative = here[2] * cosine - here[5] * sine
+    for _ in range(_NEWTON_STEPS):
+        if slope > 0.0:
+            low = point
+        else:
+            high = point
+        following = point - slope / second_derivative
+        if not low <= following <= high:
+            following = 0.5 * (low + high)
+        if abs(following - point) <= MAXIMUM_STEP * cell.last:
+            break
+        point = following
+        _distance(motion, stop, point, here)
+        slope = here[1] * cosine - here[4] * sine
+        second_derivative = here[2] * cosine - here[5] * sine
+    return point
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _search_cell(
+    motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats, other: Floats
+) -> tuple[int, float]:
+    """Return whether the distance at an angle may be positive on a cell, and a point to test.
+
+    The impacts themselves, at which the distance is zero, do not count.
+
+    Returns
+    -------
+    what : _CLEAR, _CANDIDATE or _HALVE.
+    point : float
+    """
+    sine, cosine = angle
+    left, right, at_start, at_end, last = cell
+    omega = motion.omega
+    middle, radius = 0.5 * (left + right), 0.5 * (right - left)
+    _distance(motion, stop, left, other)
+    third = other[6] * cosine + omega * omega * omega * abs(sine)
+    first_slope = other[1] * cosine - other[4] * sine
+    first_noise = CONTACT_ROUNDOFF * omega * other[7]
+    _distance(motion, stop, middle, here)
+    noise = CONTACT_ROUNDOFF * (here[7] * cosine + abs(sine) * (1.0 + omega * middle))
+    value = here[0] * cosine - here[3] * sine
+    slope = here[1] * cosine - here[4] * sine
+    second_derivative = here[2] * cosine - here[5] * sine
+    steepest = second_derivative + radius * third
+    if value + radius * (abs(slope) + 0.5 * radius * max(steepest, 0.0)) < -noise:
+        return _CLEAR, middle
+    if value > noise:
+        return _CANDIDATE, middle
+    if abs(slope) > radius * (abs(second_derivative) + radius * third):
+        if (slope < 0.0 and at_start) or (slope > 0.0 and at_end):
+            return _CLEAR, middle
+        return _CANDIDATE, right if slope > 0.0 else left
+    if steepest < 0.0:
+        if first_slope <= (first_noise if at_start else 0.0):
+            return _CLEAR if at_start else _CANDIDATE, left
+        point = _maximum(motion, stop, angle, cell, here)
+        return _CLEAR if at_end and right - point <= TANGENT_WIDTH * last else _CANDIDATE, point
+    return _HALVE if right - left > MIN_CONTACT_CELL * last else _CLEAR, middle
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int) -> tuple[float, float, float, int]:
     """Return the largest angle ``atan2(N(t), D(t))`` between the impacts, and where it is.
 
     Parameters
     ----------
-    decay, discriminant, frequency_squared : ndarray of shape (N,)
-    state : ndarray of shape (N, 2)
-        Each block's part in G and G' behind the kick.
-    level : float
-        H, the displacement that the earlier kicks leave at the time of a kick.
-    factor : float
-        ``(1 + R)/d``.
-    omega : float
+    motion : KickedMotion
     half_periods : int
         Time between impacts, in half forcing periods.
     stop : int
-        +1: the stop that is struck at t = 0, -1: the other one.
+        +1: the stop of the impact at t = 0, -1: the other one.
     meets : int
-        The stop that is struck at the end.
+        The stop of the impact at the end.
 
     Returns
     -------
     sine, cosine : float
         Of the angle, in [-pi/2, pi/2].
     time : float
-        When the contact is.
+        Time of the contact.
     status : int
         FOUND, UNDECIDED, NEVER or TOO_MANY_CELLS.
     """
-    half = math.pi / omega
-    end = half_periods * half
+    half = math.pi / motion.omega
+    last = half_periods * half
     here, other = np.empty(10), np.empty(10)
-    sine, cosine, time = -1.0, 0.0, math.nan
-    # at the times at which the forcing is as at the graze itself a contact does not depend on the angle
-    verdict = FOUND
-    for m in range(1, half_periods):
-        if (m % 2 == 0) == (stop > 0):
-            _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, m * half, here)
-            verdict = max(verdict, _verdict(here[8], here[9]))
-            if verdict != FOUND:
-                sine, cosine, time = 1.0, 0.0, m * half
-            if verdict == NEVER:
-                return sine, cosine, time, NEVER
-    if verdict == UNDECIDED:
-        return sine, cosine, time, UNDECIDED
+    verdict, time = _contact_at_graze(motion, half_periods, stop, here)
+    if verdict != FOUND:
+        return 1.0, 0.0, time, verdict
+    sine, cosine = -1.0, 0.0
     if stop > 0:
-        _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, 0.0, here)
-        if abs(here[1]) <= CONTACT_ROUNDOFF * omega * here[7]:
+        _distance(motion, stop, 0.0, here)
+        if abs(here[1]) <= CONTACT_ROUNDOFF * motion.omega * here[7]:
             # no rebound: whether mass 1 leaves the stop at all is one of the contacts
             length = math.hypot(here[2], here[5])
             sine, cosine, time = here[2] / length, here[5] / length, 0.0
 
     stack = np.empty((_STACK, 2))
     cells = 0
-    # whole half periods one by one, so that the times above are ends of cells
+    # half periods are cut separately, so that the times of `_contact_at_graze` are ends of cells
     for part in range(half_periods * CONTACT_CELLS):
         stack[0, 0] = part * half / CONTACT_CELLS
         stack[0, 1] = (part + 1) * half / CONTACT_CELLS
@@ -192,91 +301,37 @@ def contact_angle(
                 return sine, cosine, time, TOO_MANY_CELLS
             top -= 1
             left, right = stack[top, 0], stack[top, 1]
-            middle, radius = 0.5 * (left + right), 0.5 * (right - left)
-            # the distance is zero, and not the further contact that is looked for, at the impacts themselves
-            at_start = left == 0.0 and stop > 0
-            at_end = right >= end * (1.0 - 4.0 * EPSILON) and stop == meets
-            _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, left, other)
-            third = other[6] * cosine + omega * omega * omega * abs(sine)
-            first_slope = other[1] * cosine - other[4] * sine
-            first_noise = CONTACT_ROUNDOFF * omega * other[7]
-            _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, middle, here)
-            noise = CONTACT_ROUNDOFF * (here[7] * cosine + abs(sine) * (1.0 + omega * middle))
-            value = here[0] * cosine - here[3] * sine
-            slope = here[1] * cosine - here[4] * sine
-            second_derivative = here[2] * cosine - here[5] * sine
-            steepest = second_derivative + radius * third
-            if value + radius * (abs(slope) + 0.5 * radius * max(steepest, 0.0)) < -noise:
-                continue
-
-            point = middle
-            if value > noise:
-                pass
-            elif abs(slope) > radius * (abs(second_derivative) + radius * third):
-                if (slope < 0.0 and at_start) or (slope > 0.0 and at_end):
-                    continue
-                point = right if slope > 0.0 else left
-            elif steepest < 0.0:
-                if first_slope <= (first_noise if at_start else 0.0):
-                    if at_start:
-                        continue
-                    point = left
-                else:
-                    low, high = left, right
-                    for _ in range(_NEWTON_STEPS):
-                        if slope > 0.0:
-                            low = point
-                        else:
-                            high = point
-                        following = point - slope / second_derivative
-                        if not low <= following <= high:
-                            following = 0.5 * (low + high)
-                        if abs(following - point) <= 4.0 * EPSILON * end:
-                            break
-                        point = following
-                        _distance(
-                            decay, discriminant, frequency_squared, state, level, factor, omega, stop, point, here
-                        )
-                        slope = here[1] * cosine - here[4] * sine
-                        second_derivative = here[2] * cosine - here[5] * sine
-                    if at_end and right - point <= 64.0 * EPSILON * end:
-                        continue
-            elif right - left > LEAST_CONTACT_CELL * end:
+            at_end = right >= last * (1.0 - 4.0 * EPSILON) and stop == meets
+            cell = _Cell(left, right, left == 0.0 and stop > 0, at_end, last)
+            what, point = _search_cell(motion, stop, _Angle(sine, cosine), cell, here, other)
+            if what == _HALVE:
                 if top + 2 > _STACK:
                     return sine, cosine, time, TOO_MANY_CELLS
+                middle = 0.5 * (left + right)
                 stack[top, 0], stack[top, 1] = middle, right
                 stack[top + 1, 0], stack[top + 1, 1] = left, middle
                 top += 2
-                continue
-            else:
-                continue
-
-            _distance(decay, discriminant, frequency_squared, state, level, factor, omega, stop, point, here)
-            noise = CONTACT_ROUNDOFF * (here[7] * cosine + abs(sine) * (1.0 + omega * point))
-            if here[0] * cosine - here[3] * sine > noise:
-                # a larger angle: the cell is looked at once more with it
-                length = math.hypot(here[0], here[3])
-                sine, cosine, time = here[0] / length, here[3] / length, point
-                stack[top, 0], stack[top, 1] = left, right
-                top += 1
+            elif what == _CANDIDATE:
+                _distance(motion, stop, point, here)
+                noise = CONTACT_ROUNDOFF * (here[7] * cosine + abs(sine) * (1.0 + motion.omega * point))
+                if here[0] * cosine - here[3] * sine > noise:
+                    # the angle is larger: the cell is searched again with it
+                    length = math.hypot(here[0], here[3])
+                    sine, cosine, time = here[0] / length, here[3] / length, point
+                    stack[top, 0], stack[top, 1] = left, right
+                    top += 1
     return sine, cosine, time, FOUND
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def contact_margin(
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    state: Floats,
-    level: float,
-    omega: float,
-    half_periods: int,
-) -> tuple[float, int]:
-    """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and what that means.
+def contact_margin(motion: KickedMotion, half_periods: int) -> tuple[float, int]:
+    """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and the verdict.
 
-    The least of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, over the terms of G(0); infinity when
-    there is no such return. The second value is FOUND where all are positive, UNDECIDED or NEVER.
+    The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
+    of G(0); infinity if there is no such return. `motion` has the factor 1. The verdict is FOUND if all distances are
+    positive, UNDECIDED or NEVER.
     """
+    decay, _, frequency_squared, state, level, _, omega = motion
     here = np.empty(10)
     margin, verdict = math.inf, FOUND
     terms = abs(level)
@@ -284,8 +339,7 @@ def contact_margin(
         terms += abs(state[j, 0]) + abs(state[j, 1]) / math.sqrt(frequency_squared[j])
     for m in range(1, half_periods):
         stop = 1 if m % 2 == 0 else -1
-        t = m * (math.pi / omega)
-        _distance(decay, discriminant, frequency_squared, state, level, 1.0, omega, stop, t, here)
+        _distance(motion, stop, m * (math.pi / omega), here)
         margin = min(margin, -here[8] / terms)
         verdict = max(verdict, _verdict(here[8], here[9]))
     return margin, verdict

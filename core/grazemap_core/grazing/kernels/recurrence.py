@@ -1,7 +1,6 @@
-"""The sign rule at grazing: which return of a grazing motion hits a stop again.
+"""The sign rule at grazing: an impact recurs at return m, after m half periods, if ``(-1)^m g(m T/2) < 0``.
 
-Blocks and half periods flow in, the first recurring order flows out. With the stop's orientation an impact recurs at
-return m (of the half period T/2) when ``(-1)^m g(m T/2) < 0``, equations (33)-(40).
+See equations (33)-(40).
 """
 
 from __future__ import annotations
@@ -11,31 +10,22 @@ from numba import njit
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.response_sums import ResponseBlocks
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def first_recurrence(
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    value: Floats,
-    slope: Floats,
-    conditioning: float,
-    half_period: Floats,
-    max_order: int,
-) -> Integers:
-    """Return, for each half period, the first m in 1..max_order that recurs, 0 when none does.
+def first_recurrence(blocks: ResponseBlocks, conditioning: float, half_period: Floats, max_order: int) -> Integers:
+    """Return for each half period the first m in 1..max_order that recurs, 0 if none does.
 
-    A value of g that is smaller than its round-off (at a codimension-two point of that order, that is) or underflows
+    A value of g that is smaller than its round-off, as at a codimension-two point of that order, or that underflows
     counts as not recurring.
 
     Parameters
     ----------
-    decay, discriminant, frequency_squared, value, slope : ndarray of shape (N,)
-        Blocks, and each one's part of g and g' at 0.
+    blocks : ResponseBlocks
     conditioning : float
-        That of the modal model.
+        Condition number of the modal model.
     half_period : ndarray of shape (n,)
     max_order : int
 
@@ -43,6 +33,7 @@ def first_recurrence(
     -------
     ndarray of int, shape (n,)
     """
+    decay, discriminant, frequency_squared, value, slope = blocks
     count = decay.size
     result = np.zeros(half_period.size, dtype=np.int64)
     flow = np.empty((count, 4))
@@ -67,7 +58,7 @@ def first_recurrence(
                 state[j, 1] = new_rate
                 total += new
                 size += abs(flow[j, 0] * y) + abs(flow[j, 1] * rate) + order * half_period[i] * abs(new_rate)
-            # each step multiplies by a flow that is itself rounded, hence the order
+            # the flow of each step is rounded, so the round-off is proportional to the order
             if orientation * total < -RESPONSE_ROUNDOFF * conditioning * order * size:
                 result[i] = order
                 break

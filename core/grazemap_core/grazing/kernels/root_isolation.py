@@ -1,12 +1,12 @@
-"""Every zero of an impulse response or periodic sum on an interval: isolated with a guarantee, then found to round-off.
+"""All zeros of an impulse response or periodic sum on an interval, isolated rigorously and computed to round-off.
 
-An interval flows in, zeros with their uncertainty and a status flow out. Intervals are halved until one of these holds,
-with c the middle, r the radius and B a bound on ``|f''|`` over the interval:
+Intervals are halved until one of these conditions holds, with c the middle, r the radius and B a bound of ``|f''|``
+over the interval:
 
 - ``|f(c)| > r |f'(c)| + r^2 B/2`` + round-off: no zero;
-- ``|f'(c)| > r B`` + round-off: f is monotone, and the signs at the ends say whether there is one zero;
-- the interval is relatively shorter than NEAR_DOUBLE_WIDTH: f and f' vanish together to round-off, and
-  neighbouring intervals of that kind are reported as one near-double zero. Nothing is dropped.
+- ``|f'(c)| > r B`` + round-off: f is monotone, and the signs at the ends decide whether there is one zero;
+- the relative width of the interval is below NEAR_DOUBLE_WIDTH: f and f' vanish together to round-off. Adjacent
+  intervals of this kind are reported as one near-double zero.
 """
 
 from __future__ import annotations
@@ -18,44 +18,40 @@ from numba import njit
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.grazing.tolerances import MAX_CELLS, NEAR_DOUBLE_WIDTH
-from grazemap_core.model.kernels.response_sums import curvature_bound, response_at
+from grazemap_core.model.kernels.response_sums import ResponseBlocks, curvature_bound, response_at
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.tolerances import EPSILON
 
 SIMPLE = 0
-"""One zero, where the derivative is bounded away from zero."""
+"""One zero, at which the derivative is bounded away from zero."""
 NEAR_DOUBLE = 1
-"""Two zeros too close to tell apart, or a minimum of the modulus that round-off cannot tell from zero."""
+"""Two zeros that are too close to be resolved, or a minimum of the modulus that is zero to within round-off."""
+
+_NONE = 2
+"""No zero in a cell."""
+_UNDECIDED = 3
+"""The bounds do not decide whether a cell has a zero."""
 
 COMPLETE = 0
 """Every zero of the interval is in the list."""
 TOO_MANY_CELLS = 1
-"""MAX_CELLS were not enough; the list is not complete."""
+"""More than MAX_CELLS are needed; the list is not complete."""
 
 _STACK = 256
+"""Maximum number of intervals that wait to be searched."""
 _POLISHING_STEPS = 100
+"""Maximum number of Newton or bisection steps for a zero."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _polish(
-    kind: int,
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    value: Floats,
-    slope: Floats,
-    shift: float,
-    left: float,
-    right: float,
-    left_value: float,
+    kind: int, blocks: ResponseBlocks, shift: float, left: float, right: float, left_value: float
 ) -> tuple[float, float]:
-    """Return the zero between `left` and `right` and the slope there: Newton's method, kept inside by bisection."""
+    """Return the zero between `left` and `right` and the derivative there, by safeguarded Newton steps."""
     point = 0.5 * (left + right)
     derivative = 0.0
     for _ in range(_POLISHING_STEPS):
-        function, derivative, _, _ = response_at(
-            kind, decay, discriminant, frequency_squared, value, slope, shift, point
-        )
+        function, derivative, _, _ = response_at(kind, blocks, shift, point)
         if function == 0.0:
             break
         if (function > 0.0) == (left_value > 0.0):
@@ -73,17 +69,82 @@ def _polish(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _zero_of_monotone(
+    kind: int, blocks: ResponseBlocks, noise: float, shift: float, left: float, right: float
+) -> tuple[float, float, bool, float]:
+    """Return the zero of a monotone function between `left` and `right`, NaN if there is none.
+
+    Returns
+    -------
+    zero, uncertainty : float
+        The uncertainty is that of a zero at an end; it is 0 otherwise.
+    at_end : bool
+        Whether the zero is at an end, to within round-off.
+    steepness : float
+        Derivative at a zero that is not at an end.
+    """
+    zero, uncertainty, at_end = math.nan, 0.0, False
+    left_value, right_value = 0.0, 0.0
+    for side in range(2):
+        end = right if side == 1 else left
+        value, slope, terms, slope_terms = response_at(kind, blocks, shift, end)
+        error = noise * (terms + end * slope_terms)
+        left_value, right_value = right_value, value
+        if abs(value) <= error and not at_end:
+            at_end = True
+            zero = end - value / slope
+            uncertainty = error / abs(slope)
+    if at_end or (left_value > 0.0) == (right_value > 0.0):
+        return zero, uncertainty, at_end, 0.0
+    zero, steepness = _polish(kind, blocks, shift, left, right, left_value)
+    return zero, uncertainty, at_end, steepness
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _zero_in_cell(
+    kind: int, blocks: ResponseBlocks, noise: float, shift: float, left: float, right: float
+) -> tuple[int, float, float, bool]:
+    """Return the zero between `left` and `right` if bounds decide whether there is one.
+
+    Returns
+    -------
+    what : SIMPLE, NEAR_DOUBLE, _NONE or _UNDECIDED.
+    zero, uncertainty : float
+    at_end : bool
+        Whether the zero is at an end, to within round-off.
+    """
+    middle = 0.5 * (left + right)
+    radius = 0.5 * (right - left) * (1.0 + 4.0 * EPSILON)
+    function, derivative, terms, derivative_terms = response_at(kind, blocks, shift, middle)
+    bound = curvature_bound(kind, blocks, shift, middle, radius)
+    if not bound >= 0.0:
+        bound = math.inf
+    error = noise * (terms + middle * derivative_terms)
+    if abs(function) > error + radius * (abs(derivative) + 0.5 * radius * bound):
+        return _NONE, math.nan, 0.0, False
+    if abs(derivative) > radius * bound + noise * (derivative_terms + middle * bound):
+        zero, uncertainty, at_end, steepness = _zero_of_monotone(kind, blocks, noise, shift, left, right)
+        if not at_end:
+            if math.isnan(zero):
+                return _NONE, math.nan, 0.0, False
+            uncertainty = min(2.0 * radius, error * math.exp(shift * (zero - middle)) / abs(steepness))
+        return SIMPLE, zero, uncertainty, at_end
+    if right - left <= NEAR_DOUBLE_WIDTH * middle:
+        return NEAR_DOUBLE, middle, 0.5 * (right - left), False
+    return _UNDECIDED, math.nan, 0.0, False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _merge(last: Floats, zero: float, uncertainty: float) -> None:
+    """Extend a near-double zero, `last` of shape (2,), by an overlapping one, in place."""
+    lowest = last[0] - last[1]
+    highest = zero + uncertainty
+    last[0], last[1] = 0.5 * (lowest + highest), 0.5 * (highest - lowest)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def isolate(
-    kind: int,
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    value: Floats,
-    slope: Floats,
-    conditioning: float,
-    shift: float,
-    start: float,
-    stop: float,
+    kind: int, blocks: ResponseBlocks, conditioning: float, shift: float, start: float, stop: float
 ) -> tuple[Floats, Integers, int]:
     """Return all zeros on ``[start, stop]``, increasing.
 
@@ -91,16 +152,16 @@ def isolate(
     ----------
     kind : int
         IMPULSE, SAME_SIGN or ALTERNATING, from `response_sums`.
-    decay, discriminant, frequency_squared, value, slope : ndarray of shape (N,)
+    blocks : ResponseBlocks
     conditioning, shift : float
-        As for `response_sums.response_at`; the shift is the slowest decay rate.
+        Condition number of the modal model, and slowest decay rate.
     start, stop : float
         0 < start < stop.
 
     Returns
     -------
     zeros : ndarray of shape (n, 2)
-        Zero, and how far round-off may have moved it (for a near-double one, half the width of the undecided interval).
+        Zero and its uncertainty by round-off (for a near-double one, half the width of the undecided interval).
     kinds : ndarray of int, shape (n,)
         SIMPLE or NEAR_DOUBLE.
     status : int
@@ -124,45 +185,13 @@ def isolate(
         top -= 1
         left, right = stack[top, 0], stack[top, 1]
         middle = 0.5 * (left + right)
-        radius = 0.5 * (right - left) * (1.0 + 4.0 * EPSILON)
-        function, derivative, terms, derivative_terms = response_at(
-            kind, decay, discriminant, frequency_squared, value, slope, shift, middle
-        )
-        bound = curvature_bound(kind, decay, discriminant, frequency_squared, value, slope, shift, middle, radius)
-        if not bound >= 0.0:
-            bound = math.inf
-        error = noise * (terms + middle * derivative_terms)
-        if abs(function) > error + radius * (abs(derivative) + 0.5 * radius * bound):
+        what, zero, uncertainty, at_end = _zero_in_cell(kind, blocks, noise, shift, left, right)
+        if what == _NONE:
             continue
-
-        at_end = False
-        if abs(derivative) > radius * bound + noise * (derivative_terms + middle * bound):
-            what = SIMPLE
-            zero, uncertainty, values = math.nan, 0.0, (0.0, 0.0)
-            for side in range(2):
-                end = right if side == 1 else left
-                end_value, end_slope, end_terms, end_slope_terms = response_at(
-                    kind, decay, discriminant, frequency_squared, value, slope, shift, end
-                )
-                end_error = noise * (end_terms + end * end_slope_terms)
-                values = (values[1], end_value)
-                if abs(end_value) <= end_error and not at_end:
-                    at_end = True
-                    zero = end - end_value / end_slope
-                    uncertainty = end_error / abs(end_slope)
-            if not at_end:
-                if (values[0] > 0.0) == (values[1] > 0.0):
-                    continue
-                zero, steepness = _polish(
-                    kind, decay, discriminant, frequency_squared, value, slope, shift, left, right, values[0]
-                )
-                uncertainty = min(2.0 * radius, error * math.exp(shift * (zero - middle)) / abs(steepness))
-        elif right - left <= NEAR_DOUBLE_WIDTH * middle:
-            zero, uncertainty, what = middle, 0.5 * (right - left), NEAR_DOUBLE
-        elif top + 2 > _STACK:
-            status = TOO_MANY_CELLS
-            break
-        else:
+        if what == _UNDECIDED:
+            if top + 2 > _STACK:
+                status = TOO_MANY_CELLS
+                break
             stack[top, 0], stack[top, 1] = middle, right
             stack[top + 1, 0], stack[top + 1, 1] = left, middle
             top += 2
@@ -171,13 +200,10 @@ def isolate(
         overlaps = found > 0 and zero - uncertainty <= zeros[found - 1, 0] + 2.0 * zeros[found - 1, 1]
         double = what == NEAR_DOUBLE or (found > 0 and kinds[found - 1] == NEAR_DOUBLE)
         if overlaps and (double or at_end or previous_at_end):
-            # the same zero as in the cell before: a simple one at the common end, or an undecided stretch goes on;
+            # the same zero as in the previous cell: a simple one at the common end, or a continued undecided interval;
             # two zeros that were each bracketed are two, however close
-            before = zeros[found - 1]
             if double:
-                lowest = before[0] - before[1]
-                highest = zero + uncertainty
-                before[0], before[1] = 0.5 * (lowest + highest), 0.5 * (highest - lowest)
+                _merge(zeros[found - 1], zero, uncertainty)
                 kinds[found - 1] = NEAR_DOUBLE
             continue
         if found == kinds.size:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.codes import INFINITE, NAMED
+from grazemap_core.codes import INFINITE, RESOLVED
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.borders.progress import BorderProgress
 from grazemap_core.maps.kernels.lane_state import (
@@ -413,7 +413,7 @@ def _name(period: int, more: int, fewer: int, symmetric: int, sticking: int) -> 
 
 def _name_of(code: Integers) -> Name | None:
     """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
-    if code[REASON] != NAMED:
+    if code[REASON] != RESOLVED:
         return None
     impacts = int(code[IMPACTS_RIGHT]), int(code[IMPACTS_LEFT])
     return _name(int(code[PERIOD]), max(impacts), min(impacts), int(code[SYMMETRIC]), int(code[STICKING]))

@@ -15,7 +15,15 @@ import math
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.codes import BUDGET, GROWTH_UNDECIDED, INFINITE, NAMED, NOT_CLOSED, RESTS, TOUCHES_OR_NOT
+from grazemap_core.codes import (
+    GRAZE_UNRESOLVED,
+    GROWTH_UNDECIDED,
+    INFINITE,
+    NOT_CLOSED,
+    RESOLVED,
+    STICKS,
+    TOO_MANY_IMPACTS,
+)
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
@@ -82,9 +90,10 @@ from grazemap_core.orbits.kernels.verification import (
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
 from grazemap_core.simulation.kernels.fixed_point_extrapolation import Extrapolation
 from grazemap_core.simulation.kernels.period_detection import (
+    Approach,
     StroboscopicHistory,
+    detect_period,
     mean_section,
-    name_motion,
     orbit_nearby,
 )
 from grazemap_core.simulation.tolerances import APPROACH_RATE, CLOSING_GOAL, LIMIT_DISTANCE
@@ -211,7 +220,7 @@ def _prove(
     if part < length:
         few = guess_from_record(problem, scratch, clearance, k, part, events, rows) if known else count * part // length
         proof = verify(problem, chain, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
-        if proof.reason == NAMED:
+        if proof.reason == RESOLVED:
             return proof
         if known:
             count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
@@ -227,7 +236,10 @@ def _enter_proof(codes: Integers, figures: Floats, proof: Verification, after: i
     if symmetric:  # the other half of the motion is the mirror image of this one
         right = left = right + left
     right, left = right if right > 0 else -1, left if left > 0 else -1
-    _enter_motion(codes, figures, NAMED, period, right, left, symmetric, proof.min_impact_speed, False, after, NAMED)
+    speed = proof.min_impact_speed
+    _enter_motion(codes, figures, RESOLVED, period, right, left, symmetric, speed, False, after, RESOLVED)
+        codes, figures, RESOLVED, period, right, left, symmetric, proof.min_impact_speed, False, after, RESOLVED
+    )
     _enter_multiplier(codes, figures, proof.multiplier)
     figures[MEAN_POSITION], figures[MEAN_VELOCITY] = proof.mean_position, proof.mean_velocity
 
@@ -258,12 +270,12 @@ def _judge_settling(
     entered = k - counts[BEGAN]
     last = entered >= 2 * task.max_periods
     if group.status[lane] != OK or sizes[COUNTED] > SETTLING_IMPACTS:
-        reason = BUDGET if group.status[lane] == OK else reason_of_end(group.status[lane])
-        _enter_motion(codes, figures, reason, 0, 0, 0, False, np.inf, False, -1, NAMED)
+        reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
+        _enter_motion(codes, figures, reason, 0, 0, 0, False, np.inf, False, -1, RESOLVED)
         return True
     if is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearance):
         # the steady motion is the only one that is left, and all others come to it
-        _enter_motion(codes, figures, NAMED, 1, -1, -1, True, np.inf, False, (entered + 1) // 2, NAMED)
+        _enter_motion(codes, figures, RESOLVED, 1, -1, -1, True, np.inf, False, (entered + 1) // 2, RESOLVED)
         figures[MEAN_POSITION], figures[MEAN_VELOCITY] = 0.0, 0.0
         figures[LYAPUNOV] = _free_exponent(problem)
         figures[MULTIPLIER] = math.exp(figures[LYAPUNOV])
@@ -272,18 +284,16 @@ def _judge_settling(
     if closed or last:
         # what it returned to by leaps attracts as strongly as they asked for
         known_rate = APPROACH_RATE if has_just_landed(notes, lane, k) else 0.0
-        reason, period, right, left, symmetric, least, sticking = name_motion(
+        reason, period, right, left, symmetric, least, sticking = detect_period(
             problem,
             ring,
             lane,
             k,
-            k - counts[SINCE],
             task.max_period,
             clearance,
-            reach,
-            known_rate,
+            Approach(k - counts[SINCE], reach, known_rate),
         )
-    if reason != NAMED and not last:
+    if reason != RESOLVED and not last:
         wanted = chain.verifiable or counts[AT] == SETTLES
         if wanted and sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
             distance = orbit_nearby(problem, ring, lane, k, returned, task.max_period, clearance)
@@ -294,31 +304,31 @@ def _judge_settling(
             elif np.isfinite(distance):
                 distance = max(distance, LIMIT_DISTANCE)
                 proof = _prove(problem, held, chain, scratch, group, lane, k, counts[RECORDED], returned, distance)
-                if proof.reason == NAMED:
+                if proof.reason == RESOLVED:
                     _enter_proof(codes, figures, proof, (entered + 1) // 2)
                     return True
                 sizes[GOAL] = max(APPROACH_RETRY * sizes[GOAL], CLOSING_GOAL)
         return False
-    after, doubt = -1, NAMED
-    if reason == NAMED:
+    after, doubt = -1, RESOLVED
+    if reason == RESOLVED:
         window = period if symmetric else 2 * period  # half periods after which z returns
         after = max(0, (entered - 3 * window + 1) // 2)
         if right == -1 and left == -1:
-            doubt = TOUCHES_OR_NOT  # else the envelope would have fitted between the stops
+            doubt = GRAZE_UNRESOLVED  # else the envelope would have fitted between the stops
         elif sticking or right == INFINITE or left == INFINITE or group.regime[lane] == RESTING:
-            doubt = RESTS
+            doubt = STICKS
         else:
             proof = _prove(problem, held, chain, scratch, group, lane, k, counts[RECORDED], window, LIMIT_DISTANCE)
             doubt = proof.reason
-            if doubt == NAMED:
+            if doubt == RESOLVED:
                 _enter_proof(codes, figures, proof, after)
                 return True
     _enter_motion(codes, figures, reason, period, right, left, symmetric, least, sticking, after, doubt)
-    if reason == NAMED:
+    if reason == RESOLVED:
         _enter_place(problem, ring, codes, figures, lane, k, clearance)
     if task.growth_halves == 0:
         return True
-    if reason == NAMED:
+    if reason == RESOLVED:
         begin_matrix_of(changes, lane)
         counts[AT] = REPEATS
         counts[DUE] = k + (period if symmetric else 2 * period)

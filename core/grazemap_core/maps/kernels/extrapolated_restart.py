@@ -51,7 +51,7 @@ def _put_to(
     sign = 1.0 if k % 2 == 0 else -1.0
     for c in range(z.shape[0]):
         scratch.start[c // 2, c % 2] = sign * z[c]
-        ring.states[k % ring.least.shape[0], c, lane] = z[c]
+        ring.states[k % ring.min_speed.shape[0], c, lane] = z[c]
     begin(group, lane, problem, scratch.start, group.clearance[lane])
     put(group, lane, problem, scratch.start, k)
 
@@ -92,7 +92,7 @@ def leap(
     if not abs(x) < clearance:
         return
     for c in range(ahead.limit.shape[0]):
-        notes.left[lane, c] = ring.states[k % ring.least.shape[0], c, lane]
+        notes.left[lane, c] = ring.states[k % ring.min_speed.shape[0], c, lane]
     sizes[CHANGED] = separation(problem, ring, lane, k, returned, clearance, np.inf)
     _put_to(problem, scratch, group, ring, lane, k, ahead.limit)
     counts[AT], counts[DUE], counts[SINCE], counts[RETURNED] = LEAPT, k + RETURNS * returned, k, returned

@@ -21,9 +21,9 @@ from grazemap_core.contact.kernels.workspace import FOLLOWED as TALLIED
 from grazemap_core.contact.kernels.workspace import (
     HELD_LEFT,
     HELD_RIGHT,
-    LEAST_SPEED,
-    LEAST_UNPRESSED,
     LEFT,
+    MIN_SPEED,
+    MIN_UNPRESSED_SPEED,
     OK,
     RIGHT,
     ROWS,
@@ -67,7 +67,7 @@ from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, VerificationScratch
 from grazemap_core.simulation.kernels.fixed_point_extrapolation import Extrapolation, extrapolation
-from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, nearest_returns
+from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory, nearest_returns
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
 
 HALVES_BETWEEN_LOOKS = 6
@@ -118,7 +118,13 @@ def queue(masses: int) -> Queue:
 @kernel
 def _enter(ring: StroboscopicHistory, k: int, group: Lanes, used: int) -> None:
     """Enter every lane's state after k half periods and tally of the one before it; clear the tallies."""
-    states, impacts, held, least, unpressed = ring.states, ring.impacts, ring.held, ring.least, ring.unpressed
+    states, impacts, held, least, unpressed = (
+        ring.states,
+        ring.impacts,
+        ring.held,
+        ring.min_speed,
+        ring.min_unpressed_speed,
+    )
     even, tally = group.even, group.tally
     row = k % least.shape[0]
     sign = 1.0 if k % 2 == 0 else -1.0
@@ -131,15 +137,15 @@ def _enter(ring: StroboscopicHistory, k: int, group: Lanes, used: int) -> None:
         impacts[row, 1 - first, lane] = tally[LEFT, lane]
         held[row, first, lane] = tally[HELD_RIGHT, lane]
         held[row, 1 - first, lane] = tally[HELD_LEFT, lane]
-        least[row, lane] = tally[LEAST_SPEED, lane]
-        unpressed[row, lane] = tally[LEAST_UNPRESSED, lane]
+        least[row, lane] = tally[MIN_SPEED, lane]
+        unpressed[row, lane] = tally[MIN_UNPRESSED_SPEED, lane]
         tally[RIGHT, lane] = 0.0
         tally[LEFT, lane] = 0.0
         tally[HELD_RIGHT, lane] = 0.0
         tally[HELD_LEFT, lane] = 0.0
         tally[TALLIED, lane] = 0.0
-        tally[LEAST_SPEED, lane] = np.inf
-        tally[LEAST_UNPRESSED, lane] = np.inf
+        tally[MIN_SPEED, lane] = np.inf
+        tally[MIN_UNPRESSED_SPEED, lane] = np.inf
 
 
 @kernel
@@ -159,12 +165,12 @@ def _move(group: Lanes, ring: StroboscopicHistory, source: int, target: int) -> 
     copy_vector(group.since[target], group.since[source])
     for row in range(min(group.cursor[source, ROWS], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
-    for row in range(ring.least.shape[0]):
+    for row in range(ring.min_speed.shape[0]):
         copy_vector(ring.states[row, :, target], ring.states[row, :, source])
         copy_vector(ring.impacts[row, :, target], ring.impacts[row, :, source])
         copy_vector(ring.held[row, :, target], ring.held[row, :, source])
-        ring.least[row, target] = ring.least[row, source]
-        ring.unpressed[row, target] = ring.unpressed[row, source]
+        ring.min_speed[row, target] = ring.min_speed[row, source]
+        ring.min_unpressed_speed[row, target] = ring.min_unpressed_speed[row, source]
     idle(group, source)
 
 
@@ -283,9 +289,8 @@ def settle_column(
                 bound[lane] = sizes[lane, GOAL] * group.clearance[lane] if wanted else -1.0
                 enough[lane] = CLOSING_GOAL * group.clearance[lane]
                 known[lane] = k - counts[lane, SINCE]
-            nearest_returns(
-                problem, ring, k, 2 * task.max_period, bound, enough, known, length, nearest, distance, used
-            )
+            search = ReturnSearch(bound, enough, known, length, nearest, distance)
+            nearest_returns(problem, ring, k, 2 * task.max_period, search, used)
         for lane in range(used):
             if counts[lane, POINT] < 0:
                 continue

@@ -14,7 +14,7 @@ from numba import njit
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import turned
+from grazemap_core.contact.kernels.sticking_flow import rotated_entry
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
@@ -101,7 +101,7 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
             response[n] -= response[n + 1]
     forcing = np.empty((cells, TERMS))
     for cell in range(cells // 2):
-        real, imag = turned(problem.steady_table, cell, problem.omega * half)
+        real, imag = rotated_entry(problem.steady_table, cell, problem.omega * half)
         for n in range(TERMS):
             forcing[cell, n] = imag
             forcing[cell + cells // 2, n] = -imag  # mirrored exactly, as the table of the steady motion

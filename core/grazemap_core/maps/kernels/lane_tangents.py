@@ -30,12 +30,12 @@ from grazemap_core.simulation.kernels.lyapunov import (
     Tangents,
     begin_growth,
     begin_matrix,
-    judge_growth,
+    classify_growth,
     leading_multiplier,
     orthonormalise,
     tangents,
 )
-from grazemap_core.simulation.kernels.tangent import flow_tangent, run_half_linearised, strike_tangent
+from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
 
 ROOM = 48
 """Impacts of half a period that a lane has room for."""
@@ -171,7 +171,7 @@ def _carry_by_itself(
         if not last:
             # the drag turns with the velocity
             speed = abs(events[row, VELOCITY])
-            strike_tangent(problem, speed, events[row, CONTACT_ACCELERATION] - viscous_term * factor * speed, columns)
+            apply_saltation(problem, speed, events[row, CONTACT_ACCELERATION] - viscous_term * factor * speed, columns)
 
 
 @kernel
@@ -312,5 +312,5 @@ def judge_lane(
     problem: CellProblem, clearance: float, skipped: int, changes: LaneTangents, lane: int
 ) -> tuple[int, float, float]:
     """Return the kind that the growth along a lane makes of it, and the largest exponent and its error per time."""
-    kind, first, error, _, _ = judge_growth(problem, clearance, skipped, of_lane(changes, lane))
+    kind, first, error, _, _ = classify_growth(problem, clearance, skipped, of_lane(changes, lane))
     return kind, first, error

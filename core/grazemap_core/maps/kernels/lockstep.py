@@ -25,10 +25,10 @@ from grazemap_core.contact.kernels.cells import (
     first_acceleration,
     first_mass,
     flow_state,
-    turned_gain,
+    steady_motion_at,
 )
-from grazemap_core.contact.kernels.event_loop import may_rest, walk_cell
-from grazemap_core.contact.kernels.sticking import free_of_rest, rest_in_cell
+from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
+from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
@@ -39,9 +39,9 @@ from grazemap_core.contact.kernels.workspace import (
     HELD,
     IMPACT,
     KIND,
-    LEAST_SPEED,
-    LEAST_UNPRESSED,
     LEFT,
+    MIN_SPEED,
+    MIN_UNPRESSED_SPEED,
     OK,
     RIGHT,
     ROOTS,
@@ -207,8 +207,8 @@ def begin(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: f
     group.cursor[lane] = 0
     group.status[lane] = OK
     group.tally[:, lane] = 0.0
-    group.tally[LEAST_SPEED, lane] = np.inf
-    group.tally[LEAST_UNPRESSED, lane] = np.inf
+    group.tally[MIN_SPEED, lane] = np.inf
+    group.tally[MIN_UNPRESSED_SPEED, lane] = np.inf
 
 
 @kernel
@@ -247,9 +247,9 @@ def _enter_impact(
     """
     tally[RIGHT if side > 0.0 else LEFT, lane] += 1.0
     tally[FOLLOWED, lane] += 1.0
-    tally[LEAST_SPEED, lane] = min(tally[LEAST_SPEED, lane], speed)
+    tally[MIN_SPEED, lane] = min(tally[MIN_SPEED, lane], speed)
     if contact_acceleration <= 0.0:
-        tally[LEAST_UNPRESSED, lane] = min(tally[LEAST_UNPRESSED, lane], speed)
+        tally[MIN_UNPRESSED_SPEED, lane] = min(tally[MIN_UNPRESSED_SPEED, lane], speed)
     row = cursor[lane, ROWS]
     if row < events.shape[1]:
         events[lane, row, HALF] = half
@@ -577,7 +577,7 @@ def _go_alone(
     if group.status[lane] == AT_STOP:
         work.near[2] = offset
     else:
-        status = walk_cell(problem, u, clearance, cell, offset, half, work)
+        status = run_cell(problem, u, clearance, cell, offset, half, work)
     if status == AT_STOP:
         status = rest_in_cell(problem, held, u, clearance, cell, half, work)
     for row in range(seen, min(work.cursor[ROWS], scratch)):
@@ -585,11 +585,11 @@ def _go_alone(
             group.events[lane, row, c] = work.events[row, c]
         if work.events[row, KIND] == IMPACT and row >= before:
             behind = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
-            _, gain_imag = turned_gain(problem, half % 2 * (problem.cells // 2), work.events[row, TIME])
+            _, gain_imag = steady_motion_at(problem, half % 2 * (problem.cells // 2), work.events[row, TIME])
             contact_acceleration = work.events[row, STOP] * first_acceleration(problem, behind, gain_imag)
             group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
     if status == OK and work.cursor[HELD] != 0 and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2):
-        free_of_rest(problem, held, u, clearance, cell + 1, 0.0, work)
+        write_free_state(problem, held, u, clearance, cell + 1, 0.0, work)
     _take_over(problem, held, group, lane, cell + 1, there, u, status, work)
 
 

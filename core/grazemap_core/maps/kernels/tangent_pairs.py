@@ -5,7 +5,7 @@ As in `bounces`, WIDTH lanes stand side by side in a tile and every loop over th
 after impact, all lanes go on to their next one; one that has no more goes on to the end, and waits there.
 
 The flow between impacts is one over whole cells, which is in a table, and a short one, of less than half a cell either
-way, a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.strike_tangent`.
+way, a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`.
 """
 
 from __future__ import annotations

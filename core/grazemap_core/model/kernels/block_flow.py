@@ -1,8 +1,7 @@
-"""The flow of one second-order block, closed form in every regime of damping.
+"""The flow of a second-order block ``u'' = -frequency_squared u - 2 decay u'`` in closed form, for every damping.
 
-A block is ``u'' = -frequency_squared u - 2 decay u'``. What comes in is the block's numbers and a time, what goes out
-is the 2 x 2 matrix that takes (u, u') over that time. Under- and overdamped blocks have their own expressions, which
-keep full accuracy up to the critical block between them, so no series is needed there.
+Underdamped and overdamped blocks have separate expressions, which keep full accuracy up to critical damping, so no
+series is needed there.
 """
 
 from __future__ import annotations
@@ -27,11 +26,11 @@ def block_flow(
     decay : float
         eta >= 0.
     discriminant : float
-        ``frequency_squared - decay**2``, signed; passed in because its cancellation is settled by the modal model.
+        ``frequency_squared - decay**2``, signed; the modal model computes it without cancellation.
     frequency_squared : float
         Product of the block's two exponents, > 0.
     t : float
-        Time. Meant for t >= 0; negative times are right as long as nothing overflows.
+        Time. Negative times are accurate unless a number overflows.
 
     Returns
     -------
@@ -44,15 +43,15 @@ def block_flow(
         envelope = math.exp(-decay * t)
         cosine = envelope * math.cos(damped_frequency * t)
         sine = envelope * math.sin(damped_frequency * t)
-        # w^2/wd written with wd as rounded: without decay the determinant is then 1 but for roundings of either sign
-        pull = damped_frequency + decay * ratio
-        return cosine + ratio * sine, sine / damped_frequency, -pull * sine, cosine - ratio * sine
+        # w^2/wd written with wd as rounded: without decay the determinant then has roundings of either sign
+        stiffness = damped_frequency + decay * ratio
+        return cosine + ratio * sine, sine / damped_frequency, -stiffness * sine, cosine - ratio * sine
     if discriminant == 0.0:
         envelope = math.exp(-decay * t)
         sine = envelope * t
         return envelope + decay * sine, sine, -frequency_squared * sine, envelope - decay * sine
 
-    # Exponents -slow and -fast. decay - split would cancel in the slow one, the product of both does not.
+    # exponents -slow and -fast; decay - split would cancel, so the slow one is computed from their product
     split = math.sqrt(-discriminant)
     fast = decay + split
     slow = frequency_squared / fast
@@ -60,7 +59,7 @@ def block_flow(
     vanished = -math.expm1(-2.0 * split * t)  # 1 - exp(-(fast - slow) t)
     sine = envelope * vanished / (2.0 * split)
     if 2.0 * split * t > 1.0:
-        # exponentials apart: when fast >> slow, 1 - fast*sine would lose the small remainder
+        # exponents apart: if fast >> slow, 1 - fast*sine would lose the small remainder
         e22 = (fast * math.exp(-fast * t) - slow * envelope) / (2.0 * split)
     else:
         e22 = envelope - fast * sine

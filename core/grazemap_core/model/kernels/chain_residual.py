@@ -1,7 +1,7 @@
-"""By how much a set of block coordinates fails to be invariant under the chain's motion, in double-double.
+"""Residual of a decomposition into blocks, computed in double-double.
 
-Rows are link elongations ``x_i - x_{i+1}`` (the last mass against ground) and velocities, because in them every entry
-of the equations of motion is a number that the user gave: nothing is rounded before the residual is formed.
+Rows are link elongations ``x_i - x_{i+1}`` (the last mass relative to ground) and velocities: with these, every
+coefficient of the equations of motion is a given parameter, so nothing is rounded before the residual is formed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def invariance_residual(
         X; rows elongations then velocities, columns (a_1, b_1, a_2, b_2, ...): the state is ``a u + b u'``.
     frequency_squared, decay : ndarray of shape (N,)
     wall_stiffness, wall_damping : float
-        Of the link that holds the first mass to a wall; 0 when there is none.
+        Coefficients of the link from the first mass to a wall; 0 if there is none.
 
     Returns
     -------
@@ -48,11 +48,11 @@ def invariance_residual(
             force_high = 0.0
             force_low = 0.0
             if wall_stiffness > 0.0:
-                # the first mass stands where the elongations of all links together put it
-                place_high, place_low = 0.0, 0.0
+                # the displacement of the first mass is the sum of all elongations
+                sum_high, sum_low = 0.0, 0.0
                 for i in range(count):
-                    place_high, place_low = dd_add(place_high, place_low, columns[i, column], 0.0)
-                spring_high, spring_low = dd_scale(place_high, place_low, -wall_stiffness)
+                    sum_high, sum_low = dd_add(sum_high, sum_low, columns[i, column], 0.0)
+                spring_high, spring_low = dd_scale(sum_high, sum_low, -wall_stiffness)
                 dash_high, dash_low = two_prod(-wall_damping, columns[count, column])
                 force_high, force_low = dd_add(spring_high, spring_low, dash_high, dash_low)
             for i in range(count):

@@ -1,4 +1,4 @@
-"""The impulse response of mass 1 and its periodic sums, block by block, with bounds that root isolation can trust.
+"""The impulse response of mass 1 and its periodic sums, with rigorous bounds for root isolation.
 
 A block's solution is ``y(t) = e0 y(0) + e1 y'(0)``, because every function of its matrix T is a combination of the
 identity and T. With ``E = exp(T tau)`` the periodic sums are
@@ -7,15 +7,15 @@ identity and T. With ``E = exp(T tau)`` the periodic sums are
     R = sum_{k>=1} (-1)^k E^k = -(E + det(E) I)/det(I + E)
 
 and both obey ``dS/dtau = T S (I + S)``. Determinants are formed as sums of squares or products of positive numbers,
-so lightly damped blocks near their resonance and blocks much slower than tau lose nothing.
+so lightly damped blocks near their resonance and blocks much slower than tau keep their accuracy.
 
-Everything is multiplied by ``exp(shift tau)`` where a shift is asked for: with the slowest decay rate as shift nothing
-underflows however long the time.
+Results are multiplied by ``exp(shift tau)``: with the slowest decay rate as shift they do not underflow at any time.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -30,6 +30,16 @@ SAME_SIGN = 1
 """h(tau) = sum g(k tau)."""
 ALTERNATING = 2
 """h_s(tau) = sum (-1)^k g(k tau)."""
+
+
+class ResponseBlocks(NamedTuple):
+    """The blocks of a modal model, with the contribution of each to g(0) and g'(0); arrays of shape (N,)."""
+
+    decay: Floats
+    discriminant: Floats
+    frequency_squared: Floats
+    value: Floats
+    slope: Floats
 
 
 @kernel
@@ -75,31 +85,22 @@ def block_sum(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _product(p: float, q: float, r: float, s: float, decay: float, frequency_squared: float) -> tuple[float, float]:
-    """``(p I + q T)(r I + s T)``, with ``T^2 = -frequency_squared I - 2 decay T``."""
+    """Return ``(p I + q T)(r I + s T)``, with ``T^2 = -frequency_squared I - 2 decay T``."""
     return p * r - frequency_squared * q * s, p * s + q * r - 2.0 * decay * q * s
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def response_at(
-    kind: int,
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    value: Floats,
-    slope: Floats,
-    shift: float,
-    tau: float,
-) -> tuple[float, float, float, float]:
+def response_at(kind: int, blocks: ResponseBlocks, shift: float, tau: float) -> tuple[float, float, float, float]:
     """Return ``exp(shift tau)`` times: the function, its derivative, and the sizes of the terms of both.
 
     Parameters
     ----------
     kind : int
         IMPULSE, SAME_SIGN or ALTERNATING.
-    decay, discriminant, frequency_squared, value, slope : ndarray of shape (N,)
-        Blocks, and each one's part of g and g' at 0.
+    blocks : ResponseBlocks
     shift, tau : float
     """
+    decay, discriminant, frequency_squared, value, slope = blocks
     total = 0.0
     derivative = 0.0
     terms = 0.0
@@ -114,7 +115,7 @@ def response_at(
         r, s = -frequency_squared[j] * s, r - 2.0 * decay[j] * s
         total += p * value[j] + q * slope[j]
         derivative += r * value[j] + s * slope[j]
-        # a block's amplitude, not its value: one that passes through zero is no smaller for that
+        # the amplitude of a block, not its value, which passes through zero
         size = abs(p * value[j]) + abs(q * slope[j])
         rate = abs(r * value[j]) + abs(s * slope[j])
         frequency = math.sqrt(frequency_squared[j])
@@ -125,24 +126,15 @@ def response_at(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def curvature_bound(
-    kind: int,
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    value: Floats,
-    slope: Floats,
-    shift: float,
-    middle: float,
-    radius: float,
-) -> float:
-    """Bound ``|second derivative| exp(shift middle)`` on ``[middle - radius, middle + radius]``.
+def curvature_bound(kind: int, blocks: ResponseBlocks, shift: float, middle: float, radius: float) -> float:
+    """Return a bound of ``|second derivative| exp(shift middle)`` on ``[middle - radius, middle + radius]``.
 
     Each block takes the smaller of two bounds. Exponents apart: with ``y = Re(Z z)``, ``z = exp(lambda tau)``, the
     second derivatives are ``|Z||lambda|^2`` times ``|z|``, ``|z (1 + z)|/|1 - z|^3``, ``|z (1 - z)|/|1 + z|^3``, and a
     denominator is no smaller than at the middle less the radius times its rate. Exponents together, through the
     critical block: ``|y''(t)| <= exp(-slow t) (|y''(0)| + t |y'''(0) + decay y''(0)|)``, summed over k in closed form.
     """
+    decay, discriminant, frequency_squared, value, slope = blocks
     left = middle - radius
     right = middle + radius
     scale = shift * middle
@@ -195,23 +187,11 @@ def curvature_bound(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def response_sum(
-    kind: int,
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    value: Floats,
-    slope: Floats,
-    conditioning: float,
-    shift: float,
-    tau: Floats,
-) -> Floats:
-    """Return, for each tau and times ``exp(shift tau)``, function, derivative, round-off bound and terms; (n, 4)."""
+def response_sum(kind: int, blocks: ResponseBlocks, conditioning: float, shift: float, tau: Floats) -> Floats:
+    """Return function, derivative, round-off bound and terms at each tau, times ``exp(shift tau)``; shape (n, 4)."""
     result = np.empty((tau.size, 4))
     for i in range(tau.size):
-        total, derivative, terms, derivative_terms = response_at(
-            kind, decay, discriminant, frequency_squared, value, slope, shift, tau[i]
-        )
+        total, derivative, terms, derivative_terms = response_at(kind, blocks, shift, tau[i])
         result[i, 0] = total
         result[i, 1] = derivative
         result[i, 2] = RESPONSE_ROUNDOFF * conditioning * (terms + tau[i] * derivative_terms)

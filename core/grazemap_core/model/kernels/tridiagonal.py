@@ -1,9 +1,8 @@
-"""Steady response of a chain at many forcing frequencies, right to round-off also at sharp resonances.
+"""Steady response of a chain at many forcing frequencies, accurate to round-off also at sharp resonances.
 
-In flow the chain's numbers and frequencies, out flow complex amplitudes and a status for each frequency. The matrix
-``K - omega^2 M + i omega C`` is complex, symmetric and tridiagonal; it is factored with partial pivoting, because a
-part of the chain may resonate by itself, and the solution is refined with residuals in double-double that start from
-the given numbers, so that the rounding of the matrix entries themselves, which a resonance would amplify, is undone.
+The matrix ``K - omega^2 M + i omega C`` is complex, symmetric and tridiagonal. It is factored with partial pivoting,
+because a part of the chain may resonate by itself. The solution is refined with residuals in double-double that are
+computed from the given parameters, so that a resonance does not amplify the rounding of the matrix entries.
 
 References
 ----------
@@ -11,6 +10,8 @@ Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), chapters
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,44 +21,66 @@ from grazemap_core.model.tolerances import STEADY_ACCURACY, STEADY_DIVERGED, STE
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
 
 CONVERGED = 0
-"""The amplitudes are right to round-off."""
+"""The amplitudes are accurate to round-off."""
 RESONANT = 1
-"""The matrix is singular, or so nearly that refinement does not converge: no steady motion to speak of."""
+"""The matrix is singular, or so nearly that refinement does not converge: there is no steady motion."""
+
+
+class ForcedLinks(NamedTuple):
+    """Masses, links and forces of a chain; arrays of shape (N,).
+
+    `wall_stiffness` and `wall_damping` are those of the link from the first mass to a wall; 0 if there is none.
+    """
+
+    masses: Floats
+    stiffnesses: Floats
+    link_damping: Floats
+    forcing: Floats
+    wall_stiffness: float
+    wall_damping: float
+
+
+class Factors(NamedTuple):
+    """The factors of a tridiagonal matrix, as `factor` writes them; arrays of shape (N,)."""
+
+    lower: Complexes
+    diagonal: Complexes
+    upper: Complexes
+    second: Complexes
+    swapped: Booleans
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def factor(lower: Complexes, diagonal: Complexes, upper: Complexes, second: Complexes, swapped: Booleans) -> bool:
+def factor(matrix: Factors) -> bool:
     """Factor a tridiagonal matrix in place with partial pivoting, as LAPACK's gttrf does.
 
     Parameters
     ----------
-    lower, diagonal, upper : ndarray of shape (N,)
-        On return the multipliers, and the first two diagonals of the upper triangle. The last entries of `lower` and
-        `upper` are not used.
-    second : ndarray of shape (N,)
-        On return the third diagonal of the upper triangle.
-    swapped : ndarray of bool, shape (N,)
-        On return whether rows i and i + 1 changed places.
+    matrix : Factors
+        `lower`, `diagonal` and `upper` hold the matrix; the last entries of `lower` and `upper` are not used. On return
+        they hold the multipliers and the first two diagonals of the upper triangle, `second` its third diagonal, and
+        `swapped` whether rows i and i + 1 were exchanged.
 
     Returns
     -------
     bool
-        False when a pivot is exactly zero.
+        False if a pivot is exactly zero.
     """
+    lower, diagonal, upper, second, swapped = matrix
     count = diagonal.size
     for i in range(count - 1):
         second[i] = 0.0
-        here, below = diagonal[i], lower[i]
-        if abs(here.real) + abs(here.imag) >= abs(below.real) + abs(below.imag):
+        pivot, below = diagonal[i], lower[i]
+        if abs(pivot.real) + abs(pivot.imag) >= abs(below.real) + abs(below.imag):
             swapped[i] = False
-            if here == 0.0:
+            if pivot == 0.0:
                 return False
-            multiplier = below / here
+            multiplier = below / pivot
             lower[i] = multiplier
             diagonal[i + 1] -= multiplier * upper[i]
         else:
             swapped[i] = True
-            multiplier = here / below
+            multiplier = pivot / below
             diagonal[i] = below
             lower[i] = multiplier
             next_diagonal = diagonal[i + 1]
@@ -70,15 +93,9 @@ def factor(lower: Complexes, diagonal: Complexes, upper: Complexes, second: Comp
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def solve(
-    lower: Complexes,
-    diagonal: Complexes,
-    upper: Complexes,
-    second: Complexes,
-    swapped: Booleans,
-    vector: Complexes,
-) -> None:
-    """Solve with what `factor` left; `vector` of shape (N,) is the right side and becomes the solution."""
+def solve(factors: Factors, vector: Complexes) -> None:
+    """Solve a factored system in place; `vector` of shape (N,) is the right-hand side and becomes the solution."""
+    lower, diagonal, upper, second, swapped = factors
     count = diagonal.size
     for i in range(count - 1):
         if swapped[i]:
@@ -98,30 +115,21 @@ def solve(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _dd_product(a_high: float, a_low: float, b_high: float, b_low: float) -> tuple[float, float]:
+    """Return the product of two pairs."""
     high, error = two_prod(a_high, b_high)
     return two_sum(high, error + (a_high * b_low + a_low * b_high))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def residual(
-    masses: Floats,
-    stiffnesses: Floats,
-    link_damping: Floats,
-    forcing: Floats,
-    omega: float,
-    high: Floats,
-    low: Floats,
-    out: Complexes,
-    wall_stiffness: float,
-    wall_damping: float,
-) -> None:
-    """Write ``f - (K - omega^2 M + i omega C) x`` to `out` of shape (N,), in double-double until the end.
+def residual(links: ForcedLinks, omega: float, high: Floats, low: Floats, out: Complexes) -> None:
+    """Write ``f - (K - omega^2 M + i omega C) x`` to `out` of shape (N,), computed in double-double.
 
-    `high` + `low`, each of shape (N, 2), is x: real and imaginary parts. The wall as in `steady_amplitudes`.
+    `high` + `low`, each of shape (N, 2), is x as real and imaginary parts.
     """
+    masses, stiffnesses, link_damping, forcing, wall_stiffness, wall_damping = links
     count = masses.size
     square_high, square_low = two_prod(omega, omega)
-    real_high, real_low, imag_high, imag_low = 0.0, 0.0, 0.0, 0.0  # force in the link before
+    real_high, real_low, imag_high, imag_low = 0.0, 0.0, 0.0, 0.0  # force in the previous link
     if wall_stiffness > 0.0:  # (k + i omega c)(0 - x_1)
         dash_high, dash_low = two_prod(omega, wall_damping)
         a_high, a_low = dd_scale(high[0, 0], low[0, 0], -wall_stiffness)
@@ -144,7 +152,7 @@ def residual(
         a_high, a_low = dd_scale(im_high, im_low, stiffnesses[i])
         b_high, b_low = _dd_product(re_high, re_low, dash_high, dash_low)
         link_im_high, link_im_low = dd_add(a_high, a_low, b_high, b_low)
-        # f + omega^2 m x + link before - link behind
+        # f + omega^2 m x + force of the previous link - force of the next link
         inertia_high, inertia_low = dd_scale(square_high, square_low, masses[i])
         a_high, a_low = _dd_product(inertia_high, inertia_low, high[i, 0], low[i, 0])
         a_high, a_low = dd_add(a_high, a_low, forcing[i], 0.0)
@@ -159,23 +167,80 @@ def residual(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def steady_amplitudes(
-    masses: Floats,
-    stiffnesses: Floats,
-    link_damping: Floats,
-    forcing: Floats,
-    omega: Floats,
-    wall_stiffness: float = 0.0,
-    wall_damping: float = 0.0,
-) -> tuple[Complexes, Integers]:
+def _set_matrix(links: ForcedLinks, omega: float, matrix: Factors, right_side: Complexes) -> None:
+    """Write ``K - omega^2 M + i omega C`` to `matrix` and the forces to `right_side` of shape (N,)."""
+    for i in range(links.masses.size):
+        before = complex(links.wall_stiffness, omega * links.wall_damping)
+        if i > 0:
+            before = complex(links.stiffnesses[i - 1], omega * links.link_damping[i - 1])
+        link = complex(links.stiffnesses[i], omega * links.link_damping[i])
+        matrix.diagonal[i] = before + link - omega * omega * links.masses[i]
+        matrix.upper[i] = -link
+        matrix.lower[i] = -link
+        right_side[i] = links.forcing[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_step(step: Complexes, high: Floats, low: Floats) -> tuple[float, float, bool]:
+    """Add a step (N,) to the solution `high` + `low`, each (N, 2), in place.
+
+    Returns
+    -------
+    largest, largest_step : float
+        Largest moduli, as sums of the moduli of real and imaginary part, of solution and step.
+    finite : bool
+        Whether all numbers of the step are finite.
+    """
+    largest = 0.0
+    largest_step = 0.0
+    finite = True
+    for i in range(step.size):
+        finite = finite and np.isfinite(step[i].real) and np.isfinite(step[i].imag)
+        high[i, 0], low[i, 0] = dd_add(high[i, 0], low[i, 0], step[i].real, 0.0)
+        high[i, 1], low[i, 1] = dd_add(high[i, 1], low[i, 1], step[i].imag, 0.0)
+        largest = max(largest, abs(high[i, 0]) + abs(high[i, 1]))
+        largest_step = max(largest_step, abs(step[i].real) + abs(step[i].imag))
+    return largest, largest_step, finite
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _refine(links: ForcedLinks, omega: float, factors: Factors, step: Complexes, high: Floats, low: Floats) -> bool:
+    """Write the solution to `high` + `low`, each (N, 2), starting from the first solution `step`, which is overwritten.
+
+    Returns whether the iterative refinement converged.
+    """
+    high[:] = 0.0
+    low[:] = 0.0
+    largest_step = 0.0
+    largest = 0.0
+    remaining = 0.0
+    for refinement in range(STEADY_REFINEMENT_STEPS + 1):
+        previous_step = largest_step
+        largest, largest_step, finite = _add_step(step, high, low)
+        if not finite:
+            remaining = np.inf
+            break
+        if largest == 0.0:  # no forcing
+            break
+        # the next step would be smaller than this one by the same factor as this one was
+        remaining = largest if refinement == 0 else largest_step * (largest_step / previous_step)
+        first = abs(high[0, 0]) + abs(high[0, 1])
+        if remaining <= STEADY_ACCURACY * max(first, STEADY_ACCURACY * largest):
+            break
+        residual(links, omega, high, low, step)
+        solve(factors, step)
+    converged: bool = remaining <= STEADY_DIVERGED * largest
+    return converged
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def steady_amplitudes(links: ForcedLinks, omega: Floats) -> tuple[Complexes, Integers]:
     """Return the response to ``f sin(omega t)`` as complex amplitudes, x(t) = Im(amplitude e^{i omega t}).
 
     Parameters
     ----------
-    masses, stiffnesses, link_damping, forcing : ndarray of shape (N,)
+    links : ForcedLinks
     omega : ndarray of shape (n,)
-    wall_stiffness, wall_damping : float
-        Of the link that holds the first mass to a wall; 0 when there is none.
 
     Returns
     -------
@@ -183,73 +248,26 @@ def steady_amplitudes(
     status : ndarray of int, shape (n,)
         CONVERGED or RESONANT.
     """
-    count = masses.size
+    count = links.masses.size
     amplitudes = np.zeros((omega.size, count), dtype=np.complex128)
     status = np.zeros(omega.size, dtype=np.int64)
-    lower = np.empty(count, dtype=np.complex128)
-    diagonal = np.empty(count, dtype=np.complex128)
-    upper = np.empty(count, dtype=np.complex128)
-    second = np.zeros(count, dtype=np.complex128)
-    swapped = np.zeros(count, dtype=np.bool_)
+    factors = Factors(
+        np.empty(count, dtype=np.complex128),
+        np.empty(count, dtype=np.complex128),
+        np.empty(count, dtype=np.complex128),
+        np.zeros(count, dtype=np.complex128),
+        np.zeros(count, dtype=np.bool_),
+    )
     step = np.empty(count, dtype=np.complex128)
     high = np.empty((count, 2))
     low = np.empty((count, 2))
-
     for point in range(omega.size):
-        frequency = omega[point]
-        for i in range(count):
-            before = complex(wall_stiffness, frequency * wall_damping)
-            if i > 0:
-                before = complex(stiffnesses[i - 1], frequency * link_damping[i - 1])
-            link = complex(stiffnesses[i], frequency * link_damping[i])
-            diagonal[i] = before + link - frequency * frequency * masses[i]
-            upper[i] = -link
-            lower[i] = -link
-            step[i] = forcing[i]
-            high[i, 0] = high[i, 1] = low[i, 0] = low[i, 1] = 0.0
-        if not factor(lower, diagonal, upper, second, swapped):
+        _set_matrix(links, omega[point], factors, step)
+        if not factor(factors):
             status[point] = RESONANT
             continue
-        solve(lower, diagonal, upper, second, swapped, step)
-
-        largest_step = 0.0
-        largest = 0.0
-        remaining = 0.0
-        for refinement in range(STEADY_REFINEMENT_STEPS + 1):
-            previous_step = largest_step
-            largest = 0.0
-            largest_step = 0.0
-            finite = True
-            for i in range(count):
-                finite = finite and np.isfinite(step[i].real) and np.isfinite(step[i].imag)
-                high[i, 0], low[i, 0] = dd_add(high[i, 0], low[i, 0], step[i].real, 0.0)
-                high[i, 1], low[i, 1] = dd_add(high[i, 1], low[i, 1], step[i].imag, 0.0)
-                largest = max(largest, abs(high[i, 0]) + abs(high[i, 1]))
-                largest_step = max(largest_step, abs(step[i].real) + abs(step[i].imag))
-            if not finite:
-                remaining = np.inf
-                break
-            if largest == 0.0:  # no forcing
-                break
-            # the next step would be smaller than this one by the same factor as this one was
-            remaining = largest if refinement == 0 else largest_step * (largest_step / previous_step)
-            first = abs(high[0, 0]) + abs(high[0, 1])
-            if remaining <= STEADY_ACCURACY * max(first, STEADY_ACCURACY * largest):
-                break
-            residual(
-                masses,
-                stiffnesses,
-                link_damping,
-                forcing,
-                frequency,
-                high,
-                low,
-                step,
-                wall_stiffness,
-                wall_damping,
-            )
-            solve(lower, diagonal, upper, second, swapped, step)
-        if not remaining <= STEADY_DIVERGED * largest:
+        solve(factors, step)
+        if not _refine(links, omega[point], factors, step, high, low):
             status[point] = RESONANT
             continue
         for i in range(count):

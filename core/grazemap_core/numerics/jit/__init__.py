@@ -1,1 +1,1 @@
-"""jit."""
+"""Compilation of kernels with numba."""

@@ -1,8 +1,9 @@
-"""Tuples of arrays by reference: one pointer is passed on, where numba passes seven numbers for every array.
+"""Named tuples of arrays passed by reference between kernels.
 
-Half of what a kernel that calls others is compiled of would be such passing. A kernel that Python calls takes tuples,
-makes references of them and passes these on; what is looked up in one looks as in a tuple. An array should be looked
-up before a loop that writes to another one: the compiler cannot know that the tuple stays as it is.
+Numba passes seven numbers for every array of a tuple; a reference is one pointer. Without references, passing arguments
+would be half of the code of a kernel that calls others. A kernel that Python calls takes tuples, makes references to
+them with `reference` and passes these on; fields are looked up as in a tuple. Look an array up before a loop that
+writes to another array: the compiler does not know that the tuple does not change.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ Record = TypeVar("Record", bound=tuple[Any, ...])
 
 
 class Reference(types.Type):
-    """Type of a pointer to a named tuple that the kernel which made it holds; valid until that returns."""
+    """Numba's type of a pointer to a named tuple; the pointer is valid until the kernel that made it returns."""
 
     def __init__(self, target: Any) -> None:
-        """Take numba's type of the tuple."""
+        """Take numba's type of the named tuple."""
         self.target = target
         super().__init__(name=f"reference({target})")
 
     @property
     def mangling_args(self) -> tuple[str, tuple[Any, ...]]:
-        """What numba makes names of functions from."""
+        """Name and parameters that numba builds the names of compiled functions from."""
         return "reference", (self.target,)
 
 
@@ -61,7 +62,7 @@ def _look_up(context: Any, builder: Any, reference: Reference, pointer: Any, fie
 
 
 def reference(record: Record) -> Record:
-    """Return a reference to a named tuple, in a kernel, for as long as that kernel runs; in Python the tuple itself."""
+    """Return a reference to a named tuple, valid while the calling kernel runs; in Python the tuple itself."""
     return record
 
 

@@ -1,15 +1,17 @@
-"""How kernels are compiled. A kernel takes arrays and numbers and returns numbers; it allocates nothing, never raises.
+"""Decorators that compile kernels.
 
-That is more than a habit: kernels are compiled without numba's runtime, which counts the references to every array
-that is passed on or looked up in a tuple, with atomic instructions. Counting took a quarter of the time of a map.
-Without the runtime an allocation does not compile, nor does the assignment of an array to a slice (which may have to
-copy the source); `copy_vector` and `copy_matrix` serve for that. What does allocate is compiled with plain `njit`.
+A kernel takes arrays and numbers and returns numbers; it does not allocate and does not raise. Kernels are compiled
+without numba's runtime, which counts the references to every array that is passed on or looked up in a tuple, with
+atomic instructions: this took a quarter of the time of a map. Without the runtime an allocation does not compile, nor
+does the assignment of an array to a slice, which may have to copy the source; use `copy_vector` and `copy_matrix`.
+Functions that allocate are compiled with `njit`.
 
-A kernel is compiled as a part of those that call it (`parts`), and as a whole, which is cached, when Python calls it.
-Where numba's private interface is not known, a kernel is a plain function of `njit`, with numba's runtime.
+A kernel is compiled into the kernels that call it (`inlining`); it is compiled as a function of its own, and cached,
+when Python calls it. With a version of numba whose private interface is not known, a kernel is a function of `njit`,
+with numba's runtime.
 
-A function that is `inlined` has no code of its own: each of its callers has. `fused` ones may contract a product and a
-sum into one operation, which vectors want; where round-off is followed to the last digit that is not allowed.
+The code of an `inlined` function is merged into each of its callers. A `fused` function may contract a product and a
+sum into one operation, as vectorised loops need it; this is not allowed where results must keep every rounding.
 """
 
 from __future__ import annotations
@@ -52,31 +54,31 @@ def fused_kernel(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Compile a part of kernels."""
+    """Compile a function that is merged into the kernels that call it."""
     return _compile(function, forceinline=True)
 
 
 def fused_inlined(function: Function) -> Function:
-    """Compile a part of kernels that may contract operations."""
+    """Compile a function that is merged into the kernels that call it and may contract operations."""
     return _compile(function, forceinline=True, **_FUSED)
 
 
 @inlined
 def plain(value: int) -> int:
-    """Return a constant as any other integer: numba types constants by value, and compiles all below for each."""
+    """Return an integer constant with the type of a variable: numba compiles a callee anew for every literal."""
     return int(np.int64(value))
 
 
 @inlined
 def copy_vector(target: NDArray, source: NDArray) -> None:  # type: ignore[type-arg]
-    """Write the first numbers of source (n,) over target (n or fewer,)."""
+    """Copy the first numbers of source (n,) to target (n or fewer,)."""
     for i in range(target.shape[0]):
         target[i] = source[i]
 
 
 @inlined
 def copy_matrix(target: NDArray, source: NDArray) -> None:  # type: ignore[type-arg]
-    """Write source (m, n) over target (m, n)."""
+    """Copy source (m, n) to target (m, n)."""
     for i in range(target.shape[0]):
         for j in range(target.shape[1]):
             target[i, j] = source[i, j]

@@ -1,15 +1,14 @@
-"""Kernels as parts of other kernels: compiled into their callers, and to code of their own only when Python calls them.
+"""Compilation of kernels into the kernels that call them.
 
-Numba makes machine code of every function that a compiled one calls, with a wrapper for Python, and compiles all of it
-anew in each caller. With kernels that call kernels, ten deep, that was two thirds of the time that a cold machine
-compiles. Here a part is carried no further than LLVM's intermediate code, and is optimised with the kernel that Python
-calls; that one holds all its parts, and its machine code is cached. Parts for vectors (`fastmath`) are optimised by
-themselves first: merged into a caller before, they are not vectorised. So a loop over all lanes must be in a
-`fused_kernel` that is not inlined.
+Numba generates machine code, with a wrapper for Python, for every function that a compiled function calls, and
+compiles it again in every caller. For kernels that call kernels, ten deep, this was two thirds of the compile time.
+Here a kernel that another one calls (a *part*) is compiled to LLVM's intermediate code only, and optimised together
+with the kernel that Python calls (a *whole*), whose machine code is cached. Parts that are compiled with `fastmath`
+are optimised separately first: merged into a caller before, their loops would not be vectorised. Therefore a loop over
+all lanes must be in a `fused_kernel` that is not inlined.
 
-This uses an interface of numba that is not documented (`part_compiler`). With a version of numba that was not tested,
-or that lacks what is used, kernels are plain functions of `njit` that call one another (`compiled`), and a warning says
-what that costs.
+This uses an undocumented interface of numba (`part_compiler`). With a version of numba that was not tested, or that
+lacks the interface, kernels are functions of `njit` that call one another (`compiled`), and a warning states the cost.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from numba.core import config
 from numba.extending import typeof_impl
 
 INTERPRETED = bool(vars(config)["DISABLE_JIT"])
-"""Whether numba was told (NUMBA_DISABLE_JIT) to leave functions as they are."""
+"""Whether the environment variable NUMBA_DISABLE_JIT turns compilation off."""
 
 COST = "kernels are compiled without parts, which takes longer; with numba 0.68 they are not"
 
@@ -59,10 +58,10 @@ PART_COMPILER: Any = None if INTERPRETED else _part_compiler()
 
 
 class Kernel:
-    """A compiled function: a part where a kernel calls it, a whole where Python does."""
+    """A compiled function: a part when a kernel calls it, a whole when Python calls it."""
 
     def __init__(self, function: Callable[..., object], options: dict[str, Any]) -> None:
-        """Take numba's options of `njit`; nothing is compiled before a call."""
+        """Take the options of `njit`; compilation starts with the first call."""
         self.py_func = function
         self.targetoptions = options
         wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -70,7 +69,7 @@ class Kernel:
         self.whole = _njit(cache=True, **options)(function)
 
     def __call__(self, *args: Any) -> Any:
-        """Call the whole, compiled or from the cache."""
+        """Call the compiled or cached whole."""
         return self.whole(*args)
 
 

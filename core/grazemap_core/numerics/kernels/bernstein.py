@@ -1,8 +1,8 @@
-"""First contact of a polynomial with a stop, certified in the Bernstein basis.
+"""First contact of a polynomial with a stop, isolated in the Bernstein basis.
 
-What flows in: the Taylor coefficients of the distance to a stop over one step, scaled to t in [0, 1], and a bound on
-everything that was rounded or cut off. What flows out: the first t at which the distance turns negative, or the
-certificate that it stays positive. No root is skipped: on every piece of [0, 1] the Bernstein coefficients bound the
+`first_negative` takes the Taylor coefficients of the distance to a stop over one step, scaled to t in [0, 1], and a
+bound on their rounding and truncation errors. It returns the first t at which the distance becomes negative, or that
+the distance stays positive. No root is missed: on every piece of [0, 1] the Bernstein coefficients bound the
 polynomial (convex hull), and a piece whose coefficients change sign once has exactly one root (Descartes' rule).
 
 References
@@ -16,19 +16,27 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+from grazemap_core.numerics.tolerances import (
+    GRAZE_SLOPE,
+    MIN_WIDTH,
+    ROOT_STEPS,
+    ROOT_WIDTH,
+    START_STEPS,
+    TAYLOR_DEGREE,
+)
 
 CLEAR = 0
 """The distance stays positive on the whole step."""
 CONTACT = 1
-"""The distance turns negative at the returned t."""
+"""The distance becomes negative at the returned t."""
 GRAZE_UNDECIDED = 2
-"""No contact was certain, but somewhere the distance is zero to within the error: the stop may be touched or passed at
-a speed that is zero to within round-off."""
+"""No contact is certain, but somewhere the distance is zero to within its error: mass 1 may touch or pass the stop at a
+speed that is zero to within round-off."""
 
 MAX_DEPTH = 60
+"""Maximum number of halvings of [0, 1]."""
 SHORT_DEPTH = 6
-"""Halvings after which a search on the first terms alone is given up: the whole series decides faster."""
+"""Maximum number of halvings in a search on the first terms alone: beyond it the full series decides faster."""
 STACK_SHAPE = (MAX_DEPTH + 2, TAYLOR_DEGREE + 1)
 
 _binomial = np.ones((TAYLOR_DEGREE + 1, TAYLOR_DEGREE + 1))
@@ -61,6 +69,7 @@ def _split(piece: Floats, degree: int, right: Floats) -> None:
 
 @kernel
 def _value_and_slope(taylor: Floats, degree: int, t: float) -> tuple[float, float]:
+    """Return the polynomial and its derivative at t."""
     value = taylor[degree]
     slope = 0.0
     for k in range(degree - 1, -1, -1):
@@ -71,9 +80,9 @@ def _value_and_slope(taylor: Floats, degree: int, t: float) -> tuple[float, floa
 
 @kernel
 def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: float) -> float:
-    """Return the one root in [low, high] (positive at low, negative at high): Newton kept inside the bracket."""
+    """Return the one root in [low, high] (positive at low, negative at high), by safeguarded Newton steps."""
     t = guess
-    for _ in range(100):
+    for _ in range(ROOT_STEPS):
         value, slope = _value_and_slope(taylor, degree, t)
         if value < 0.0:
             high = t
@@ -84,7 +93,7 @@ def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: 
         new = t - value / slope if slope != 0.0 else low
         if not (low < new < high):
             new = 0.5 * (low + high)
-        if new == t or abs(new - t) <= 1.2e-16 * new:
+        if new == t or abs(new - t) <= ROOT_WIDTH * new:
             return new
         t = new
     return t
@@ -94,7 +103,7 @@ def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: 
 def _stepped_root(taylor: Floats, degree: int, low: float, width: float) -> float:
     """Return the root next to `low`, where the distance is zero to within round-off and falling."""
     t = low
-    for _ in range(3):
+    for _ in range(START_STEPS):
         value, slope = _value_and_slope(taylor, degree, t)
         if slope >= 0.0:
             return low
@@ -104,31 +113,77 @@ def _stepped_root(taylor: Floats, degree: int, low: float, width: float) -> floa
 
 @kernel
 def _arrives(taylor: Floats, degree: int, error: float) -> bool:
-    """Say whether a distance that is zero to within `error` at t = 1 falls too fast there to be a graze.
+    """Return whether a distance that is zero to within `error` at t = 1 decreases too fast there to be a graze.
 
-    Then the series from there on begins on the stop and goes out: a contact of the next step.
+    If so, the next step starts on the stop and moves beyond it: the contact is found there.
     """
     _, slope = _value_and_slope(taylor, degree, 1.0)
     second_derivative = 0.0
     for k in range(2, degree + 1):
         second_derivative += k * (k - 1) * abs(taylor[k])
-    # at a graze the distance grows to a few errors with the bend alone, and its slope to the root of their product
-    arrives: bool = slope < 0.0 and slope * slope > 64.0 * error * second_derivative
+    # at a graze the distance is a few errors, so its slope squared is a few times error times second derivative
+    arrives: bool = slope < 0.0 and slope * slope > GRAZE_SLOPE * error * second_derivative
     return arrives
 
 
 @kernel
 def _unsure_between(piece: Floats, error: float, low: int, high: int, degree: int) -> bool:
-    """Say whether all unsure coefficients lie between `low` and `high`.
+    """Return whether all coefficients of unknown sign lie between `low` and `high`.
 
-    One of them cannot add a sign change there. More of them could, but only by zeros at which the distance stays within
-    round-off of zero, and those count as no contact anyway.
+    One such coefficient cannot add a sign change there. Several could, but only by zeros at which the distance stays
+    within round-off of zero, and those do not count as contacts.
     """
     unsure_outside = 0
     for i in range(degree + 1):
         if abs(piece[i]) <= error and not (low < i < high):
             unsure_outside += 1
     return unsure_outside == 0
+
+
+@kernel
+def _signs(piece: Floats, degree: int, error: float) -> tuple[float, int, int, int, int, int]:
+    """Return the largest modulus, and where coefficients are certainly positive or negative, or of unknown sign.
+
+    Returns
+    -------
+    largest : float
+    first_positive, last_positive, first_negative, last_negative, last_unsure : int
+        Index of the first, `degree` + 1 if there is none, or of the last, -1 if there is none.
+    """
+    largest = 0.0
+    first_positive = degree + 1
+    last_positive = -1
+    first_negative_at = degree + 1
+    last_negative = -1
+    last_unsure = -1
+    for i in range(degree + 1):
+        value = piece[i]
+        largest = max(largest, abs(value))
+        if value > error:
+            last_positive = i
+            first_positive = min(first_positive, i)
+        elif value < -error:
+            last_negative = i
+            first_negative_at = min(first_negative_at, i)
+        else:
+            last_unsure = i
+    return largest, first_positive, last_positive, first_negative_at, last_negative, last_unsure
+
+
+@kernel
+def _halve(stack: Floats, start: Floats, width: Floats, top: int, degree: int) -> None:
+    """Replace the piece at `top` by its right half and push its left half, which is searched first, onto the stack."""
+    piece = stack[top]
+    _split(piece, degree, stack[top + 1])
+    half = 0.5 * width[top]
+    for i in range(degree + 1):
+        left = piece[i]
+        piece[i] = stack[top + 1, i]
+        stack[top + 1, i] = left
+    start[top + 1] = start[top]
+    width[top + 1] = half
+    start[top] += half
+    width[top] = half
 
 
 @kernel
@@ -143,23 +198,23 @@ def first_negative(
 ) -> tuple[int, float]:
     """Return (status, t) of the first sign change from positive to negative on [0, 1].
 
-    The search may be made on the first terms of the series alone, what they leave out being part of `error`. It is as
-    rigorous, because it then decides on sure coefficients only: raising the degree keeps "all positive" and "positive,
-    then negative", and adding what was left out moves no coefficient by more than `error`. It is cheaper, and
+    The search may use only the first terms of the series, if `error` includes the omitted ones. It is as rigorous,
+    because it then decides only from coefficients of known sign: raising the degree keeps "all positive" and "positive,
+    then negative", and adding the omitted terms changes no coefficient by more than `error`. It is cheaper, but
     undecided more often.
 
     Parameters
     ----------
     taylor : (degree + 1,) coefficients of the distance in t; positive, or zero to round-off, at t = 0.
     degree : of the series.
-    short : degree searched at; `degree` itself, or a smaller one.
+    short : degree of the polynomial that is searched, at most `degree`.
     error : bound on the rounding and truncation in any Bernstein coefficient.
     stack, start, width : scratch of shapes STACK_SHAPE, (MAX_DEPTH + 2,), (MAX_DEPTH + 2,); overwritten.
 
     Returns
     -------
-    status : CLEAR, CONTACT or GRAZE_UNDECIDED. t is where the contact is, or the first place that was left undecided;
-        with GRAZE_UNDECIDED of a short search it means nothing.
+    status : CLEAR, CONTACT or GRAZE_UNDECIDED.
+    t : the contact, or the first undecided point; it has no meaning when a short search is undecided.
     """
     to_bernstein(taylor, short, stack[0])
     start[0] = 0.0
@@ -169,31 +224,17 @@ def first_negative(
     whole = short == degree
     while top >= 0:
         piece = stack[top]
-        largest = 0.0
-        first_positive = short + 1
-        last_positive = -1
-        first_negative_at = short + 1
-        last_negative = -1
-        last_unsure = -1
-        for i in range(short + 1):
-            value = piece[i]
-            largest = max(largest, abs(value))
-            if value > error:
-                last_positive = i
-                first_positive = min(first_positive, i)
-            elif value < -error:
-                last_negative = i
-                first_negative_at = min(first_negative_at, i)
-            else:
-                last_unsure = i
+        largest, first_positive, last_positive, first_negative_at, last_negative, last_unsure = _signs(
+            piece, short, error
+        )
         if last_negative < 0 and last_unsure < 0:
             top -= 1  # positive
             continue
         if whole and last_negative < 0 and last_positive >= 0 and last_unsure < first_positive:
-            top -= 1  # positive but for unsure values at the very start: the stop that was just left
+            top -= 1  # positive except at the start, which is on the stop that mass 1 has just left
             continue
         if whole and last_positive < 0 and last_negative >= 0 and last_unsure < first_negative_at:
-            # at the stop to within round-off, and going out
+            # on the stop to within round-off, and moving beyond it
             return CONTACT, _stepped_root(taylor, degree, start[top], width[top])
         if (
             first_positive == 0
@@ -203,27 +244,17 @@ def first_negative(
         ):
             # the guess is where the control polygon crosses zero
             fall = piece[last_positive] - piece[first_negative_at]
-            place = last_positive + (first_negative_at - last_positive) * piece[last_positive] / fall
+            crossing = last_positive + (first_negative_at - last_positive) * piece[last_positive] / fall
             low, high = start[top], start[top] + width[top]
-            return CONTACT, _polished_root(taylor, degree, low, high, low + width[top] * place / short)
+            return CONTACT, _polished_root(taylor, degree, low, high, low + width[top] * crossing / short)
         if not whole and top >= SHORT_DEPTH:
             return GRAZE_UNDECIDED, 1.0
-        if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= 1e-15:
+        if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= MIN_WIDTH:
             ends = start[top] + width[top] >= 1.0
             if undecided < 0.0 and not (ends and _arrives(taylor, degree, error)):
                 undecided = start[top] + 0.5 * width[top]
             top -= 1
             continue
-        _split(piece, short, stack[top + 1])
-        half = 0.5 * width[top]
-        # the right half waits below, the left half is looked at first
-        for i in range(short + 1):
-            left = piece[i]
-            piece[i] = stack[top + 1, i]
-            stack[top + 1, i] = left
-        start[top + 1] = start[top]
-        width[top + 1] = half
-        start[top] += half
-        width[top] = half
+        _halve(stack, start, width, top, short)
         top += 1
     return (GRAZE_UNDECIDED, undecided) if undecided >= 0.0 else (CLEAR, 1.0)

@@ -1,4 +1,4 @@
-"""Small dense linear systems in given memory: Gauss' elimination with the largest pivot of each column."""
+"""Small dense linear systems in given memory, by Gaussian elimination with partial pivoting."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from grazemap_core.numerics.jit.compiled import kernel
 
 @kernel
 def eliminate(system: Floats, size: int) -> float:
-    """Solve for every column behind the first `size` ones, in place, and return the determinant of those.
+    """Solve a linear system in place for several right-hand sides, and return the determinant.
 
     Parameters
     ----------
     system : (size, size + n)
-        Matrix and right-hand sides; the latter become the solutions. With the determinant 0 they are left unsolved.
+        Matrix and right-hand sides; the latter become the solutions, unless the determinant is 0.
     size : int
+        Number of unknowns.
     """
     columns = system.shape[1]
     determinant = 1.0

@@ -1,7 +1,7 @@
 """Arithmetic with unevaluated sums of two doubles: about 32 digits, from error-free transformations.
 
-Flows in: pairs (high, low) with ``|low| <= ulp(high)/2``. Flows out: the same. Nothing here relies on a fused
-multiply-add, and fast-math must stay off where it is used. Products must not overflow when split (|a| < 1e300).
+Arguments and results are pairs (high, low) with ``|low| <= ulp(high)/2``. No function relies on a fused multiply-add;
+callers must not be compiled with fast-math. Factors must not overflow when they are split (|a| < 1e300).
 
 References
 ----------

@@ -1,7 +1,6 @@
-"""Eigenvalues of a small real matrix in given memory: Householder's Hessenberg form, then Francis' shifted QR steps.
+"""Eigenvalues of a small real matrix in given memory, by Hessenberg reduction and Francis' double-shift QR steps.
 
-LAPACK's routines, as numba offers them, allocate and raise. What flows in is a matrix, which is destroyed; out flow its
-eigenvalues and a status.
+The matrix is overwritten. LAPACK's routines are not used, because numba's interface to them allocates and raises.
 
 References
 ----------
@@ -23,12 +22,15 @@ from grazemap_core.tolerances import EPSILON
 OK = 0
 NOT_CONVERGED = 1
 
+EXCEPTIONAL_SHIFT = 10
+"""Every so many QR steps for one eigenvalue the shift is another one, as in LAPACK."""
+
 
 @kernel
 def _reflect(matrix: Floats, first: int, v0: float, v1: float, v2: float, size: int, last: int) -> None:
     """Apply the reflection along (v0, v1, v2) to rows and columns first .. first + size - 1 of a Hessenberg matrix.
 
-    `last` is the last row and column of the part that is worked on; only eigenvalues are wanted, so no other changes.
+    `last` is the last row and column of the active block; since only eigenvalues are computed, the rest is not updated.
     """
     square = v0 * v0 + v1 * v1 + v2 * v2
     if square == 0.0:
@@ -55,7 +57,7 @@ def _reflect(matrix: Floats, first: int, v0: float, v1: float, v2: float, size: 
 
 @kernel
 def _to_hessenberg(matrix: Floats, axis: Floats) -> None:
-    """Bring a matrix to upper Hessenberg form by reflections, in place; axis (n,) is scratch."""
+    """Reduce a matrix to upper Hessenberg form by reflections, in place; axis (n,) is scratch."""
     n = matrix.shape[0]
     for k in range(n - 2):
         scale = 0.0
@@ -90,6 +92,40 @@ def _to_hessenberg(matrix: Floats, axis: Floats) -> None:
 
 
 @kernel
+def _francis_step(matrix: Floats, low: int, last: int, exceptional: bool) -> None:
+    """Apply one double-shift QR step to rows and columns low .. last of a Hessenberg matrix, in place.
+
+    The shifts are the eigenvalues of the last two rows and columns; exceptional ones break a cycle.
+    """
+    trace = matrix[last - 1, last - 1] + matrix[last, last]
+    determinant = matrix[last - 1, last - 1] * matrix[last, last] - matrix[last - 1, last] * matrix[last, last - 1]
+    if exceptional:
+        other = abs(matrix[last, last - 1]) + abs(matrix[last - 1, last - 2])
+        trace, determinant = 1.5 * other, other * other
+    h00, h10 = matrix[low, low], matrix[low + 1, low]
+    x = h00 * h00 + matrix[low, low + 1] * h10 - trace * h00 + determinant
+    y = h10 * (h00 + matrix[low + 1, low + 1] - trace)
+    z = h10 * matrix[low + 2, low + 1]
+    for k in range(low, last):
+        size = 3 if k + 2 <= last else 2
+        if size == 2:
+            z = 0.0
+        scale = max(abs(x), max(abs(y), abs(z)))
+        if scale > 0.0:
+            x, y, z = x / scale, y / scale, z / scale
+            length = math.copysign(math.sqrt(x * x + y * y + z * z), x)
+            _reflect(matrix, k, x + length, y, z, size, last)
+        if k > low:
+            matrix[k + 1, k - 1] = 0.0
+            if size == 3:
+                matrix[k + 2, k - 1] = 0.0
+        if k + 1 <= last:
+            x = matrix[k + 1, k]
+            y = matrix[k + 2, k] if k + 2 <= last else 0.0
+            z = matrix[k + 3, k] if k + 3 <= last else 0.0
+
+
+@kernel
 def eigenvalues_of_two(a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
     """Return the eigenvalues of [[a, b], [c, d]] as (real, imaginary, real, imaginary)."""
     half = 0.5 * (a - d)
@@ -108,10 +144,10 @@ def eigenvalues_of_two(a: float, b: float, c: float, d: float) -> tuple[float, f
 
 @kernel
 def eigenvalues(matrix: Floats, real: Floats, imaginary: Floats) -> int:
-    """Write the eigenvalues of a matrix into real (n,) and imaginary (n,); matrix (n, n) is destroyed.
+    """Write the eigenvalues of a matrix into real (n,) and imaginary (n,); matrix (n, n) is overwritten.
 
-    Errors are a few EPSILON of the matrix's norm times the condition of the eigenvalue. Pairs stand together. Returns
-    OK or NOT_CONVERGED (a number that is not finite among them included).
+    The error is a few EPSILON of the norm of the matrix times the condition number of the eigenvalue. The two numbers
+    of a complex pair are adjacent. Returns OK or NOT_CONVERGED; the latter also if an entry is not finite.
     """
     n = matrix.shape[0]
     for i in range(n):
@@ -151,31 +187,5 @@ def eigenvalues(matrix: Floats, real: Floats, imaginary: Floats) -> int:
         if steps == QR_STEPS:
             return NOT_CONVERGED
         steps += 1
-        # both shifts at once: sum and product of the eigenvalues of the last two rows
-        trace = matrix[last - 1, last - 1] + matrix[last, last]
-        determinant = matrix[last - 1, last - 1] * matrix[last, last] - matrix[last - 1, last] * matrix[last, last - 1]
-        if steps % 10 == 0:  # a cycle: any other shift breaks it
-            other = abs(matrix[last, last - 1]) + abs(matrix[last - 1, last - 2])
-            trace, determinant = 1.5 * other, other * other
-        h00, h10 = matrix[low, low], matrix[low + 1, low]
-        x = h00 * h00 + matrix[low, low + 1] * h10 - trace * h00 + determinant
-        y = h10 * (h00 + matrix[low + 1, low + 1] - trace)
-        z = h10 * matrix[low + 2, low + 1]
-        for k in range(low, last):
-            size = 3 if k + 2 <= last else 2
-            if size == 2:
-                z = 0.0
-            scale = max(abs(x), max(abs(y), abs(z)))
-            if scale > 0.0:
-                x, y, z = x / scale, y / scale, z / scale
-                length = math.copysign(math.sqrt(x * x + y * y + z * z), x)
-                _reflect(matrix, k, x + length, y, z, size, last)
-            if k > low:
-                matrix[k + 1, k - 1] = 0.0
-                if size == 3:
-                    matrix[k + 2, k - 1] = 0.0
-            if k + 1 <= last:
-                x = matrix[k + 1, k]
-                y = matrix[k + 2, k] if k + 2 <= last else 0.0
-                z = matrix[k + 3, k] if k + 3 <= last else 0.0
+        _francis_step(matrix, low, last, steps % EXCEPTIONAL_SHIFT == 0)
     return OK

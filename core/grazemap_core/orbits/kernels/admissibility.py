@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, LEAST_CONTACT_CELL, MAX_CELLS
+from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
 from grazemap_core.numerics.jit.by_reference import reference
@@ -318,7 +318,7 @@ def _search_cell(
         if second_derivative > radius * third:
             continue  # convex: no maximum but at its ends, which belong to other cells too
         concave = upper < 0.0
-        if not (concave or right - left <= LEAST_CONTACT_CELL * interval.length):
+        if not (concave or right - left <= MIN_CONTACT_CELL * interval.length):
             halve = True
             continue
         cell = Cell(left, right, slope, second_derivative, noise)

@@ -24,14 +24,14 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import (
-    NAMED,
+    GRAZE_UNRESOLVED,
     NOT_DISTINCT,
     NOT_ISOLATED,
     NOT_SOLVED,
-    NOT_SOUGHT,
     NOT_STABLE,
+    NOT_VERIFIED,
+    RESOLVED,
     SEQUENCE_UNKNOWN,
-    TOUCHES_OR_NOT,
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
@@ -578,7 +578,7 @@ def verify(
         Expected distance of the orbit from the trajectory, in units of the clearance.
     """
     if not chain.verifiable:
-        return _not_verified(NOT_SOUGHT)
+        return _not_verified(NOT_VERIFIED)
     if count == 0:
         return _not_verified(SEQUENCE_UNKNOWN)
     _repeated_impulses(problem, chain, length, scratch)
@@ -595,7 +595,7 @@ def verify(
     if not kantorovich <= MAX_KANTOROVICH:
         return _not_verified(NOT_ISOLATED)
     if not _is_admissible(orbit, stops, clearance, phases, speeds, radius, scratch):
-        return _not_verified(TOUCHES_OR_NOT)
+        return _not_verified(GRAZE_UNRESOLVED)
     multiplier = _largest_multiplier(orbit, scratch)
     if not multiplier < MAX_STABLE_MODULUS:
         return _not_verified(NOT_STABLE)
@@ -610,7 +610,7 @@ def verify(
     x, v = _means(orbit, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
     unit = orbit.length
     return Verification(
-        NAMED,
+        RESOLVED,
         least_length,
         right,
         left,

@@ -1,16 +1,16 @@
-"""Where a trajectory that comes ever closer to a periodic orbit is going, from where it was at its last returns.
+"""Extrapolation of the fixed point of the return map from the last returns of a convergent trajectory.
 
-A ring of stroboscopic states flows in; out flows the state to which they converge, or that it cannot be told. Close to
-the orbit the return map is linear, and as many returns as it has eigenvalues that matter determine its fixed point
-(minimal polynomial extrapolation): with d_i the change at the return i returns ago, the least squares solution of
+Close to a periodic orbit the return map is linear, and as many returns as it has relevant eigenvalues determine its
+fixed point (minimal polynomial extrapolation): with d_i the change at the return i returns ago, the least-squares
+solution of
 
     d_0 = c_1 d_1 + ... + c_q d_q
 
 makes x = (z_0 - c_1 z_1 - ... - c_q z_q) / (1 - c_1 - ... - c_q) the fixed point, and the zeros of
-l^q - c_1 l^(q-1) - ... - c_q its multipliers; all of them must be inside the unit circle, for near an unstable orbit a
-trajectory may come closer to it for a long time. The smallest q is taken with which the changes fit.
+l^q - c_1 l^(q-1) - ... - c_q its multipliers; all of them must lie inside the unit circle, because a
+trajectory may approach an unstable orbit for a long time. The smallest q that fits the changes is taken.
 
-Nothing is named here: a trajectory that is put there has to close by itself.
+The result is not verified: a trajectory that is restarted there must close.
 
 References
 ----------
@@ -37,14 +37,14 @@ class Extrapolation(NamedTuple):
     Attributes
     ----------
     changes : (2 N + 1, 2 N)
-        The changes at the last returns, in the units of `CellProblem.closeness`, the last one first.
+        The changes at the last returns, in the units of `CellProblem.displacement_scale`, the last one first.
     basis : (2 N + 1, 2 N)
-        The same, each without its part along those before it.
+        The same, each minus its projection on the previous ones.
     shares : (2 N + 1, 2 N + 1)
-        How much of either is along those.
+        Coefficients of these projections.
     weights, coefficients : (2 N + 1,)
     limit : (2 N,)
-        Receives the state.
+        Receives the extrapolated state.
     """
 
     changes: Floats
@@ -69,10 +69,10 @@ def extrapolation(blocks: int) -> Extrapolation:
 
 
 @kernel
-def _fit(scratch: Extrapolation, most: int) -> int:
-    """Write weights c_1 .. c_q with which the last change is the sum of those before it; returns q, 0 if none fit.
+def _fit(scratch: Extrapolation, max_terms: int) -> int:
+    """Write weights c_1 .. c_q that express the last change by the previous ones, and return q; 0 if none fit.
 
-    By Gram and Schmidt's method, one change after the other.
+    The changes are orthogonalised one after the other (Gram-Schmidt).
     """
     changes, basis, shares, weights = scratch.changes, scratch.basis, scratch.shares, scratch.weights
     size = changes.shape[1]
@@ -80,7 +80,7 @@ def _fit(scratch: Extrapolation, most: int) -> int:
     for c in range(size):
         basis[0, c] = changes[0, c]
         whole += changes[0, c] * changes[0, c]
-    for q in range(1, most + 1):
+    for q in range(1, max_terms + 1):
         before = 0.0
         for c in range(size):
             basis[q, c] = changes[q, c]
@@ -116,7 +116,7 @@ def _fit(scratch: Extrapolation, most: int) -> int:
 
 @kernel
 def _is_stable(scratch: Extrapolation, count: int) -> bool:
-    """Say whether all multipliers of c_1 .. c_q are smaller than APPROACH_RATE, by Schur and Cohn's test."""
+    """Return whether all multipliers of c_1 .. c_q are smaller than APPROACH_RATE, by the Schur-Cohn test."""
     a = scratch.coefficients
     a[0] = 1.0
     scale = 1.0
@@ -139,29 +139,29 @@ def _is_stable(scratch: Extrapolation, count: int) -> bool:
 def extrapolate(
     problem: CellProblem, ring: StroboscopicHistory, scratch: Extrapolation, lane: int, k: int, m: int, known: int
 ) -> float:
-    """Write into room.limit the state that a lane converges to, in the frame of z.
+    """Write the limit of the stroboscopic states of a lane into scratch.limit, and return its distance.
 
     Parameters
     ----------
     m : int
-        Half periods after which it returns.
+        Half periods after which the orbit returns.
     known : int
-        Half periods of it that the ring holds.
+        Half periods of the lane that the ring contains.
 
     Returns
     -------
-    How far that is, as `closing` measures distances, in lengths; infinite where it cannot be told.
+    The distance of the limit from the last state, as a displacement; infinite if the limit is not determined.
     """
-    size, rows = scratch.changes.shape[1], ring.least.shape[0]
-    most = min(size, known // m - 1)
-    if most < 1:
+    size, rows = scratch.changes.shape[1], ring.min_speed.shape[0]
+    max_terms = min(size, known // m - 1)
+    if max_terms < 1:
         return np.inf
-    for i in range(most + 1):
+    for i in range(max_terms + 1):
         now, then = (k - i * m) % rows, (k - (i + 1) * m) % rows
         for c in range(size):
             change = ring.states[now, c, lane] - ring.states[then, c, lane]
-            scratch.changes[i, c] = change * problem.closeness[c // 2, c % 2]
-    count = _fit(scratch, most)
+            scratch.changes[i, c] = change * problem.displacement_scale[c // 2, c % 2]
+    count = _fit(scratch, max_terms)
     if count == 0 or not _is_stable(scratch, count):
         return np.inf
     whole = 1.0
@@ -175,5 +175,5 @@ def extrapolate(
             moved += scratch.weights[i] * back
         moved /= whole
         farthest = max(farthest, abs(moved))
-        scratch.limit[c] = ring.states[k % rows, c, lane] + moved / problem.closeness[c // 2, c % 2]
+        scratch.limit[c] = ring.states[k % rows, c, lane] + moved / problem.displacement_scale[c // 2, c % 2]
     return farthest

@@ -1,16 +1,16 @@
-"""How fast neighbours of a trajectory part: multipliers of a periodic motion, Lyapunov exponents of any other.
+"""The leading multiplier of a periodic motion, and the two largest Lyapunov exponents of any other motion.
 
-What flows in is a state that has settled, with the walk's regime, and how many half periods were run for it; out flow
-numbers and a status. Nothing here allocates, so that a map may do it for every point, all scratch being `Tangents`:
+The kernels do not allocate, so that a map can call them at every point; all scratch is in `Tangents`:
 
-    begin_matrix, run_columns over the period, leading_multiplier      of a motion that was named
-    begin_growth, run_columns kept apart, judge_growth                 of one that was not
+    begin_matrix, run_matrix over the period, leading_multiplier      for a periodic motion
+    begin_growth, run_growth, classify_growth                         for an unresolved motion
 
-Growth is measured in the energy norm of the blocks, sum w^2 u^2 + u'^2, half period by half period: QR keeps the
-columns apart (Benettin et al. 1980). The mean over n periods differs from the exponent by c/n from where the columns
-started, and by chance as far as the motion is chaotic. The latter is told by blocking (Flyvbjerg & Petersen 1989): the
-standard error of the mean of block means, for blocks of 1, 2, 4, ... periods, as long as 32 blocks are left. It rises
-with the length until the blocks are independent, and the largest is taken.
+The growth of two perturbations is measured over every half period in the energy norm of the blocks, the sum of
+w^2 u^2 + u'^2, and they are made orthonormal after it (Benettin et al. 1980). The mean over n periods differs from the
+exponent by c/n, which depends on the initial perturbations, and for a chaotic motion by a statistical error. The latter
+is estimated by blocking (Flyvbjerg & Petersen 1989): the standard error of the mean of block means, for blocks of 1, 2,
+4, ... periods, as long as there are 32 blocks. It increases with the length until the blocks are independent; the
+maximum is taken.
 
 References
 ----------
@@ -40,17 +40,35 @@ from grazemap_core.simulation.tolerances import (
     GROWTH_BOUND,
     GROWTH_DRIFT,
     GROWTH_SURE,
+    MIN_ORBIT_EXTENT,
     ORBIT_EXTENT,
-    ORBIT_LEAST_EXTENT,
     RANK_ROUNDING,
 )
 
-LEAST_SQUARE = 1e-280
-"""Of squares below it, and above one over it, the sum may have lost digits."""
+MIN_SAFE_SQUARE = 1e-280
+"""Sums of squares below this, or above its inverse, may have lost digits by underflow or overflow."""
+
+
+class HalfPeriods(NamedTuple):
+    """The half periods of a run.
+
+    Attributes
+    ----------
+    before : int
+        Half periods before the run; its parity says which half of the forcing period is next.
+    halves : int
+        Half periods of the run.
+    done : int
+        Half periods of the run already completed: 0, or the number returned with RECORD_FULL.
+    """
+
+    before: int
+    halves: int
+    done: int
 
 
 class Tangents(NamedTuple):
-    """Scratch for changes of a state.
+    """Scratch for perturbations of a state.
 
     Attributes
     ----------
@@ -59,10 +77,10 @@ class Tangents(NamedTuple):
     real, imaginary : (2 N,)
         Receive the multipliers.
     growth : (halves, 2)
-        Receives what the two columns grew by in every half period, in logarithms.
+        Receives the logarithms of the growth factors of the two columns over every half period.
     series : (halves,)
     moments : (2, 2 N, 2)
-        Of the stroboscopic orbit, in the first and in the second half of the run: sums and sums of squares.
+        Sums and sums of squares over the stroboscopic orbit, in the first and in the second half of the run.
     began : HalfPeriod
     """
 
@@ -78,7 +96,7 @@ class Tangents(NamedTuple):
 
 
 def tangents(blocks: int, periods: int = 0) -> Tangents:
-    """Return fresh scratch for an oscillator of `blocks` masses and exponents over so many forcing periods."""
+    """Return new scratch for an oscillator of `blocks` masses and a run over a number of forcing periods."""
     size = 2 * blocks
     return Tangents(
         full=np.zeros((size, size)),
@@ -95,7 +113,7 @@ def tangents(blocks: int, periods: int = 0) -> Tangents:
 
 @kernel
 def begin_matrix(scratch: Tangents) -> None:
-    """Set scratch.full to the unit matrix: every change of a state."""
+    """Set scratch.full to the identity, whose columns are the perturbations of every coordinate."""
     size = scratch.full.shape[0]
     for i in range(size):
         for j in range(size):
@@ -109,18 +127,18 @@ def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents)
     Parameters
     ----------
     symmetric : bool
-        Whether the motion is its own mirror image. Half of it then says everything: its multipliers are the squares of
-        those of the half followed by the mirror image.
+        Whether the motion is its own mirror image. Its multipliers are then the squares of those of half the motion
+        followed by the mirror image.
     scratch : Tangents
-        With the matrix that `begin_matrix` began and `run_columns` carried over n half periods of a symmetric motion,
-        over 2 n of any other.
+        Its matrix is that of `begin_matrix` after `run_matrix` over n half periods of a symmetric motion, or 2 n of any
+        other.
 
     Returns
     -------
     status : OK or NOT_CONVERGED.
     real, imaginary : float
-        The multiplier; of a complex pair the one with positive imaginary part. Both 0 when every change dies out within
-        the period (as those of a single mass do that rests on a stop), NaN unless OK.
+        The multiplier; of a complex pair the one with positive imaginary part. Both 0 if all perturbations vanish
+        within the period (as for a single mass that rests on a stop), NaN unless OK.
     """
     size = scratch.full.shape[0]
     # in the energy norm, in which its entries are of one kind
@@ -145,11 +163,11 @@ def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents)
 
 @kernel
 def _length(columns: Floats, c: int) -> float:
-    """Return Euclid's norm of a column; no square of a number overflows or is lost on the way."""
+    """Return the Euclidean norm of a column without overflow or underflow."""
     square = 0.0
     for i in range(columns.shape[0]):
         square += columns[i, c] * columns[i, c]
-    if LEAST_SQUARE < square < 1.0 / LEAST_SQUARE:
+    if MIN_SAFE_SQUARE < square < 1.0 / MIN_SAFE_SQUARE:
         return math.sqrt(square)
     length = 0.0
     for i in range(columns.shape[0]):
@@ -161,13 +179,13 @@ def _length(columns: Floats, c: int) -> float:
 def orthonormalise(frequency: Floats, columns: Floats, growth: Floats) -> None:
     """Make the columns (2 N, k) orthonormal in the energy norm, in place, and write the logarithms of R_jj to growth.
 
-    A column that is zero, or that the others span to round-off, becomes zero and stays so; its logarithm is minus
-    infinity.
+    A column that is zero, or in the span of the previous ones to round-off, becomes zero and remains so; its logarithm
+    is minus infinity.
     """
     size = columns.shape[0]
     for c in range(columns.shape[1]):
         for i in range(0, size, 2):
-            columns[i, c] *= frequency[i // 2]  # to coordinates in which the norm is Euclid's
+            columns[i, c] *= frequency[i // 2]  # to coordinates in which the norm is Euclidean
         before = _length(columns, c)
         for b in range(c):
             overlap = 0.0
@@ -187,7 +205,7 @@ def orthonormalise(frequency: Floats, columns: Floats, growth: Floats) -> None:
 
 @kernel
 def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
-    """Set the two columns to a start that no symmetry of the chain singles out, and forget the orbit seen."""
+    """Set the two columns to initial perturbations without the symmetries of the chain, and reset the moments."""
     size = scratch.pair.shape[0]
     for i in range(size):
         scratch.pair[i, 0] = 1.0 / (i + 1.0)
@@ -200,66 +218,78 @@ def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
 
 
 @kernel
-def run_columns(
+def run_matrix(
     problem: CellProblem,
     held: HeldProblem,
     u: Floats,
     clearance: float,
-    half: int,
-    halves: int,
-    columns: Floats,
-    apart: bool,
-    skipped: int,
-    done: int,
+    span: HalfPeriods,
     work: Workspace,
     scratch: Tangents,
 ) -> tuple[int, int]:
-    """Run on along a trajectory and carry columns along, as they are or kept apart.
+    """Advance a state and apply the linearised flow to scratch.full, both in place.
 
     Parameters
     ----------
     u : (N, 2)
-        State after `half + done` half periods; carried along in place.
-    half, halves : int
-        Half periods run before this run, and in it. The parity of `half` says which half of the forcing period is next.
-    columns : (2 N, k)
-        Changes of the state: scratch.full, or scratch.pair of `begin_growth`. Changed in place.
-    apart : bool
-        Whether to make them orthonormal after every half period and enter what they grew by into scratch.growth, which
-        has a row for each of the halves, and the orbit into scratch.moments.
-    skipped : int
-        Half periods at the beginning that have no part in the moments.
-    done : int
-        Half periods of this run already done: 0, or what it returned with RECORD_FULL.
+        State after `span.before + span.done` half periods.
+    span : HalfPeriods
     work : Workspace
-        With room for the events of half a period, in the regime in which the walk that led to u stands: the same one,
-        or cursor and near (and held.state and held.since, where mass 1 rests) of that one.
+        That of the trajectory that led to u, or its cursor and near (and held.state and held.since if mass 1 rests).
 
     Returns
     -------
-    status : OK, or as `run_half_linearised`: after RECORD_FULL the run may go on with a longer record.
+    status : OK, or as `run_half_linearised`; after RECORD_FULL the run may continue with a larger record.
     done : int
+        Half periods of the run that are completed.
     """
-    for k in range(done, halves):
-        status = run_half_linearised(problem, held, u, clearance, half + k, work, columns, scratch.began)
+    for k in range(span.done, span.halves):
+        status = run_half_linearised(problem, held, u, clearance, span.before + k, work, scratch.full, scratch.began)
         if status != OK:
             return status, k
-        if not apart:
-            continue
-        orthonormalise(problem.frequency, columns, scratch.growth[k])
+    return OK, span.halves
+
+
+@kernel
+def run_growth(
+    problem: CellProblem,
+    held: HeldProblem,
+    u: Floats,
+    clearance: float,
+    span: HalfPeriods,
+    skipped: int,
+    work: Workspace,
+    scratch: Tangents,
+) -> tuple[int, int]:
+    """Advance a state and the two perturbations scratch.pair in place, made orthonormal after every half period.
+
+    Growth factors go into scratch.growth, which has a row for each half period, and the orbit into scratch.moments.
+
+    Parameters
+    ----------
+    skipped : int
+        Half periods at the beginning that are not a part of the moments.
+
+    Other parameters and results as in `run_matrix`.
+    """
+    for k in range(span.done, span.halves):
+        status = run_half_linearised(problem, held, u, clearance, span.before + k, work, scratch.pair, scratch.began)
+        if status != OK:
+            return status, k
+        orthonormalise(problem.frequency, scratch.pair, scratch.growth[k])
         if k >= skipped:
-            part = 0 if 2 * (k - skipped) < halves - skipped else 1
-            sign = 1.0 if (half + k) % 2 == 0 else -1.0
+            part = 0 if 2 * (k - skipped) < span.halves - skipped else 1
+            sign = 1.0 if (span.before + k) % 2 == 0 else -1.0
             for i in range(2 * u.shape[0]):
                 z = sign * u[i // 2, i % 2]
                 scratch.moments[part, i, 0] += z
                 scratch.moments[part, i, 1] += z * z
-    return OK, halves
+    return OK, span.halves
 
 
 @kernel
 def standard_error(values: Floats, count: int) -> float:
-    """Return the standard error of the mean of the first `count` values, a series in time, by blocking; destroys them.
+    """Return the standard error of the mean of the first `count` values of a time series, by blocking; overwrites them.
 
     Infinite for fewer than EXPONENT_BLOCKS values.
     """
@@ -283,7 +313,7 @@ def standard_error(values: Floats, count: int) -> float:
 def exponent(scratch: Tangents, column: int, skipped: int, half_time: float) -> tuple[float, float]:
     """Return an exponent per unit of time and its standard error, from scratch.growth without its first rows.
 
-    Minus infinity, and 0, when the column died out.
+    Minus infinity and 0 if the column vanished.
     """
     halves = scratch.growth.shape[0]
     total = 0.0
@@ -300,10 +330,10 @@ def exponent(scratch: Tangents, column: int, skipped: int, half_time: float) -> 
 
 @kernel
 def weighted_exponent(scratch: Tangents, skipped: int, half_time: float) -> float:
-    """Return the first exponent as the weighted Birkhoff mean of the growth, the weights falling to 0 at both ends.
+    """Return the first exponent as a weighted Birkhoff mean of the growth; the weights decrease to 0 at both ends.
 
-    For a periodic or quasi-periodic motion it converges faster than any power of the time (Das et al. 2017), where the
-    plain mean converges as one over it; for a chaotic one it is no better.
+    For a periodic or quasi-periodic motion it converges faster than any power of the time (Das et al. 2017), whereas
+    the unweighted mean converges as its inverse; for a chaotic motion it is no better.
     """
     total, weights = 0.0, 0.0
     count = scratch.growth.shape[0] - skipped
@@ -317,43 +347,42 @@ def weighted_exponent(scratch: Tangents, skipped: int, half_time: float) -> floa
 
 @kernel
 def _range(scratch: Tangents, begin: int, end: int) -> float:
-    """Return by how much the sum of the first column's growth varies from half period `begin` to `end`."""
-    total, least, most = 0.0, 0.0, 0.0
+    """Return the range of the summed growth of the first column from half period `begin` to `end`."""
+    total, smallest, largest = 0.0, 0.0, 0.0
     for k in range(begin, end):
         total += scratch.growth[k, 0]
-        least, most = min(least, total), max(most, total)
-    return most - least
+        smallest, largest = min(smallest, total), max(largest, total)
+    return largest - smallest
 
 
 @kernel
 def _extent(problem: CellProblem, scratch: Tangents, part: int, count: int) -> float:
-    """Return the root mean square distance of the stroboscopic orbit from its middle, in one half of the run."""
+    """Return the root mean square distance of the stroboscopic orbit from its mean, in one half of the run."""
     square = 0.0
     for i in range(scratch.moments.shape[1]):
         mean = scratch.moments[part, i, 0] / count
         variance = scratch.moments[part, i, 1] / count - mean * mean
-        square += max(0.0, variance) * problem.closeness[i // 2, i % 2] ** 2
+        square += max(0.0, variance) * problem.displacement_scale[i // 2, i % 2] ** 2
     return math.sqrt(square)
 
 
 @kernel
-def judge_growth(
+def classify_growth(
     problem: CellProblem, clearance: float, skipped: int, scratch: Tangents
 ) -> tuple[int, float, float, float, float]:
-    """Say what the exponents of a trajectory that did not settle make of it.
+    """Return the kind of a motion that its exponents imply, and the exponents.
 
     Parameters
     ----------
     skipped : int
-        Even number of half periods at the beginning that do not count: in them the columns find their directions.
+        Even number of half periods at the beginning that do not count; in them the perturbations align.
     scratch : Tangents
-        As `run_columns` filled it, columns kept apart.
+        From `run_growth`.
 
     Returns
     -------
-    kind : CHAOTIC, QUASI_PERIODIC or GROWTH_UNDECIDED. Both names hold for the time that was looked at: it does not
-        separate a longer chaotic transient from chaos, nor a spiral that shrinks by less than ORBIT_EXTENT from a
-        torus.
+    kind : CHAOTIC, QUASI_PERIODIC or GROWTH_UNDECIDED. Both names hold for the time of the run: a longer chaotic
+        transient is not distinguished from chaos, nor a spiral that shrinks by less than ORBIT_EXTENT from a torus.
     first, first_error, second, second_error : float
         The two largest exponents per unit of time, with their standard errors.
     """
@@ -376,7 +405,7 @@ def judge_growth(
         return CHAOTIC, first, first_error, second, second_error
     if positive:
         return GROWTH_UNDECIDED, first, first_error, second, second_error
-    # a bounded sum varies as much in an eighth of the run as in all of it, a random walk by far less
+    # the range of a bounded sum over an eighth of the run is that of the whole run, that of a random walk far smaller
     counted = halves - skipped
     whole, least = _range(scratch, skipped, halves), np.inf
     for k in range(8):
@@ -385,8 +414,8 @@ def judge_growth(
     drifts = abs(weighted_exponent(scratch, skipped, half_time)) * counted * half_time > GROWTH_DRIFT
     early_extent = _extent(problem, scratch, 0, middle - skipped)
     late_extent = _extent(problem, scratch, 1, halves - middle)
-    lasts = abs(late_extent - early_extent) <= ORBIT_EXTENT * early_extent
-    apart = early_extent > ORBIT_LEAST_EXTENT * clearance
+    persists = abs(late_extent - early_extent) <= ORBIT_EXTENT * early_extent
+    wide = early_extent > MIN_ORBIT_EXTENT * clearance
     attracts = second < -EXPONENT_MARGIN * (first_error + second_error)
-    kind = QUASI_PERIODIC if bounded and not drifts and lasts and apart and attracts else GROWTH_UNDECIDED
+    kind = QUASI_PERIODIC if bounded and not drifts and persists and wide and attracts else GROWTH_UNDECIDED
     return kind, first, first_error, second, second_error

@@ -1,4 +1,4 @@
-"""A trajectory with a record of its impacts, half period after half period."""
+"""A trajectory with a record of its events, half period by half period."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, UNDECIDED, Workspace
-from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, enter
+from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -24,11 +24,15 @@ def run_recorded(
     ring: StroboscopicHistory,
     work: Workspace,
 ) -> tuple[int, int]:
-    """Run until `halves` half periods are done, entering every impact into work.events and every half into the ring.
+    """Advance a state to `halves` half periods, with events recorded in work.events and half periods in the ring.
 
-    The caller sets work.cursor and enters half period 0 before the first call. Returns (status, halves done): OK when
-    all are done; RECORD_FULL when the record must grow first, the state u being that after the halves done; otherwise
-    the status with which the trajectory ended, u being the state there.
+    The caller sets work.cursor and records half period 0 before the first call.
+
+    Returns
+    -------
+    status : OK, RECORD_FULL when the record must be enlarged, or the status with which the trajectory ended.
+    done : int
+        Half periods completed. With RECORD_FULL u is the state after these, otherwise that at the end.
     """
     start = np.empty_like(u)
     resting = np.empty_like(held.state)
@@ -52,5 +56,5 @@ def run_recorded(
             return RECORD_FULL, half
         if status != OK:
             return status, half
-        enter(ring, half + 1, u, work)
+        record_half_period(ring, half + 1, u, work)
     return OK, halves

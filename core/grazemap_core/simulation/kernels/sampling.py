@@ -1,28 +1,47 @@
-"""Samples of a trajectory in closed form, each from the last event before it: no sample inherits another's error."""
+"""Samples of a trajectory in closed form, each computed from the last event before it, so errors do not accumulate."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem, flow_state
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, flow_held, held_motion, turned
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem, flow_held, held_motion, rotated_entry
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 from grazemap_core.numerics.kernels.double_double import two_prod
 
 TURN_LOW = 2.4492935982947064e-16
-"""2 pi less its rounding to a double."""
+"""2 pi minus its rounding to a double."""
+
+
+class Moments(NamedTuple):
+    """Times at which a motion is sampled, each array of shape (n,).
+
+    Attributes
+    ----------
+    row : ndarray of int
+        The last event at or before each time.
+    half : ndarray of int
+        Even half periods.
+    within, angle : ndarray
+        Time since the start of these half periods, and the same as an angle of the forcing.
+    """
+
+    row: Integers
+    half: Integers
+    within: Floats
+    angle: Floats
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def split_times(times: Floats, omega: float) -> tuple[Integers, Floats]:
-    """Return how many forcing periods fit into each time (n,), and what is left of it, to a few of its own roundings.
+    """Return the whole forcing periods in each time (n,), and the remainders, to a few roundings of the times.
 
-    A time that is long against the period leaves a remainder with the digits that the time itself has: the period is
-    taken with more digits than a double.
+    The period is used with more digits than a double has, so that long times do not lose accuracy.
     """
     turn = 2.0 * math.pi
     period = turn / omega
@@ -39,15 +58,16 @@ def split_times(times: Floats, omega: float) -> tuple[Integers, Floats]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def events_before(rows: Floats, half: Integers, within: Floats, half_time: float) -> Integers:
-    """Return which event is the last at or before each of some increasing moments (n,).
+    """Return the index of the last event at or before each of a list of increasing times (n,).
 
     Parameters
     ----------
     rows : (events, EVENT_COLUMNS + 2 N)
         As `sample_motion` takes them.
     half, within : (n,)
-        The moments: half periods, and times since their starts.
+        Half periods, and times since their starts.
     half_time : float
+        Duration of a half period.
     """
     found = np.empty(half.shape[0], dtype=np.int64)
     row = 0
@@ -68,12 +88,9 @@ def sample_motion(
     steady: Complexes,
     rows: Floats,
     clearance: float,
-    row: Integers,
-    half: Integers,
-    within: Floats,
-    angle: Floats,
+    moments: Moments,
 ) -> tuple[Floats, Floats]:
-    """Return displacement and velocity of all masses, each (N, n), at given moments.
+    """Return displacement and velocity of all masses, each (N, n), at given times.
 
     Parameters
     ----------
@@ -82,14 +99,12 @@ def sample_motion(
     steady : complex (N,)
         Steady response of every mass, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)
-        Where the record begins, then every event, with the states behind them; increasing in time. Behind an event of
-        a kind other than IMPACT, GRAZE and RELEASE mass 1 is at rest, or on its last bounces, which count as rest.
+        The start of the record, then every event, with the states after them; increasing in time. After an event of a
+        kind other than IMPACT, GRAZE and RELEASE mass 1 is at rest; the summed impacts of a chatter count as rest.
     clearance : float
-    row : (n,)
-        The event before each moment.
-    half, within, angle : (n,)
-        The moments: even half periods, times since their starts, and these as angles of the forcing.
+    moments : Moments
     """
+    row, half, within, angle = moments
     count = shape.shape[0]
     half_time = math.pi / problem.omega
     x = np.empty((count, row.shape[0]))
@@ -106,7 +121,7 @@ def sample_motion(
                 held[j, 0] = event[EVENT_COLUMNS + 2 * j]
                 held[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
             flow_held(held_problem, held, passed)
-            cosine, sine = turned(held_problem.turn, 0, angle[n])
+            cosine, sine = rotated_entry(held_problem.phase_factors, 0, angle[n])
             held_motion(held_problem, held, event[STOP] * clearance, problem.omega, cosine, sine, physical)
             for i in range(count):
                 x[i, n] = physical[i]

@@ -1,16 +1,15 @@
-"""The linearised flow: how a small change of the state travels along a trajectory that was recorded.
+"""The linearised flow along a recorded trajectory.
 
-What flows in are the events of half a forcing period, as the walk left them, and the columns of a matrix: changes of
-the state at one moment, the forcing's phase being the same. Out flows the matrix at the end of it. Between the events
-blocks are carried in closed form; at an event a saltation matrix takes the change over, because the changed trajectory
-meets the stop earlier or later. With x1, v1 of a change u before an impact at velocity v and acceleration a, T the
-generator of the blocks and k what a unit velocity of mass 1 adds to them,
+The columns of a matrix are perturbations of the state at one time, with the phase of the forcing unchanged. Between the
+events of half a forcing period blocks are advanced in closed form; at an impact a saltation matrix is applied, because
+the perturbed trajectory meets the stop earlier or later. With x1, v1 of a perturbation u before an impact at velocity v
+and acceleration a, T the generator of the blocks and k the change of the blocks by a unit velocity of mass 1,
 
     u+ = u - (1 + R) (k (v1 - (a/v) x1) + T k x1)
 
-which has the determinant R^2. The last impact of a complete chatter, or one with R = 0 that mass 1 stays behind, leaves
-masses 2 .. N with what u - T k x1 says of them; mass 1 has no change any more. A release changes nothing, since mass 1
-starts without acceleration.
+which has the determinant R^2. At the last impact of a complete chatter, or at an impact with R = 0 after which mass 1
+rests, the perturbation of masses 2 .. N is that of u - T k x1, and that of mass 1 vanishes. A release changes nothing,
+since mass 1 starts without acceleration.
 
 References
 ----------
@@ -25,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, turned_gain
+from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import (
@@ -47,11 +46,11 @@ from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 
 GRAZED = 101
-"""An impact at zero velocity: there the flow has no derivative."""
+"""There is an impact at zero velocity, where the flow has no derivative."""
 
 
 class HalfPeriod(NamedTuple):
-    """Where a half period began, so that it can be run again: scratch of `run_half_linearised`.
+    """The state at the start of a half period, so that it can be repeated: scratch of `run_half_linearised`.
 
     Attributes
     ----------
@@ -68,7 +67,7 @@ class HalfPeriod(NamedTuple):
 
 
 def half_period(blocks: int) -> HalfPeriod:
-    """Return fresh scratch for an oscillator of `blocks` masses."""
+    """Return new scratch for an oscillator of `blocks` masses."""
     return HalfPeriod(
         state=np.zeros((blocks, 2)),
         resting=np.zeros((blocks - 1, 2)),
@@ -79,7 +78,7 @@ def half_period(blocks: int) -> HalfPeriod:
 
 @kernel
 def flow_tangent(decay: Floats, discriminant: Floats, frequency_squared: Floats, time: float, tangent: Floats) -> None:
-    """Carry changes of n blocks over a time, in the first 2 n rows of tangent, in place."""
+    """Apply the flow of n blocks to the first 2 n rows of tangent, in place."""
     for j in range(decay.shape[0]):
         e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time)
         for c in range(tangent.shape[1]):
@@ -89,7 +88,7 @@ def flow_tangent(decay: Floats, discriminant: Floats, frequency_squared: Floats,
 
 
 @kernel
-def _kick_tangent(problem: CellProblem, tangent: Floats, column: int, velocity: float, displacement: float) -> None:
+def _add_impulse(problem: CellProblem, tangent: Floats, column: int, velocity: float, displacement: float) -> None:
     """Add k times a velocity and T k times a displacement of mass 1 to one column, in place."""
     for j in range(problem.decay.shape[0]):
         k0, k1 = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
@@ -101,7 +100,7 @@ def _kick_tangent(problem: CellProblem, tangent: Floats, column: int, velocity: 
 
 @kernel
 def _of_first_mass(problem: CellProblem, tangent: Floats, column: int) -> tuple[float, float]:
-    """Return the change of x1 and v1 of one column."""
+    """Return x1 and v1 of one column."""
     x, v = 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         first, second = tangent[2 * j, column], tangent[2 * j + 1, column]
@@ -111,8 +110,8 @@ def _of_first_mass(problem: CellProblem, tangent: Floats, column: int) -> tuple[
 
 
 @kernel
-def strike_tangent(problem: CellProblem, velocity: float, acceleration: float, tangent: Floats) -> None:
-    """Carry changes through an impact, in place: the saltation matrix.
+def apply_saltation(problem: CellProblem, velocity: float, acceleration: float, tangent: Floats) -> None:
+    """Apply the saltation matrix of an impact to tangent, in place.
 
     Parameters
     ----------
@@ -124,21 +123,21 @@ def strike_tangent(problem: CellProblem, velocity: float, acceleration: float, t
     ratio = acceleration / velocity
     for c in range(tangent.shape[1]):
         x, v = _of_first_mass(problem, tangent, c)
-        _kick_tangent(problem, tangent, c, -factor * (v - ratio * x), -factor * x)
+        _add_impulse(problem, tangent, c, -factor * (v - ratio * x), -factor * x)
 
 
 @kernel
-def hold_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> None:
-    """Turn changes of the free state before mass 1 comes to rest into changes of the held one, in place.
+def stick_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> None:
+    """Convert perturbations of the free state before mass 1 comes to rest into those of the held state, in place.
 
-    These stand in the first 2 (N - 1) rows of tangent (2 N, k); the last two become zero.
+    The latter are the first 2 (N - 1) rows of tangent (2 N, k); the last two become zero.
     """
     count = problem.decay.shape[0]
     rest = count - 1
     physical = held.physical
     for c in range(tangent.shape[1]):
         x, _ = _of_first_mass(problem, tangent, c)
-        _kick_tangent(problem, tangent, c, 0.0, -x)
+        _add_impulse(problem, tangent, c, 0.0, -x)
         for i in range(rest):
             displacement, velocity = 0.0, 0.0
             for row in range(2 * count):
@@ -157,7 +156,7 @@ def hold_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> No
 
 @kernel
 def release_tangent(held: HeldProblem, tangent: Floats) -> None:
-    """Turn changes of the held state, as `hold_tangent` leaves them, into changes of the free one, in place."""
+    """Convert perturbations of the held state, as of `stick_tangent`, into those of the free state, in place."""
     rest = held.state.shape[0]
     count = rest + 1
     physical = held.physical
@@ -178,7 +177,7 @@ def release_tangent(held: HeldProblem, tangent: Floats) -> None:
 def carry_tangent(
     problem: CellProblem, held: HeldProblem, half: int, resting: bool, work: Workspace, tangent: Floats
 ) -> int:
-    """Carry changes of the state along the half period that work.events holds, from its first row on.
+    """Apply the linearised flow over the half period whose events are in work.events to tangent, in place.
 
     Parameters
     ----------
@@ -187,21 +186,21 @@ def carry_tangent(
     resting : bool
         Whether mass 1 rests on a stop at its start.
     work : Workspace
-        Read only.
+        Not changed.
     tangent : (2 N, k)
-        Changes of the free state in block coordinates, at the start and, on return, at the end of the half period;
-        while mass 1 rests, those that leave it there.
+        Perturbations of the free state in block coordinates, at the start and, on return, at the end of the half
+        period; while mass 1 rests, those that keep it at rest.
 
     Returns
     -------
-    status : OK, or GRAZED: tangent is then that before the graze.
+    status : OK, or GRAZED; tangent is then that before the graze.
     """
     first_cell = (half % 2) * (problem.cells // 2)
     blocks = problem.decay.shape[0]
     passed = 0.0
     if resting:
-        # mass 1 moved off the stop falls back at once; all that stays is what the link's damper gave to mass 2
-        hold_tangent(problem, held, tangent)
+        # a displaced mass 1 returns to the stop at once; only the effect of the first damper on mass 2 remains
+        stick_tangent(problem, held, tangent)
     for row in range(work.cursor[ROWS] + 1):
         last = row == work.cursor[ROWS]
         time = problem.step * (problem.cells // 2) if last else work.events[row, TIME]
@@ -221,15 +220,15 @@ def carry_tangent(
             velocity = work.events[row, VELOCITY]
             if velocity == 0.0:
                 return GRAZED
-            behind = work.events[row, EVENT_COLUMNS : EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
-            _, gain_imag = turned_gain(problem, first_cell, time)
-            acceleration = first_acceleration(problem, behind, gain_imag)
+            after = work.events[row, EVENT_COLUMNS : EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
+            _, steady_imag = steady_motion_at(problem, first_cell, time)
+            acceleration = first_acceleration(problem, after, steady_imag)
             acceleration -= (
                 held.viscous_term * (1.0 + problem.restitution) * velocity
-            )  # the drag turns with the velocity
-            strike_tangent(problem, velocity, acceleration, tangent)
+            )  # the viscous term before the impact
+            apply_saltation(problem, velocity, acceleration, tangent)
         else:
-            hold_tangent(problem, held, tangent)
+            stick_tangent(problem, held, tangent)
             resting = True
     if resting:
         release_tangent(held, tangent)
@@ -247,15 +246,15 @@ def run_half_linearised(
     tangent: Floats,
     began: HalfPeriod,
 ) -> int:
-    """Carry a state, and changes of it, over half a forcing period, both in place.
+    """Advance a state and the linearised flow along it over half a forcing period, both in place.
 
     Parameters
     ----------
     u : (N, 2)
     half : int
-        Index of the half period; a state that half periods were run for goes on with their number.
+        Index of the half period.
     work : Workspace
-        With room for the events of half a period; the regime in which the walk stands is taken from it and left in it.
+        With a record for the events of half a period; it holds the regime of the trajectory before and after.
     tangent : (2 N, k)
         As in `carry_tangent`.
     began : HalfPeriod
@@ -263,7 +262,7 @@ def run_half_linearised(
 
     Returns
     -------
-    status : OK; RECORD_FULL when work.events is too short, everything being as before the call; GRAZED; or the status
+    status : OK; RECORD_FULL if work.events is too short, everything being as before the call; GRAZED; or the status
         with which the trajectory ended.
     """
     copy_matrix(began.state, u)

@@ -1,0 +1,85 @@
+"""Where compiled kernels are kept: below a folder that carries the fingerprint of all sources of the core."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import grazemap_core
+from grazemap_core.kernel_folder import source_fingerprint
+
+CORE = Path(grazemap_core.__file__).parent
+COMPILES = re.compile(r"^@(njit|kernel|fused_kernel|inlined|fused_inlined)\b", re.MULTILINE)
+MODULES = sorted(
+    ".".join(path.relative_to(CORE.parent).with_suffix("").parts)
+    for path in CORE.rglob("*.py")
+    if COMPILES.search(path.read_text())
+)
+
+# Imports each module alone, in a process that has imported numba and nothing of the core, and prints cache folders.
+IMPORT_ALONE = """
+import importlib, json, os, sys
+import numba
+from numba.core.dispatcher import Dispatcher
+
+def folders(module):
+    found = {}
+    for name, value in vars(module).items():
+        whole = getattr(value, "whole", value)
+        if isinstance(whole, Dispatcher):
+            found[name] = whole._cache.cache_path
+    return found
+
+for name in sys.argv[2:]:
+    sys.stdout.flush()
+    child = os.fork()
+    if child == 0:
+        if sys.argv[1] == "late":  # the kernels are defined before the folder is chosen
+            module = sys.modules["grazemap_core"] = type(sys)("grazemap_core")
+            module.__path__ = [os.environ["CORE"]]
+        print(json.dumps({name: folders(importlib.import_module(name))}), flush=True)
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0, name
+"""
+
+
+def cache_folders(modules: list[str], tmp_path: Path, when: str = "") -> dict[str, dict[str, str]]:
+    """Return the cache folders of the compiled functions that each module has after it was imported alone."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "CORE": str(CORE)}
+    run = subprocess.run(
+        [sys.executable, "-c", IMPORT_ALONE, when, *modules],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found: dict[str, dict[str, str]] = {}
+    for line in run.stdout.splitlines():
+        found |= json.loads(line)
+    return found
+
+
+def outside(found: dict[str, dict[str, str]], tmp_path: Path) -> list[str]:
+    folder = tmp_path / f"kernels-{source_fingerprint()}"
+    return [
+        f"{module}.{name}"
+        for module, kernels in found.items()
+        for name, path in kernels.items()
+        if not Path(path).is_relative_to(folder)
+    ]
+
+
+def test_every_module_of_kernels_keeps_machine_code_in_the_folder_of_the_fingerprint(tmp_path: Path) -> None:
+    assert len(MODULES) > 35
+    found = cache_folders(MODULES, tmp_path)
+    assert sorted(found) == MODULES
+    assert all(found.values())
+    assert outside(found, tmp_path) == []
+
+
+def test_a_kernel_defined_before_the_folder_is_chosen_is_seen(tmp_path: Path) -> None:
+    module = "grazemap_core.numerics.kernels.dense"
+    late = cache_folders([module], tmp_path, "late")
+    assert outside(late, tmp_path) == [f"{module}.eliminate"]
