@@ -99,8 +99,8 @@ def map_with_exponents(oscillator: Oscillator, omegas: Floats, clearances: Float
 
 
 def map_as_served(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
-    """Compute a map as the service does: motions proven, with multipliers and Lyapunov exponents."""
-    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True, proven=True)
+    """Compute a map as the service does: motions verified, with multipliers and Lyapunov exponents."""
+    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True, verified=True)
 
 
 def _map(
@@ -110,12 +110,12 @@ def _map(
     periods: int,
     early: bool,
     linearised: bool = False,
-    proven: bool = False,
+    verified: bool = False,
 ) -> Classified:
-    task = Settling(periods, LONGEST_PERIOD, early, linearised, proven)
+    task = Settling(periods, LONGEST_PERIOD, early, linearised, verified)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
     codes = codes[..., 0]
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]
     number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))
     motion = np.where(codes[lane_state.REASON] == NAMED, number, UNNAMED)
-    return Classified(motion, codes[lane_state.RUN], codes[lane_state.STRUCK])
+    return Classified(motion, codes[lane_state.HALVES_RUN], codes[lane_state.IMPACTS])

@@ -120,7 +120,7 @@ def test_what_is_not_proven_says_why() -> None:
 
 def test_without_a_proof_nothing_is_certified() -> None:
     grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
-    codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, proven=False))
+    codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, verified=False))
     found = arrays_of(codes[..., 0], figures[..., 0])
     named = found["kind"] == PERIODIC
     assert named.any()

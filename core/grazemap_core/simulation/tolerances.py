@@ -32,12 +32,6 @@ SPEED_APART: Final = 4.0
 """A trajectory cannot be taken to an orbit whose slowest impact, its speed squared in units of omega * clearance, is at
 most this many times its distance: it might touch the stop there, or not."""
 
-CHANGES_FIT: Final = 1e-3
-"""Part of the last change at a return that those before it may leave unexplained for their limit to be trusted."""
-
-DEPENDENT: Final = 1e-12
-"""Share of a change at a return that the others do not explain below which it is round-off."""
-
 RANK_ROUNDING: Final = 64.0 * EPSILON
 """A column of changes is spanned by the others when what is left of it, relative to it, is at most this: round-off."""
 
