@@ -1,4 +1,4 @@
-"""Classification of the lanes of a column after every half period: is the motion of a lane known?
+"""Classification of the lanes of a column after every half period.
 
 A lane is in one of four states, and changes it as follows:
 
