@@ -23,6 +23,9 @@ from grazemap_core.model.kernels.block_flow import block_flow
 TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
 
+HERMITE_DIVISOR = 384.0
+"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |x1''''|."""
+
 # entries of `scalars`
 STEP, RESTITUTION, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
 """Length h of a cell; R; C_11/m_1; bound |G| of the steady motion; h^4/384 |G| omega^4; contributions of a unit of
@@ -98,7 +101,7 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     """Return the tables of an oscillator at one forcing frequency; `viscous_term` is C_11/m_1."""
     blocks = problem.decay.shape[0]
     half = 0.5 * problem.step
-    quartic = problem.step**4 / 384.0
+    quartic = problem.step**4 / HERMITE_DIVISOR
     series = np.empty((TERMS, 2 * blocks))
     unit_impulse = np.empty((2 * blocks, TERMS))
     response = np.zeros(TERMS)

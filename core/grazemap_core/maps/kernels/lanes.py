@@ -18,7 +18,7 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.tolerances import ANCHORED_GAP
 from grazemap_core.maps.kernels import lane_tables
-from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, TERMS, LaneTables
 from grazemap_core.maps.tolerances import (
     LANE_REST_SHARE,
     LANE_SURE,
@@ -54,9 +54,9 @@ UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
 """Outcomes. Nothing is certified; the impact is the first in the cell; it is the only one, and needs no second pass;
 there is no impact."""
 
-QUARTIC_TO_HERMITE = 384.0 / 144.0
+QUARTIC_TO_HERMITE = HERMITE_DIVISOR / 144.0
 """Factor from a bound of h^4/384 |x1''''|, as in the row FOURTH, to `quartic` of `lower_bound`, h^4/144 |x1''''|."""
-QUARTIC_TO_QUADRATIC = 384.0 / 162.0
+QUARTIC_TO_QUADRATIC = HERMITE_DIVISOR / 162.0
 """Factor from the same to the error of the quadratic of `_find_impact`, h^4/162 |x1''''|."""
 PARABOLA_DIVISOR = 1e-300
 """Lower bound of the denominator of a parabola's root: only a division by zero is avoided, and the root is limited to

@@ -54,7 +54,7 @@ from grazemap_core.contact.kernels.workspace import (
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
 from grazemap_core.maps.kernels import multi_impact_cell as second
-from grazemap_core.maps.kernels.lane_tables import LaneModel
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LaneModel
 from grazemap_core.maps.kernels.lanes import (
     LANES,
     VECTOR,
@@ -80,10 +80,6 @@ BECOMES_NEAR, BECOMES_FREE = 3, 4
 CONTACT_ACCELERATION = KIND + 1
 """Column of a lane's events after those of `workspace`: acceleration of mass 1 toward the stop after an impact."""
 LANE_EVENT_COLUMNS = KIND + 2
-
-
-BERNSTEIN_DIVISOR = 384.0
-"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |x1''''|."""
 
 
 class Lanes(NamedTuple):
@@ -209,7 +205,7 @@ def _limit(problem: CellProblem, u: Floats, clearance: float) -> float:
     """Return the limit of `lanes.advance`."""
     reach, fourth = bounds(problem, u)
     square = problem.step * problem.step
-    return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / BERNSTEIN_DIVISOR * fourth
+    return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / HERMITE_DIVISOR * fourth
 
 
 @kernel
