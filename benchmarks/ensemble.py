@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels.workspace import FOLLOWED, HALF, KIND, OK, ROWS, STOP, TIME, VELOCITY, workspace
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_tables import lane_tables
-from grazemap_core.maps.kernels.lanes import COLUMNS, LANES
-from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, begin, lanes, run_halves
+from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
+from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES
+from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, lanes, run_halves, start_lane
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 
@@ -92,7 +92,7 @@ def first_impacts(
     steady = forced_response(oscillator, np.array([omega]))[0]
     models = trajectory_models(oscillator)
     problem, held = cell_problem(models, steady, omega, phase)
-    tables = lane_tables(problem, held.viscous_term)
+    model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
     u = free_state(models.free, steady, omega, x, v, phase)
     masses = (0,) * size
     n = len(clearance)
@@ -104,9 +104,9 @@ def first_impacts(
         count = min(LANES, n - low)
         group = lanes(size, first)
         for lane in range(count):
-            begin(group, lane, problem, u, clearance[low + lane])
-        used = (count + COLUMNS - 1) // COLUMNS * COLUMNS
-        run_halves(masses, problem, held, tables, group, 2 * periods, used, scratch, work)
+            start_lane(group, lane, problem, u, clearance[low + lane])
+        used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
+        run_halves(masses, model, group, 2 * periods, used, scratch, work)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.cursor[:count, ROWS]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

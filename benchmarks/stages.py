@@ -19,16 +19,16 @@ from benchmarks.work import reference_work
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.maps.kernels.lane_tables import LaneTables, lane_tables
 from grazemap_core.maps.kernels.lanes import (
-    COLUMN_ROWS,
+    BATCH_ROWS,
     GAP,
     LANES,
     START_V,
     START_X,
     VECTOR,
-    Columns,
+    ImpactBatch,
     Masses,
     advance,
-    columns,
+    impact_batch,
     solve_impacts,
 )
 from grazemap_core.maps.kernels.lockstep import Lanes, lanes
@@ -47,10 +47,10 @@ def _advance_often(masses: Masses, tables: LaneTables, group: Lanes, times: int)
 
 
 @kernel
-def _solve_often(masses: Masses, tables: LaneTables, side_by_side: Columns, count: int, times: int) -> None:
+def _solve_often(masses: Masses, tables: LaneTables, batch: ImpactBatch, count: int, times: int) -> None:
     tables = reference(tables)
     for _ in range(times):
-        solve_impacts(masses, tables, 0, side_by_side, count)
+        solve_impacts(masses, tables, 0, batch, count)
 
 
 def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress: Callable[[str], None]) -> list[Stage]:
@@ -66,10 +66,10 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
     steady = forced_response(work.oscillator, np.array([work.omega]))[0]
     problem, held = cell_problem(trajectory_models(work.oscillator), steady, work.omega)
     tables = lane_tables(problem, held.viscous_term)
-    group, side_by_side = lanes(work.oscillator.size), columns(work.oscillator.size)
+    group, batch = lanes(work.oscillator.size), impact_batch(work.oscillator.size)
     rng = np.random.default_rng(0)
-    side_by_side.start[:] = 0.1 * rng.normal(size=side_by_side.start.shape)
-    rows = side_by_side.rows.reshape(COLUMN_ROWS, LANES)
+    batch.start[:] = 0.1 * rng.normal(size=batch.start.shape)
+    rows = batch.rows.reshape(BATCH_ROWS, LANES)
     rows[GAP], rows[START_X], rows[START_V] = 1.6, 1.4 + 0.1 * rng.random(LANES), 1.0 + rng.random(LANES)
     at_once = int(np.ceil(impacts * LANES / problem.cells / VECTOR)) * VECTOR
     cells = work.lane_periods * problem.cells // LANES
@@ -77,7 +77,7 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
         {
             _WHOLE: core.prepare(work),
             _CELLS: lambda: _advance_often(masses, tables, group, cells),
-            _IMPACTS: lambda: _solve_often(masses, tables, side_by_side, at_once, cells),
+            _IMPACTS: lambda: _solve_often(masses, tables, batch, at_once, cells),
         },
         rounds,
         progress,

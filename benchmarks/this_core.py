@@ -118,4 +118,4 @@ def _map(
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]
     number = np.ravel_multi_index(tuple(name + 2), (1 << 10, 1 << 20, 1 << 20, 4))
     motion = np.where(codes[lane_state.REASON] == RESOLVED, number, UNNAMED)
-    return Classified(motion, codes[lane_state.RUN], codes[lane_state.STRUCK])
+    return Classified(motion, codes[lane_state.HALVES_RUN], codes[lane_state.IMPACTS])

@@ -128,9 +128,9 @@ def test_a_lane_gets_the_same_bytes_whatever_runs_beside_it(omega: float) -> Non
 def test_a_map_counts_what_it_ran() -> None:
     clearances = np.linspace(1.3, 2.1, LANES + 5)
     codes, _ = settle_grid(default(), np.array([0.28]), clearances, Settling(30, 8, early=False, linearised=False))
-    assert (codes[lane_state.RUN] == 60).all()
+    assert (codes[lane_state.HALVES_RUN] == 60).all()
     ensemble = first_impacts(default(), 0.28, clearances, 30, 0)
-    np.testing.assert_array_equal(codes[lane_state.STRUCK, :, 0, 0], ensemble.impacts)
+    np.testing.assert_array_equal(codes[lane_state.IMPACTS, :, 0, 0], ensemble.impacts)
 
 
 def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_roundings_of_the_inputs() -> None:

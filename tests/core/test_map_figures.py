@@ -132,7 +132,7 @@ def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[t
     assert found["settled_after"][0, 0] == -1
 
 
-def test_a_proof_leads_where_waiting_does() -> None:
+def test_verified_motions_are_those_that_trajectories_settle_to() -> None:
     rng = np.random.default_rng(3)
     clearances = np.sort(rng.uniform(1.2, 2.1, 96))
     omegas = rng.uniform(0.26, 0.32, 5)
@@ -150,7 +150,7 @@ def test_a_proof_leads_where_waiting_does() -> None:
         same &= np.minimum(quick[one], quick[other]) == np.minimum(slow[one], slow[other])
         same &= np.maximum(quick[one], quick[other]) == np.maximum(slow[one], slow[other])
     assert same[named].all()
-    assert quick[lane_state.RUN].sum() < slow[lane_state.RUN].sum()
+    assert quick[lane_state.HALVES_RUN].sum() < slow[lane_state.HALVES_RUN].sum()
 
 
 def test_a_sweep_follows_its_motion() -> None:

@@ -24,9 +24,7 @@ def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # typ
         work.tally[:3] = impacts(k)
         work.tally[MIN_UNPRESSED_SPEED] = work.tally[2]
         period_detection.record_half_period(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
-        said = period_detection.detect_period(
-            problem, ring, 0, k, max_period, 1.6, period_detection.Approach(k, 1.6, 0.0)
-        )
+        said = period_detection.detect_period(problem, ring, 0, k, max_period, 1.6, k, 1.6)
         if said[0] == codes.RESOLVED:
             return said, k
     return said, None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from grazemap_core.arrays import Floats
-from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Labels, Places, Refinement
+from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.tolerances import SAME_APPROACH
 
 IRREGULAR, MOTION = 1, 2  # the labels from MOTION on are motions
@@ -24,7 +24,7 @@ class Picture:
         self.approach = np.zeros(truth.shape) if approach is None else approach
         self.asked = np.zeros(truth.shape, dtype=int)
 
-    def compute(self, rows: Places, columns: Places) -> tuple[Labels, Floats]:
+    def compute(self, rows: Indices, columns: Indices) -> tuple[Labels, Floats]:
         self.asked[rows, columns] += 1
         return self.truth[rows, columns], self.approach[rows, columns]
 

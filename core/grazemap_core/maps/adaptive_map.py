@@ -1,23 +1,21 @@
-"""Adaptive unfolding maps: computed where neighbours differ, inferred between those that agree.
+"""Adaptive unfolding maps: points are computed where neighbours differ, and inferred between neighbours that agree.
 
-An oscillator and a grid of (omega, clearance) flow in; out flow the arrays of an unfolding map, and one that says which
-points were computed. A computed point has the bytes that it has in the full map; an inferred one has the label of the
-points around it, no figures, and nothing that proves it (`refinement` says how points are chosen, and what can be said
-of inferred ones).
+A computed point has the same bytes as in the full map. An inferred point has the label of the points around it, but no
+figures, and it is not verified. `refinement` chooses the points and states what holds of the inferred ones.
 
-Columns of one omega run side by side, many clearances at once: tiles should be tall.
+The points of one omega are computed side by side, so tiles should be tall.
 """
 
 from __future__ import annotations
 
-from typing import Any, Final, TypedDict, Unpack
+from typing import Any, Final, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Labels, Places, Refinement
+from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import COARSEST_SPACING, MOST_CONTRACTION
 from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
@@ -29,7 +27,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class Settings(TypedDict, total=False):
-    """What `unfolding.unfolding_map_tile` takes beside an oscillator and a grid, with the same defaults."""
+    """Optional arguments of `adaptive_map_tile`: those of `unfolding.unfolding_map_tile`, with the same defaults."""
 
     max_periods: int
     max_period: int
@@ -39,8 +37,19 @@ class Settings(TypedDict, total=False):
     preview: bool
 
 
+class _Chosen(NamedTuple):
+    """Settings with their defaults."""
+
+    max_periods: int = 1000
+    max_period: int = 32
+    policy: str = "rest"
+    initial_conditions: int = 16
+    seed: int = 0
+    preview: bool = False
+
+
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
-"""Arrays that an inferred point has too; of all others it has none."""
+"""Arrays that are defined for inferred points too; all others are defined for computed points only."""
 
 NOT_COMPUTED: Final = 1 + max(REASONS)
 """Reason why an inferred point is unresolved, or not verified."""
@@ -56,17 +65,17 @@ def adaptive_map_tile(
     clearance: Floats,
     **settings: Unpack[Settings],
 ) -> Arrays:
-    """Find the motions of a grid as `unfolding.unfolding_map_tile` does, but compute points only where they differ.
+    """Find the motions of a grid as `unfolding.unfolding_map_tile`, but compute points only where motions differ.
 
-    A grid that is cut into tiles has their seams closed afterwards (`close_seams`).
+    If a grid is cut into tiles, `close_seams` corrects their borders afterwards.
 
     Parameters
     ----------
     oscillator, omega, clearance
-        As there.
+        As in `unfolding.unfolding_map_tile`.
     **settings
         As there: max_periods, max_period, policy, initial_conditions, seed, preview. The policy is "rest" or
-        "ensemble": a sweep follows its neighbours and has to compute them all.
+        "ensemble"; a sweep computes every point from its neighbour.
 
     Returns
     -------
@@ -78,10 +87,10 @@ def adaptive_map_tile(
     Raises
     ------
     ParameterError
-        As there, or the policy is a sweep.
+        As in `unfolding.unfolding_map_tile`, or the policy is a sweep.
     """
     shape = (len(clearance), len(omega))
-    points = _Points(oscillator, omega, clearance, **settings)
+    points = _Points(oscillator, omega, clearance, _Chosen(**settings))
     grid = Refinement(np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points)
     grid.refine(COARSEST_SPACING)
     arrays = points.inferred(grid.label) | {"computed": grid.computed}
@@ -97,15 +106,15 @@ def close_seams(
     row_seams: list[int],
     column_seams: list[int],
     **settings: Unpack[Settings],
-) -> tuple[Places, Places, Arrays]:
-    """Compute what claims another label than a neighbour beyond a seam between tiles, and whatever that casts doubt on.
+) -> tuple[Indices, Indices, Arrays]:
+    """Compute inferred points whose label differs from a neighbour's beyond a border between tiles, and so on there.
 
     Parameters
     ----------
     oscillator, omega, clearance, **settings
         As in `adaptive_map_tile`, of the whole grid.
     arrays : dict of arrays of shape (n, m)
-        Those of LABEL, and computed, put together from the tiles; changed in place.
+        The arrays of LABEL, and computed, assembled from the tiles; changed in place.
     row_seams, column_seams : list of int
         First row, and first column, of every tile but the first.
 
@@ -121,7 +130,7 @@ def close_seams(
     ParameterError
         As in `adaptive_map_tile`.
     """
-    points = _Points(oscillator, omega, clearance, **settings)
+    points = _Points(oscillator, omega, clearance, _Chosen(**settings))
     label = np.empty((len(clearance), len(omega)), dtype=np.int32)
     for column in range(len(omega)):
         label[:, column] = points.numbered({name: arrays[name][:, column] for name in LABEL})
@@ -137,20 +146,11 @@ def close_seams(
 
 
 class _Points:
-    """The points of a grid: computes them, keeps what came out, and numbers their labels."""
+    """Points of a grid: their computation, the results, and numbers for their labels."""
 
-    def __init__(
-        self,
-        oscillator: Oscillator,
-        omega: Floats,
-        clearance: Floats,
-        max_periods: int = 1000,
-        max_period: int = 32,
-        policy: str = "rest",
-        initial_conditions: int = 16,
-        seed: int = 0,
-        preview: bool = False,
-    ) -> None:
+    def __init__(self, oscillator: Oscillator, omega: Floats, clearance: Floats, settings: _Chosen) -> None:
+        """Check the arguments and allocate scratch; nothing is computed."""
+        max_periods, max_period, policy, initial_conditions, seed, preview = settings
         check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
         if policy.startswith("sweep"):
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
@@ -164,12 +164,12 @@ class _Points:
         self._steady = forced_response(oscillator, omega)
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
-        self._done: list[tuple[Places, Places, Arrays]] = []
+        self._done: list[tuple[Indices, Indices, Arrays]] = []
         # numbered first: UNRESOLVED
         self._number((KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0))
 
-    def __call__(self, rows: Places, columns: Places) -> tuple[Labels, Floats]:
-        """Return numbers of labels, and logarithms of contractions, of points (k,) given column by column or not."""
+    def __call__(self, rows: Indices, columns: Indices) -> tuple[Labels, Floats]:
+        """Compute points (k,). Return the numbers of their labels, and the logarithms of their contractions."""
         order = np.lexsort([rows, columns])
         rows, columns = rows[order], columns[order]
         starts, parts = np.flatnonzero(np.diff(columns, prepend=-1)), []
@@ -188,29 +188,29 @@ class _Points:
         return label, approach
 
     def irregular(self, label: Labels) -> Booleans:
-        """Say which numbers are of labels that are neither periodic nor unresolved."""
+        """Return which numbers are those of labels that are neither periodic nor unresolved."""
         kinds = np.array([kind for kind, *_ in self._labels])
         return np.asarray((label > UNRESOLVED) & (kinds[np.maximum(label, 0)] != _PERIODIC))
 
     def numbered(self, arrays: Arrays) -> Labels:
-        """Return numbers of the labels in arrays of shape (k,); mirror images of an ensemble have one."""
+        """Return numbers of the labels in arrays of shape (k,); mirror images in an ensemble have the same number."""
         table = np.stack([arrays[name] for name in LABEL], axis=1).astype(np.int64)
         fresh = np.flatnonzero(np.any(np.diff(table, axis=0, prepend=-9) != 0, axis=1))
         runs = np.array([self._number(tuple(label)) for label in table[fresh].tolist()], dtype=np.int32)
         return np.repeat(runs, np.diff(fresh, append=len(table)))
 
     def inferred(self, label: Labels) -> Arrays:
-        """Return the arrays of a map none of whose points has been computed."""
+        """Return the arrays of a map from labels, as if every point were inferred."""
         table = np.array(self._labels)[label]
         done = self._done[0][2]
         arrays: Arrays = {name: table[..., k].astype(done[name].dtype) for k, name in enumerate(LABEL)}
         arrays["reason"][:] = NOT_COMPUTED
         for name in done.keys() - set(LABEL):
-            arrays[name] = np.full(label.shape, _nothing(done[name].dtype), dtype=done[name].dtype)
+            arrays[name] = np.full(label.shape, _undefined(done[name].dtype), dtype=done[name].dtype)
         return arrays
 
-    def results(self) -> tuple[Places, Places, Arrays]:
-        """Return rows, columns and arrays (k,) of the points that were computed."""
+    def results(self) -> tuple[Indices, Indices, Arrays]:
+        """Return rows, columns and arrays (k,) of the computed points."""
         if not self._done:
             return np.empty(0, np.int64), np.empty(0, np.int64), {}
         rows, columns, arrays = zip(*self._done, strict=True)
@@ -231,9 +231,9 @@ class _Points:
         return self._numbers[key]
 
     def _approach(self, arrays: Arrays) -> Floats:
-        """Return the logarithms of contractions of ways to periodic motions.
+        """Return the logarithms of the contractions of the transients to periodic motions, NaN where they are unknown.
 
-        An ensemble's ways are many, and a preview knows no contractions.
+        They are unknown in an ensemble, which has many transients per point, and in a preview.
         """
         if self._ensemble or self._preview:
             return np.full(len(arrays["kind"]), np.nan)
@@ -242,12 +242,12 @@ class _Points:
 
 
 def _write(arrays: Arrays, points: _Points) -> None:
-    """Write what was computed into those arrays of a map that are there."""
+    """Write the computed points into the arrays of a map, as far as it has them."""
     rows, columns, computed = points.results()
     for name in computed.keys() & arrays.keys():
         arrays[name][rows, columns] = computed[name]
 
 
-def _nothing(dtype: np.dtype[Any]) -> Any:
-    """Return what stands for no figure: NaN, -1, or false."""
+def _undefined(dtype: np.dtype[Any]) -> Any:
+    """Return the value for an undefined number: NaN, -1 or false."""
     return {"f": np.nan, "i": -1, "b": False}[dtype.kind]

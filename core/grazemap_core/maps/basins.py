@@ -1,7 +1,7 @@
-"""Basins of attraction: the motion that every initial state of a rectangle leads to, at one point of the plane.
+"""Basins of attraction: the motion that every initial state of a rectangle leads to, at one omega and clearance.
 
-A rectangle of two initial coordinates flows in, tile by tile; out flow arrays of what each trajectory settled to, and
-from those of all tiles the attractors and which state leads to which.
+`basin_tile` finds the motions of a rectangle of two initial coordinates, tile by tile. `attractors` identifies the
+attractors from all tiles, and which state leads to which.
 """
 
 from __future__ import annotations
@@ -48,26 +48,26 @@ class Coordinate(NamedTuple):
 
 @dataclass(frozen=True)
 class Attractor:
-    """A motion that initial states of the rectangle lead to.
+    """A motion to which initial states of the rectangle lead.
 
     Attributes
     ----------
     kind : str
-        As `motion.KINDS`. Motions that are not periodic are not told apart further: one entry per kind.
+        As `motion.KINDS`. All motions of a kind that is not periodic are one entry.
     period, impacts_right, impacts_left, symmetric, sticking
         As in `unfolding.unfolding_map_tile`; None unless periodic.
     mean_position, mean_velocity : float or None
-        Of mass 1 where the forcing has its initial phase, less the steady motion, in units of the clearance and of
-        omega times it: these tell motions with the same name apart, such as mirror images.
+        Of mass 1 at the initial phase of the forcing, less the steady motion, in units of the clearance and of omega
+        times the clearance. They distinguish motions of the same name, such as mirror images.
     multiplier, lyapunov : float
-        Largest modulus over a period; per forcing period. Of motions that are not periodic: NaN, and the mean over the
-        states that lead there.
+        Largest modulus of the multipliers over a period; largest exponent per forcing period. Of motions that are not
+        periodic: NaN, and the mean over the states that lead there.
     verified : bool
         Whether a periodic motion is verified, from every state that leads there.
     states : int
-        How many states lead there.
+        Number of states that lead there.
     share : float
-        Of all states.
+        Fraction of all states.
     """
 
     kind: str
@@ -99,7 +99,7 @@ def basin_tile(
 ) -> dict[str, NDArray[Any]]:
     """Find the motion that trajectories settle to from every state of a rectangle.
 
-    Every state is followed on its own, so a rectangle cut into tiles gives the same bytes.
+    Every state is computed independently of the others, so a rectangle cut into tiles gives the same bytes.
 
     Parameters
     ----------
@@ -127,33 +127,16 @@ def basin_tile(
     forced_chain(oscillator, omega, clearance)  # checks the two numbers
     checked_order("max_periods", max_periods, 1)
     checked_order("max_period", max_period, 1)
-    size = oscillator.size
-    state = np.zeros((2, size))
-    for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
-        if values is not None:
-            given = np.asarray(values, dtype=np.float64)
-            if given.shape != (size,) or not np.all(np.isfinite(given)):
-                raise ParameterError(name, "must be one finite number per mass")
-            state[row] = given
     if not np.isfinite(phase):
         raise ParameterError("phase", "must be a finite number")
-    places = [_place(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
-    if places[0] == places[1]:
-        raise ParameterError("vertical", "must be another coordinate than the horizontal one")
-    for place in places:
-        state[place] = 0.0
-    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
-    scaled = np.zeros((len(up), len(across), 2, size))
-    scaled[:, :, *places[0]] = across / clearance
-    scaled[:, :, *places[1]] = up[:, None] / clearance
-    if not np.all(np.abs(state[0, 0] + clearance * scaled[..., 0, 0]) < clearance):
-        raise ParameterError("displacement", "of mass 1 must lie between the stops, and not on them")
+    state = _checked_state(oscillator.size, displacement, velocity)
+    scaled = _scaled_states(state, clearance, horizontal, vertical)
     settler = Settler(oscillator, Settling(max_periods, max_period))
     steady = forced_response(oscillator, np.array([omega]))[0]
     codes, figures = settler.run(
-        float(omega), steady, np.array([clearance]), state, scaled.reshape(-1, 2, size), float(phase)
+        float(omega), steady, np.array([clearance]), state, scaled.reshape(-1, 2, oscillator.size), float(phase)
     )
-    shape = (len(up), len(across))
+    shape = scaled.shape[:2]
     codes, figures = codes[0].T.reshape(-1, *shape), figures[0].T.reshape(-1, *shape)
     return arrays_of(codes, figures) | {
         "mean_position": figures[MEAN_POSITION].copy(),
@@ -162,7 +145,7 @@ def basin_tile(
 
 
 def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list[Attractor]]:
-    """Return which attractor each state leads to, and the attractors, the most frequent first.
+    """Return the attractor that each state leads to, and the attractors, the most frequent first.
 
     Parameters
     ----------
@@ -174,7 +157,7 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
     label : int16, of the shape of the arrays
         Position in the list; -1 for states whose motion is unresolved.
     attractors : list of Attractor
-        Motions with the same name are one where their means agree to `SEPARATION` times the accuracy of a motion.
+        Motions with the same name are one if their means agree to `SEPARATION` times the accuracy of a motion.
     """
     kind = arrays["kind"].ravel()
     keys = np.stack([arrays[name].ravel().astype(np.int64) for name in _OF_ATTRACTOR], axis=1)
@@ -191,7 +174,7 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
             group[members[cluster]] = count
             count += 1
     sizes = np.bincount(group[group >= 0], minlength=count)
-    # of equally frequent ones, that which is met first
+    # of equally frequent ones, the one found first
     first = np.array([np.argmax(group == g) for g in range(count)], dtype=np.int64)
     order = np.lexsort([first, -sizes])
     position = np.full(count + 1, -1, dtype=np.int16)
@@ -200,8 +183,40 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
     return label, [_attractor(arrays, np.flatnonzero(group == g), kind.size) for g in order]
 
 
-def _place(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
-    """Return row and column of a coordinate in a state (2, N)."""
+def _checked_state(size: int, displacement: ArrayLike | None, velocity: ArrayLike | None) -> Floats:
+    """Return displacements and velocities as a state (2, N). Raises ParameterError."""
+    state = np.zeros((2, size))
+    for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
+        if values is not None:
+            given = np.asarray(values, dtype=np.float64)
+            if given.shape != (size,) or not np.all(np.isfinite(given)):
+                raise ParameterError(name, "must be one finite number per mass")
+            state[row] = given
+    return state
+
+
+def _scaled_states(state: Floats, clearance: float, horizontal: Coordinate, vertical: Coordinate) -> Floats:
+    """Return the two coordinates of all states in clearances, (n, m, 2, N), and set them to 0 in `state`.
+
+    Raises ParameterError where they are the same, or where mass 1 is not between the stops.
+    """
+    size = state.shape[1]
+    indices = [_index(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
+    if indices[0] == indices[1]:
+        raise ParameterError("vertical", "must be another coordinate than the horizontal one")
+    for index in indices:
+        state[index] = 0.0
+    across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
+    scaled = np.zeros((len(up), len(across), 2, size))
+    scaled[:, :, *indices[0]] = across / clearance
+    scaled[:, :, *indices[1]] = up[:, None] / clearance
+    if not np.all(np.abs(state[0, 0] + clearance * scaled[..., 0, 0]) < clearance):
+        raise ParameterError("displacement", "of mass 1 must lie between the stops, and not on them")
+    return scaled
+
+
+def _index(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
+    """Return row and column of a coordinate in a state (2, N). Raises ParameterError."""
     if coordinate.name not in _NAMES:
         raise ParameterError(role, f"must be one of {', '.join(_NAMES)}")
     if not 1 <= coordinate.mass <= size:
@@ -212,20 +227,21 @@ def _place(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
 
 
 def _clusters(means: Floats) -> list[Integers]:
-    """Return the members of each cluster of points (n, 2): those within reach of one another, or of a chain of such."""
-    reach = SEPARATION * LIMIT_DISTANCE
+    """Return the members of each cluster of points (n, 2): points connected by distances up to the tolerance."""
+    tolerance = SEPARATION * LIMIT_DISTANCE
     clusters = [np.arange(len(means))]
     for axis in (0, 1, 0, 1):  # cut where a coordinate has a gap, as long as that cuts
         cut: list[Integers] = []
         for members in clusters:
             ordered = members[np.argsort(means[members, axis], kind="stable")]
-            gaps = np.flatnonzero(np.diff(means[ordered, axis]) > reach) + 1
+            gaps = np.flatnonzero(np.diff(means[ordered, axis]) > tolerance) + 1
             cut += np.split(ordered, gaps)
         clusters = cut
     return clusters
 
 
 def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -> Attractor:
+    """Return the attractor of the states `members`, out of `total` states."""
     one = {name: values.ravel()[members[0]].item() for name, values in arrays.items()}
     periodic = one["kind"] == KINDS.index("periodic")
     if not periodic:

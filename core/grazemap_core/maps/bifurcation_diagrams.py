@@ -1,7 +1,6 @@
-"""Bifurcation diagrams: what settled motions look like along one parameter, seen once a forcing period and at impacts.
+"""Bifurcation diagrams: stroboscopic sections and impacts of settled motions along one parameter.
 
-A parameter's values flow in; per value, the stroboscopic section of mass 1, its impacts and the name of the motion
-flow out. Every value has a trajectory of its own, from rest or from where that of its neighbour has ended.
+Every value of the parameter has a trajectory of its own, from rest or from the final state of its neighbour.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ Parameter = Literal["clearance", "omega"]
 PARAMETERS: Final = ("clearance", "omega")
 POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
-"""Forcing periods over which exponents are measured where a trajectory has not closed, and a tenth as many before."""
+"""Forcing periods over which exponents are measured if a trajectory has not closed, after a tenth as many."""
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """One value of the parameter.
+    """Section and impacts at one value of the parameter.
 
     Attributes
     ----------
@@ -41,8 +40,8 @@ class Section:
     impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
         Of every impact recorded, the signed velocity before it.
     motion : Motion
-        Where the trajectory has not closed, the growth of small changes over EXPONENT_PERIODS more tells whether it is
-        chaotic or quasi-periodic, or nothing: then it is unresolved, with the reason.
+        If the trajectory has not closed, it is chaotic, quasi-periodic or unresolved, as decided by the growth of small
+        changes over another EXPONENT_PERIODS.
     """
 
     displacement: Floats
@@ -62,7 +61,7 @@ def sections(
     transient_periods: int = 300,
     max_period: int = 32,
 ) -> Iterator[Section]:
-    """Follow a trajectory at every value of a parameter, each when it is asked for, in the order of the policy.
+    """Run a trajectory at every value of a parameter, in the order of the policy; a generator.
 
     Parameters
     ----------
@@ -73,23 +72,23 @@ def sections(
     fixed : float
         The other one of clearance and omega.
     policy : one of POLICIES
-        From rest at phase 0; or, from the first value up or from the last one down, from where the trajectory before
-        has ended. Where that is beyond a stop, mass 1 is put on it with its velocity, which is an impact if it moves
-        into it; behind a trajectory that ended early the next one begins from rest.
+        Initial states: at rest at phase 0; or the final state of the previous value, from the first value up or from
+        the last value down. If that is beyond a stop, mass 1 is put on the stop with its velocity, which is an impact
+        if it moves into the stop. After a trajectory that ended early the next one starts from rest.
     periods, transient_periods : int
-        Forcing periods recorded, after those that are not.
+        Forcing periods that are recorded, and forcing periods before them.
     max_period : int
-        Longest period n of a motion that is looked for.
+        Maximum period n of a motion, in forcing periods.
 
     Yields
     ------
     Section
-        Of the values in increasing order; falling for "sweep-down".
+        For the values in increasing order, for "sweep-down" in decreasing order.
 
     Raises
     ------
     ParameterError
-        A number is out of range, before anything is followed.
+        A number is out of range. Raised by the call, before the first trajectory.
     """
     if vary not in PARAMETERS:
         raise ParameterError("vary", f"must be one of {', '.join(PARAMETERS)}")
@@ -120,6 +119,7 @@ def _follow(
     transient_periods: int,
     max_period: int,
 ) -> Iterator[Section]:
+    """Yield the sections, each trajectory at the final state of the previous one if `follows`."""
     size = oscillator.size
     at_rest = State(np.zeros(size), np.zeros(size), 0.0)
     state = at_rest
@@ -150,7 +150,7 @@ def _follow(
 
 
 def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajectory) -> Motion:
-    """Return the motion of a trajectory; where it has not closed, as its exponents say."""
+    """Return the motion of a trajectory; if it has not closed, from its exponents."""
     motion, end = run.motion, run.final
     if end is None or motion.reason != REASONS[NOT_CLOSED]:
         return motion

@@ -1,12 +1,8 @@
-"""Running many trajectories until their motions can be named: what maps and basins have in common.
-
-An oscillator, forcing frequencies, clearances and initial states flow in; codes and figures of `kernels.lane_state`
-flow out, one column of either per trajectory.
-"""
+"""Runs of many trajectories until their motions can be named; common to maps, basins and borders."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,23 +10,34 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels.workspace import workspace
-from grazemap_core.maps.kernels.lane_scheduler import queue, settle_column
-from grazemap_core.maps.kernels.lane_state import CODES, DOUBT, FIGURES, REASON, RUN, SETTLED_AFTER, ColumnTask, Found
-from grazemap_core.maps.kernels.lane_tables import lane_tables
-from grazemap_core.maps.kernels.lane_tangents import RECORD, lane_tangents
+from grazemap_core.maps.kernels.column import Column, return_search
+from grazemap_core.maps.kernels.lane_scheduler import settle_column
+from grazemap_core.maps.kernels.lane_state import (
+    CODES,
+    FIGURES,
+    HALVES_RUN,
+    REASON,
+    SETTLED_AFTER,
+    UNVERIFIED,
+    ColumnTask,
+    TrajectoryResults,
+    lane_records,
+)
+from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
+from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import lanes
-from grazemap_core.maps.tolerances import MOST_GROWTH_PERIODS
+from grazemap_core.maps.tolerances import GROWTH_SKIPPED, MOST_GROWTH_PERIODS
 from grazemap_core.model.harmonic_response import forced_response, hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
-from grazemap_core.simulation.kernels import period_detection
+from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
 
 
 class Settling(NamedTuple):
-    """How trajectories are to be run.
+    """Settings of a run.
 
     Attributes
     ----------
@@ -39,11 +46,11 @@ class Settling(NamedTuple):
     early : bool
         Whether a trajectory stops once its motion can be named.
     linearised : bool
-        Whether exponents of motions that are not periodic are wanted, and multipliers of those that are not verified.
+        Whether exponents of motions that are not periodic are computed, and multipliers of those that are not verified.
     verified : bool
-        Whether motions are to be verified.
+        Whether periodic motions are to be verified.
     follow : bool
-        Whether a trajectory begins where that of the clearance before has ended.
+        Whether a trajectory starts at the final state of that of the previous clearance.
     starts : (s, 2, N) or None
         Initial displacements in clearances and velocities in clearances times omega; at rest when None.
     """
@@ -58,23 +65,29 @@ class Settling(NamedTuple):
 
 
 class Settler:
-    """The scratch of a settling, and the kernel that uses it, for one oscillator."""
+    """Settings and scratch for runs of one oscillator."""
 
     def __init__(self, oscillator: Oscillator, task: Settling) -> None:
-        """Make room for lanes, rings and tangents; nothing is run."""
+        """Allocate lanes, histories and tangents; nothing is run."""
         size = oscillator.size
         self._models = trajectory_models(oscillator)
-        self._chain = _chain(self._models.free, task.verified)
+        self._blocks = _impulse_blocks(self._models.free, task.verified)
         self._task = task
         self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
-        scratch = RECORD if task.linearised or self._chain.verifiable else 0
-        self._ring = period_detection.stroboscopic_history(size, task.max_period, LANES)
-        self._group = lanes(size, scratch)
+        events = RECORDED_IMPACTS if task.linearised or self._blocks.verifiable else 0
         free = self._models.free
-        self._changes = lane_tangents(free.decay, free.frequency_squared, self._growth_halves)
-        self._work, self._scratch = workspace(size, scratch), queue(size)
-        self._verification = verification_scratch(size)
         self._masses = (0,) * size
+        self._scratch: dict[str, Any] = {
+            "group": lanes(size, events),
+            "history": stroboscopic_history(size, task.max_period, LANES),
+            "tangents": lane_tangents(free.decay, free.frequency_squared, self._growth_halves),
+            "records": lane_records(),
+            "returns": return_search(),
+            "work": workspace(size, events),
+            "verification": verification_scratch(size),
+            "u": np.zeros((size, 2)),
+            "final_state": np.zeros((size, 2)),
+        }
 
     def run(
         self,
@@ -104,7 +117,7 @@ class Settler:
         free = self._models.free
         problem, held = cell_problem(self._models, steady, omega, phase)
         count = len(clearances) * len(scaled)
-        found = Found(codes=np.empty((count, CODES), dtype=np.int64), figures=np.empty((count, FIGURES)))
+        results = TrajectoryResults(codes=np.empty((count, CODES), dtype=np.int64), figures=np.empty((count, FIGURES)))
         task = ColumnTask(
             clearances=np.ascontiguousarray(clearances, dtype=np.float64),
             base=free_state(free, steady, omega, states[0], states[1], phase),
@@ -114,33 +127,21 @@ class Settler:
             early=self._task.early,
             follow=self._task.follow,
             growth_halves=self._growth_halves,
+            growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
         )
-        settle_column(
-            self._masses,
-            problem,
-            held,
-            lane_tables(problem, held.viscous_term),
-            self._chain,
-            task,
-            self._group,
-            self._ring,
-            self._changes,
-            self._work,
-            self._verification,
-            self._scratch,
-            found,
-        )
+        model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
+        settle_column(self._masses, Column(model, self._blocks, task, results, **self._scratch))
         shape = (len(clearances), len(scaled))
-        codes, figures = found.codes.reshape(*shape, CODES), found.figures.reshape(*shape, FIGURES)
+        codes, figures = results.codes.reshape(*shape, CODES), results.figures.reshape(*shape, FIGURES)
         hidden = hidden_by_rounding(steady[:1], np.asarray(clearances))[:, 0]
-        codes[hidden, :, :RUN], figures[hidden] = 0, np.nan
+        codes[hidden, :, :HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, REASON], codes[hidden, :, SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
-        codes[hidden, :, DOUBT] = RESOLVED
+        codes[hidden, :, UNVERIFIED] = RESOLVED
         return codes, figures
 
 
-def _chain(model: ModalModel, wanted: bool) -> ImpulseBlocks:
-    """Return the blocks as mass 1 feels them."""
+def _impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
+    """Return the oscillator's blocks, with the response of mass 1 to an impulse on it."""
     blocks = impulse_response(model)
     return ImpulseBlocks(
         decay=np.ascontiguousarray(blocks.decay),

@@ -4,61 +4,71 @@ from __future__ import annotations
 
 from typing import Final
 
+from grazemap_core.contact.tolerances import CHATTER_ACCURACY
 from grazemap_core.tolerances import EPSILON
 
 SETTLING_IMPACTS: Final = 5_000_000
-"""Impacts, beside those that complete chatter may take in every half period, after which a trajectory that has not
-settled is given up: several seconds. Thousands are the rule; between very close stops there is no limit to them."""
+"""Maximum number of impacts of a trajectory until it settles, not counting those that complete chatter may take in
+every half period: several seconds. Thousands are the rule; between very close stops there is no limit."""
 
 LANE_DEGREE: Final = 14
 """Degree of the polynomials over a cell in the lockstep kernel, about its middle (see CELL_REACH): the term left out is
 below (CELL_REACH / 2)^15 / 15! = 2e-17 of a mode's amplitude. The kernels are written out for this degree."""
 
 LANE_SURE: Final = 1e-7
-"""What the certificates of the lockstep kernel must hold by, relative to the terms of the gap. Above the square root of
-round-off: then a root that round-off moves is still the only one. Lanes below it are followed more carefully."""
+"""Margin of the certificates of the lockstep kernel, relative to the terms of the gap. It is above the square root of
+round-off, so that a root that round-off moves is still the only one. Other lanes go through a second pass, or on by
+themselves."""
+
+LANE_REST_SHARE: Final = 1e-4
+"""Share of a cell after which a rebound ends, were the contact acceleration constant, up to which a lane goes through a
+second pass, which decides whether mass 1 may come to rest. It has to exceed the cube root of CHATTER_ACCURACY, 2.2e-5,
+the share up to which it may (`event_loop.may_rest`); the factor of 4.6 covers the contact acceleration, which is known
+to about five digits there, and costs next to nothing."""
+assert LANE_REST_SHARE**3 > CHATTER_ACCURACY
+
+ROOT_CHANGE: Final = 1e-8
+"""Last change of a contact by Halley's method, in half cells, up to which it has converged."""
+
+ROOT_SLOPE_CHANGE: Final = 1e-6
+"""Relative change of the slope, from the second derivative, up to which it has too. Halley's method is of third order:
+the next change would be about the square of this, 1e-12, of the last one, in all 1e-20."""
+
+HALF_PERIOD_EVENTS: Final = 48
+"""Events of one half period that a lane can record. A lane with more is run again by itself, for verification and for
+the propagation of small changes. Motions have a few impacts in half a period as a rule."""
 
 MOST_FUSED_MASSES: Final = 5
 """Masses up to which the lockstep kernel advances all blocks in one loop; the compiler unrolls no more."""
 
 APPROACH: Final = 1e-4
-"""Return, in units of the clearance, from which on the periodic orbit that a trajectory comes ever closer to is solved
-for. What is found counts only where it is proven."""
+"""Distance of returns, in units of the clearance, up to which the periodic orbit that a trajectory approaches is solved
+for. It counts only if it is verified."""
 
 APPROACH_RETRY: Final = 1e-2
-"""What APPROACH is multiplied by where nothing was proven."""
-
-EXTRAPOLATED_FROM: Final = 1e-3
-"""Return, in units of the clearance, from which on the limit of a trajectory's returns is looked for where nothing can
-be proven: it has to close there by itself. From ten times as far it takes as long."""
-
-FARTHEST_LEAP: Final = 4.0
-"""Distance of that limit at most, in units of what the returns extrapolate to one by one."""
-
-STAYED: Final = 0.5
-"""Return after a leap at most, in units of the one before it: one that led to another motion does not stay so close."""
+"""Factor on APPROACH after an orbit was not verified."""
 
 COARSEST_SPACING: Final = 8
-"""Steps of the grid between neighbours of an adaptive map's first lattice, a power of 2: one point in 64 is computed
-everywhere. A region between two of its lines is found only by way of what is computed beside its neighbours."""
+"""Spacing of an adaptive map's first lattice, in steps of the grid, a power of 2: at least one point in 64 is computed.
+A region between two lines of the lattice is found only if points next to it are computed for another reason."""
 
 SAME_APPROACH: Final = 2.0
-"""Neighbours that settle to motions of one name count as alike as long as the contractions of their ways there, whose
-logarithms are the periods until settled times the largest exponent, differ by this at most: by a factor of 7. Over a
-cell in which trajectories go one way the periods hardly change; where they differ more, some went elsewhere first, and
-other motions are likely to be near. A larger number computes fewer points and overlooks more (docs/adaptive.md)."""
+"""Maximum difference, between neighbours that settle to motions of one name, of the logarithms of the contractions of
+their transients: periods until settled times the largest exponent. It is a factor of 7. Within a region of similar
+transients the periods hardly change; where they differ more, some trajectories approached another motion first, which
+is likely to be near. A larger number computes fewer points and overlooks more (docs/adaptive.md)."""
 
 MOST_CONTRACTION: Final = 36.0
-"""Logarithm of the contraction of a forcing period, at most: all digits of a binary64 number. Where mass 1 rests on a
-stop nothing may be left of a change."""
+"""Maximum logarithm of the contraction over a forcing period: all digits of a binary64 number. Where mass 1 rests on a
+stop a change of the state may vanish."""
 
 APPARENT: Final = 8.0
-"""Distance of impacts, in units of that of the orbit, up to which they count as the same ones a shorter time later: two
-states at that distance from an orbit are at most twice as far apart. Where they are not the same, time is lost only."""
+"""Distance of impacts, in units of that of the orbit, up to which they may repeat after a shorter time: two states at
+that distance from an orbit are at most twice as far apart. Where they do not repeat, only time is lost."""
 
 SAME_SPEED: Final = 1e-6
 """Difference of the slowest impacts of two orbits, in units of omega * clearance, up to which they are one. A motion
-that a map has proven is known to round-off; neighbouring families of one name are apart by far more, but for points
+that a map has verified is known to round-off; neighbouring families of one name are apart by far more, but for points
 that a fold or a birth is closer to than 1e-12 of the clearance."""
 
 BORDER_REACH: Final = 0.55
@@ -95,7 +105,7 @@ BORDER_SEARCH_PERIODS: Final = 20_000_000
 neither the trajectory from rest nor a neighbour leads to: a minute."""
 
 GROWTH_SKIPPED: Final = 20
-"""Growth counts from the tenth of the half periods on in which it is measured: an even number, twice one in so many."""
+"""Of the half periods in which growth is measured, twice the integer part of one in so many do not count: a tenth."""
 
 MOST_GROWTH_PERIODS: Final = 2000
-"""Forcing periods over which the growth of changes is measured, at most."""
+"""Maximum number of forcing periods over which the growth of changes is measured."""

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_state import DOUBT, LYAPUNOV_ERROR
+from grazemap_core.maps.kernels.lane_state import LYAPUNOV_ERROR, UNVERIFIED
 from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
-"""Where the trajectory of a point begins: at rest; where that of the clearance below, or above, has ended; or at
-several random states, of which the motion that most lead to counts."""
+"""Initial states of a point: at rest; the final state of the next lower, or higher, clearance; or several random
+states, of which the most frequent motion counts."""
 
 _OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
 
@@ -34,9 +34,10 @@ def unfolding_map_tile(
     seed: int = 0,
     preview: bool = False,
 ) -> dict[str, NDArray[Any]]:
-    """Find the motion that trajectories settle to at every point of a grid; the forcing's phase at their start is 0.
+    """Find the motion that trajectories settle to at every point of a grid.
 
-    Every point (of a sweep: every omega) is computed on its own, so a grid cut into tiles gives the same bytes.
+    The phase of the forcing is 0 at the start. Every point (of a sweep: every omega) is computed independently of the
+    others, so a grid cut into tiles gives the same bytes.
 
     Parameters
     ----------
@@ -44,37 +45,36 @@ def unfolding_map_tile(
     omega : (m,), clearance : (n,)
         The grid, in the oscillator's units; both > 0, clearance increasing.
     max_periods : int
-        Forcing periods after which a trajectory that has not settled is given up. In the second half of them (of
-        MOST_GROWTH_PERIODS at most) the growth of small changes is measured, from which chaotic and quasi-periodic
-        motions are told.
+        Maximum number of forcing periods of a trajectory. In the second half of them, or in the last
+        MOST_GROWTH_PERIODS if these are fewer, the growth of small changes is measured, which identifies chaotic and
+        quasi-periodic motions.
     max_period : int
-        Longest period n of a motion that is looked for.
+        Maximum period n of a motion, in forcing periods.
     policy : one of POLICIES
-        A sweep begins from rest at its first clearance, and behind a trajectory that ended early. Where the state that
-        it hands on is beyond a stop of the next point, mass 1 is put on that stop with its velocity, which is an impact
-        when it moves into it.
+        A sweep starts from rest at its first clearance, and after a trajectory that ended early. If the final state is
+        beyond a stop of the next point, mass 1 is put on that stop with its velocity, which is an impact if it moves
+        into the stop.
     initial_conditions, seed : int
-        Of an ensemble: initial states per point, and what they are drawn from; the same for every point but for scale,
-        displacements evenly from (-b, b), velocities from (-omega b, omega b).
+        Of an ensemble: number of initial states per point, and seed of the random numbers. The states are the same for
+        every point but for scale: displacements uniform in (-b, b), velocities in (-omega b, omega b).
     preview : bool
-        Whether motions are told by their returns alone, sooner: none with impacts is verified, and what has not settled
-        is unresolved, chaotic or not.
+        Whether motions are identified by their returns alone, which is faster: no motion with impacts is verified, and
+        a trajectory that has not settled is unresolved, chaotic or not.
 
     Returns
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
-        periodic and not verified), verified (bool: the periodic orbit is isolated, admissible and stable, with the
-        least period; see `orbits.kernels.verification`), period, impacts_right, impacts_left (int32; -1: not touched,
-        0: rested on without an impact, -2: infinitely many, in complete chatter; all 0 unless periodic), symmetric
-        (bool), sticking (bool: mass 1 rests on a stop some time in the period),
+        periodic and not certified), certified (bool: the orbit is verified, `verification`), period, impacts_right,
+        impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
+        all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
         multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
-        exponent per forcing period, its logarithm for a periodic motion; NaN where it was not computed), lyapunov_error
-        (float64: standard error of an exponent that was measured along the trajectory, NaN for others),
+        exponent per forcing period, for a periodic motion from its multiplier; NaN where it was not computed),
+        lyapunov_error (float64: standard error of an exponent that was measured along the trajectory, NaN for others),
         least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
-        settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: of the initial
-        states that lead to this motion, mirror images being one) and motions_found (int32: how many different ones were
-        found, those unresolved left out). A preview has no multiplier, lyapunov and lyapunov_error.
+        settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: fraction of the
+        initial states that lead to this motion or its mirror image) and motions_found (int32: number of different
+        motions that are not unresolved). A preview has no multiplier, lyapunov and lyapunov_error.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def unfolding_map_tile(
 def check_map(
     omega: Floats, clearance: Floats, max_periods: int, max_period: int, policy: str, initial_conditions: int
 ) -> None:
-    """Raise ParameterError where `unfolding_map_tile` refuses a grid, a limit or a policy."""
+    """Raise ParameterError for a grid, a limit or a policy that `unfolding_map_tile` does not accept."""
     for name, values in (("omega", omega), ("clearance", clearance)):
         if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
             raise ParameterError(name, f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
@@ -130,7 +130,7 @@ def named_arrays(codes: Integers, figures: Floats, ensemble: bool, preview: bool
 
 
 def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
-    """Return initial displacements and velocities for `Settling.starts`, evenly from (-1, 1), shape (count, 2, N)."""
+    """Return uniform random displacements and velocities in (-1, 1) for `Settling.starts`, shape (count, 2, N)."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
 
 
@@ -138,7 +138,7 @@ def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
     """Return the arrays of `unfolding_map_tile` from codes (CODES, ...) and figures (FIGURES, ...)."""
     reason, period, right, left, symmetric, after, sticking, growth = codes[:8]
     least_velocity, multiplier, lyapunov = figures[:3]
-    kind, reason = kinds_of(reason, growth, codes[DOUBT])
+    kind, reason = kinds_of(reason, growth, codes[UNVERIFIED])
     return {
         "kind": kind,
         "reason": reason,
@@ -157,7 +157,7 @@ def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
 
 
 def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]]:
-    """Choose the motion that most initial states lead to; of several equally frequent the one that was met first.
+    """Return the most frequent motion of every point; of equally frequent motions the first.
 
     Parameters
     ----------
@@ -166,14 +166,14 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     Returns
     -------
     chosen : (n, m)
-        The first initial state that leads to it.
+        Index of the first initial state that leads to it.
     share : (n, m)
-        Of the initial states that lead to it. Where none leads to a motion that is known: of those.
+        Fraction of the initial states that lead to it; of all unresolved ones, where no motion is known.
     motions : (n, m)
-        Different motions that are known.
+        Number of different motions that are known.
     """
     reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
-    kind, _ = kinds_of(reason, growth, codes[DOUBT])
+    kind, _ = kinds_of(reason, growth, codes[UNVERIFIED])
     few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
     keys = np.stack([kind, period, few, many, symmetric, sticking], axis=-1)
     chosen = np.zeros(kind.shape[:2], dtype=np.int64)
@@ -182,7 +182,7 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     for pixel in np.ndindex(chosen.shape):
         found, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
         known = found[:, 0] != 0
-        # the most frequent one that is known; of several the first
+        # a known motion before an unresolved one
         best = min(range(len(found)), key=lambda i: (not known[i], -counts[i], first[i]))
         chosen[pixel], share[pixel] = first[best], counts[best] / len(keys[pixel])
         motions[pixel] = np.count_nonzero(known)

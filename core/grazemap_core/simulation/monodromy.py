@@ -141,7 +141,7 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
         else:
             halves = run.halves
             reason, period, *_ = period_detection.detect_period(
-                problem, ring, 0, halves, max_period, run.clearance, period_detection.Approach(halves, reach, 0.0)
+                problem, ring, 0, halves, max_period, run.clearance, halves, reach
             )
         if reason == codes.RESOLVED and run.halves % 2 == 0:
             break

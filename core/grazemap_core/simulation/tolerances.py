@@ -33,13 +33,6 @@ GRAZE_SPEED_RATIO: Final = 4.0
 """Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which the
 trajectory may or may not touch the stop there, so that the orbit is not used."""
 
-CHANGES_FIT: Final = 1e-3
-"""Largest relative residual of a fit of the last change at a return by the previous ones, at which the limit is
-used."""
-
-DEPENDENT: Final = 1e-12
-"""Relative residual of a change at a return, after projection on the others, below which it is round-off."""
-
 RANK_ROUNDING: Final = 64.0 * EPSILON
 """Relative residual of a perturbation after projection on the others up to which it is in their span: round-off."""
 

@@ -279,6 +279,6 @@ def _motion(chain: ForcedChain, run: Start, ring: StroboscopicHistory, halves: i
     if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
         return motion_from_codes(codes.RESOLVED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
-        problem, ring, 0, halves, max_period, clearance, period_detection.Approach(halves, reach, 0.0)
+        problem, ring, 0, halves, max_period, clearance, halves, reach
     )
     return motion_from_codes(reason, period, right, left, symmetric, sticking)

@@ -1,11 +1,31 @@
-"""What becomes of a lane of a column at the end of a half period: whether its motion is known, and what is done next.
+"""Classification of the lanes of a column after every half period.
 
-A lane settles until its returns tell a periodic motion (`closing`). One that comes ever closer to an orbit need not be
-waited for: the orbit is solved for, and where it is proven (`proving`) its motion is known; else the lane goes on.
-Where nothing can be proven, or is wanted, the lane is put to where its returns lead (`leaping`). A
-motion that was named by its returns alone is run on for as long as it repeats, to give its multiplier. In the last of
-the half periods that a lane has, small changes are carried along, so that in the end their growth can tell what it is
-(`lyapunov`).
+A lane is in one of four states, and changes it as follows:
+
+    state               condition                                                       next
+    ------------------  --------------------------------------------------------------  ----------
+    SETTLING            only the half periods that the measurement of growth takes are  GROWING
+                        left
+    SETTLING, GROWING   the trajectory ended early, or no contact is possible any more  finished
+    SETTLING, GROWING   its orbit is verified                                           finished
+    SETTLING, GROWING   its motion is named by its returns, but not verified            REPEATING
+                          the same, and no multiplier is wanted                         finished
+    SETTLING, GROWING   it was the last half period                                     finished
+    REPEATING           one motion period has passed                                    finished
+    finished            in a sweep, in the middle of a forcing period                   ENDING
+    ENDING              the forcing period has passed                                   finished
+
+SETTLING
+    The lane runs until its returns identify a periodic motion (`period_detection`). When its returns approach an orbit,
+    the orbit is solved for (`verification`). If it is not verified, the lane runs on, and the next attempt is made
+    closer to the orbit.
+GROWING
+    As SETTLING, but two small changes of the state are propagated along the lane (`lane_tangents`). If the motion is
+    not named in the end, it is classified by their growth (`lyapunov`).
+REPEATING
+    The lane runs for one more motion period with a basis of all small changes, which gives the multiplier.
+ENDING
+    The lane runs to the end of the forcing period. The next trajectory of the sweep starts at its final state.
 """
 
 from __future__ import annotations
@@ -26,61 +46,50 @@ from grazemap_core.codes import (
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import ANCHOR, OK, ROWS
-from grazemap_core.maps.kernels.extrapolated_restart import has_just_landed, land, leap
+from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.lane_state import (
-    AT,
-    BEGAN,
-    COUNTED,
-    DOUBT,
-    DUE,
-    GOAL,
-    GROWS,
+    COUNTED_IMPACTS,
+    DEADLINE,
+    ENDING,
+    EVENTS_FROM,
+    GROWING,
     GROWTH,
     IMPACTS_LEFT,
     IMPACTS_RIGHT,
-    LEAPT,
     LEAST_VELOCITY,
-    LEAVES,
-    LOOK,
     LYAPUNOV,
     LYAPUNOV_ERROR,
     MEAN_POSITION,
     MEAN_VELOCITY,
     MULTIPLIER,
     PERIOD,
-    POINT,
     REASON,
-    RECORDED,
-    REPEATS,
+    REPEATING,
+    RETURN_GOAL,
     SETTLED_AFTER,
-    SETTLES,
-    SINCE,
+    SETTLING,
+    STARTED,
+    STATE,
     STICKING,
     SYMMETRIC,
-    ColumnTask,
-    Found,
-    LaneRecords,
+    TRAJECTORY,
+    UNVERIFIED,
 )
 from grazemap_core.maps.kernels.lane_tangents import (
     ALL,
     PAIR,
-    ROOM,
-    LaneTangents,
     begin_growth_of,
     begin_matrix_of,
-    judge_lane,
+    growth_of_lane,
     multiplier_of_lane,
 )
 from grazemap_core.maps.kernels.lanes import LANES
-from grazemap_core.maps.kernels.lockstep import RESTING, Lanes
-from grazemap_core.maps.tolerances import APPARENT, APPROACH_RETRY, SETTLING_IMPACTS
+from grazemap_core.maps.kernels.lockstep import RESTING
+from grazemap_core.maps.tolerances import APPARENT, APPROACH_RETRY, HALF_PERIOD_EVENTS, SETTLING_IMPACTS
 from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain
 from grazemap_core.orbits.kernels.verification import (
-    ImpulseBlocks,
     Verification,
-    VerificationScratch,
     apparent_length,
     guess_from_record,
     guess_from_replay,
@@ -88,58 +97,184 @@ from grazemap_core.orbits.kernels.verification import (
     verify,
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
-from grazemap_core.simulation.kernels.fixed_point_extrapolation import Extrapolation
-from grazemap_core.simulation.kernels.period_detection import (
-    Approach,
-    StroboscopicHistory,
-    detect_period,
-    mean_section,
-    orbit_nearby,
-)
-from grazemap_core.simulation.tolerances import APPROACH_RATE, CLOSING_GOAL, LIMIT_DISTANCE
+from grazemap_core.simulation.kernels.period_detection import detect_period, mean_section, orbit_nearby
+from grazemap_core.simulation.tolerances import CLOSING_GOAL, LIMIT_DISTANCE
+
+NamedMotion = tuple[int, int, int, int, bool, float, bool]
+"""Reason, period, impacts on both stops, symmetric, minimum speed, sticking: as `period_detection.detect_period`."""
 
 
 @kernel
-def make_room(group: Lanes, notes: LaneRecords, k: int, used: int) -> None:
-    """Let lanes whose events might not hold another half period begin with empty ones."""
-    counts, cursor = notes.counts, group.cursor
-    if group.events.shape[1] == 0:  # none are kept
+def empty_full_events(column: Column, k: int, used: int) -> None:
+    """Empty the events of the lanes whose remaining capacity may be less than another half period needs."""
+    counts, cursor, capacity = column.records.counts, column.group.cursor, column.group.events.shape[1]
+    if capacity == 0:  # none are kept
         return
-    most = group.events.shape[1] - ROOM
     for lane in range(used):
-        if cursor[lane, ROWS] > most:
+        if cursor[lane, ROWS] > capacity - HALF_PERIOD_EVENTS:
             cursor[lane, ROWS] = 0
-            counts[lane, RECORDED] = k
+            counts[lane, EVENTS_FROM] = k
 
 
 @kernel
-def begin_growths(
-    problem: CellProblem, changes: LaneTangents, notes: LaneRecords, k: int, task: ColumnTask, used: int
-) -> None:
-    """Let the lanes that have only the half periods left over which growth is measured begin with that."""
-    counts = notes.counts
+def start_growth(column: Column, k: int, used: int) -> None:
+    """Start the measurement of growth in the SETTLING lanes that have only the half periods left that it takes."""
+    counts, task = column.records.counts, column.task
     after = 2 * task.max_periods - task.growth_halves
     for lane in range(used):
-        if counts[lane, AT] == SETTLES and k - counts[lane, BEGAN] == after and counts[lane, POINT] >= 0:
-            counts[lane, AT] = GROWS
-            begin_growth_of(problem, changes, lane)
+        if counts[lane, STATE] == SETTLING and k - counts[lane, STARTED] == after and counts[lane, TRAJECTORY] >= 0:
+            counts[lane, STATE] = GROWING
+            begin_growth_of(column.model.problem, column.tangents, lane)
 
 
 @kernel
-def _enter_motion(
-    codes: Integers,
-    figures: Floats,
-    reason: int,
-    period: int,
-    right: int,
-    left: int,
-    symmetric: bool,
-    least: float,
-    sticking: bool,
-    after: int,
-    doubt: int,
-) -> None:
-    """Write what was found of a trajectory; multiplier and exponent are not known yet."""
+def classify_lane(column: Column, lane: int, k: int, returned: int, closed: bool) -> bool:
+    """Classify a lane after k half periods. Returns whether its trajectory is finished.
+
+    Parameters
+    ----------
+    returned : int
+        Minimum number of half periods after which the lane has returned to its RETURN_GOAL; 0 if it has not, or if
+        returns were not looked for.
+    closed : bool
+        Whether it has returned to CLOSING_GOAL.
+    """
+    group, counts = column.group, column.records.counts[lane]
+    state = counts[STATE]
+    finished = True
+    if state in (SETTLING, GROWING):
+        finished = _classify_settling(column, lane, k, returned, closed)
+    elif state == REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
+        results, trajectory = column.results, counts[TRAJECTORY]
+        multiplier = multiplier_of_lane(column.model.problem, column.tangents, lane)
+        _write_multiplier(results.codes[trajectory], results.figures[trajectory], multiplier)
+    if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != ENDING:
+        counts[STATE], counts[DEADLINE] = ENDING, k + 1
+        return False
+    return finished
+
+
+@kernel
+def _classify_settling(column: Column, lane: int, k: int, returned: int, closed: bool) -> bool:
+    """Classify a lane that is SETTLING or GROWING. Returns whether its trajectory is finished."""
+    task, group, counts = column.task, column.group, column.records.counts[lane]
+    trajectory = counts[TRAJECTORY]
+    codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
+    halves = k - counts[STARTED]
+    last = halves >= 2 * task.max_periods
+    problem, clearance, reach = column.model.problem, group.clearance[lane], group.reach[lane]
+    if group.status[lane] != OK or column.records.sizes[lane, COUNTED_IMPACTS] > SETTLING_IMPACTS:
+        reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
+        _write_motion(codes, figures, (reason, 0, 0, 0, False, np.inf, False), -1, RESOLVED)
+        return True
+    if is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearance):
+        _write_free_motion(problem, codes, figures, (halves + 1) // 2)
+        return True
+    motion = (NOT_CLOSED, 0, 0, 0, False, np.inf, False)
+    if closed or last:
+        motion = detect_period(problem, column.history, lane, k, task.max_period, clearance, halves, reach)
+    if motion[0] == RESOLVED:
+        return _classify_named(column, lane, k, motion)
+    if not last:
+        return _classify_approach(column, lane, k, returned)
+    _write_motion(codes, figures, motion, -1, RESOLVED)
+    if task.growth_halves > 0:
+        _write_growth(column, codes, figures, lane)
+    return True
+
+
+@kernel
+def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool:
+    """Verify the orbit that a lane approaches, if there is one. Returns whether it is verified."""
+    problem, group = column.model.problem, column.group
+    counts, sizes = column.records.counts[lane], column.records.sizes[lane]
+    sought = column.blocks.verifiable and sizes[RETURN_GOAL] > CLOSING_GOAL
+    if not (sought and returned > 0 and group.regime[lane] != RESTING):
+        return False
+    distance = orbit_nearby(problem, column.history, lane, k, returned, column.task.max_period, group.clearance[lane])
+    if not np.isfinite(distance):
+        return False
+    verified = _verify(column, lane, k, returned, max(distance, LIMIT_DISTANCE))
+    if verified.reason == RESOLVED:
+        trajectory = counts[TRAJECTORY]
+        codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
+        _write_verified(codes, figures, verified, (k - counts[STARTED] + 1) // 2)
+        return True
+    sizes[RETURN_GOAL] = max(APPROACH_RETRY * sizes[RETURN_GOAL], CLOSING_GOAL)
+    return False
+
+
+@kernel
+def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> bool:
+    """Write a motion that was named by its returns, verified where it can be; else its multiplier is sought next.
+
+    Returns whether the trajectory is finished.
+    """
+    _, period, right, left, symmetric, _, sticking = motion
+    counts = column.records.counts[lane]
+    codes, figures = column.results.codes[counts[TRAJECTORY]], column.results.figures[counts[TRAJECTORY]]
+    window = period if symmetric else 2 * period  # half periods after which z returns
+    after = max(0, (k - counts[STARTED] - 3 * window + 1) // 2)
+    if right == -1 and left == -1:
+        unverified = GRAZE_UNRESOLVED  # else the envelope would have fitted between the stops
+    elif sticking or right == INFINITE or left == INFINITE or column.group.regime[lane] == RESTING:
+        unverified = STICKS
+    else:
+        verified = _verify(column, lane, k, window, LIMIT_DISTANCE)
+        unverified = verified.reason
+        if unverified == RESOLVED:
+            _write_verified(codes, figures, verified, after)
+            return True
+    _write_motion(codes, figures, motion, after, unverified)
+    _write_mean(column, codes, figures, lane, k)
+    if column.task.growth_halves == 0:
+        return True
+    begin_matrix_of(column.tangents, lane)
+    counts[STATE] = REPEATING
+    counts[DEADLINE] = k + window
+    return False
+
+
+@kernel
+def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> Verification:
+    """Look for the motion near a lane and verify it, as `verification.verify`.
+
+    The shortest part of the motion in which the impacts repeat is tried first. That they repeat throughout is known
+    no better than to the distance itself, so the motion must be as near.
+    """
+    problem, blocks, scratch, group = column.model.problem, column.blocks, column.verification, column.group
+    clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
+    if not blocks.verifiable:
+        return verify(problem, blocks, scratch, clearance, plain(0), length, distance)
+    recorded = column.records.counts[lane, EVENTS_FROM] <= k - length and rows <= events.shape[0]
+    if recorded:
+        count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
+    else:
+        for j in range(scratch.start.shape[0]):
+            scratch.start[j, 0] = group.even[2 * j * LANES + lane]
+            scratch.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+        copy_vector(scratch.replay.cursor, group.cursor[lane])
+        copy_vector(scratch.replay.near[:3], group.near[lane])
+        count = guess_from_replay(problem, column.model.held, scratch, clearance, k, length)
+    part = apparent_length(scratch, count, length, APPARENT * distance * clearance / unit_of_speeds(problem, clearance))
+    if part < length:
+        few = (
+            guess_from_record(problem, scratch, clearance, k, part, events, rows)
+            if recorded
+            else count * part // length
+        )
+        verified = verify(problem, blocks, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
+        if verified.reason == RESOLVED:
+            return verified
+        if recorded:
+            count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
+    return verify(problem, blocks, scratch, clearance, count, length, distance)
+
+
+@kernel
+def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: int, unverified: int) -> None:
+    """Write the name of a motion, or why it has none; multiplier, exponent and means are not known yet."""
+    reason, period, right, left, symmetric, least, sticking = motion
     codes[REASON] = reason
     codes[PERIOD] = period
     codes[IMPACTS_RIGHT] = right
@@ -148,7 +283,7 @@ def _enter_motion(
     codes[SETTLED_AFTER] = after
     codes[STICKING] = 1 if sticking else 0
     codes[GROWTH] = GROWTH_UNDECIDED
-    codes[DOUBT] = doubt
+    codes[UNVERIFIED] = unverified
     figures[LEAST_VELOCITY] = least if np.isfinite(least) else np.nan
     figures[MULTIPLIER] = np.nan
     figures[LYAPUNOV] = np.nan
@@ -158,19 +293,12 @@ def _enter_motion(
 
 
 @kernel
-def _enter_place(
-    problem: CellProblem,
-    ring: StroboscopicHistory,
-    codes: Integers,
-    figures: Floats,
-    lane: int,
-    k: int,
-    clearance: float,
-) -> None:
-    """Write where the motion that was named is in the mean."""
-    x, v = mean_section(problem, ring, lane, k, codes[PERIOD])
-    figures[MEAN_POSITION] = x / clearance
-    figures[MEAN_VELOCITY] = v / (problem.omega * clearance)
+def _write_free_motion(problem: CellProblem, codes: Integers, figures: Floats, after: int) -> None:
+    """Write the steady motion without contacts, which attracts all others once no contact is possible any more."""
+    _write_motion(codes, figures, (RESOLVED, 1, -1, -1, True, np.inf, False), after, RESOLVED)
+    figures[MEAN_POSITION], figures[MEAN_VELOCITY] = 0.0, 0.0
+    figures[LYAPUNOV] = _free_exponent(problem)
+    figures[MULTIPLIER] = math.exp(figures[LYAPUNOV])
 
 
 @kernel
@@ -186,163 +314,32 @@ def _free_exponent(problem: CellProblem) -> float:
 
 
 @kernel
-def _prove(
-    problem: CellProblem,
-    held: HeldProblem,
-    chain: ImpulseBlocks,
-    scratch: VerificationScratch,
-    group: Lanes,
-    lane: int,
-    k: int,
-    recorded: int,
-    length: int,
-    distance: float,
-) -> Verification:
-    """Look for the motion near a lane, as `proving.verify`; its events are complete from half period `recorded` on.
-
-    The shortest part of it in which the impacts repeat is tried first. That these do so all along is known no better
-    than to the distance itself, so the motion must be as near.
-    """
-    clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
-    if not chain.verifiable:
-        return verify(problem, chain, scratch, clearance, plain(0), length, distance)
-    known = recorded <= k - length and rows <= events.shape[0]
-    if known:
-        count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
-    else:
-        for j in range(scratch.start.shape[0]):
-            scratch.start[j, 0] = group.even[2 * j * LANES + lane]
-            scratch.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-        copy_vector(scratch.replay.cursor, group.cursor[lane])
-        copy_vector(scratch.replay.near[:3], group.near[lane])
-        count = guess_from_replay(problem, held, scratch, clearance, k, length)
-    part = apparent_length(scratch, count, length, APPARENT * distance * clearance / unit_of_speeds(problem, clearance))
-    if part < length:
-        few = guess_from_record(problem, scratch, clearance, k, part, events, rows) if known else count * part // length
-        proof = verify(problem, chain, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
-        if proof.reason == RESOLVED:
-            return proof
-        if known:
-            count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
-    return verify(problem, chain, scratch, clearance, count, length, distance)
-
-
-@kernel
-def _enter_proof(codes: Integers, figures: Floats, proof: Verification, after: int) -> None:
-    """Write a motion that is proven."""
-    symmetric = proof.length % 2 == 1
-    period = proof.length if symmetric else proof.length // 2
-    right, left = proof.right, proof.left
+def _write_verified(codes: Integers, figures: Floats, verified: Verification, after: int) -> None:
+    """Write a motion that is verified."""
+    symmetric = verified.length % 2 == 1
+    period = verified.length if symmetric else verified.length // 2
+    right, left = verified.right, verified.left
     if symmetric:  # the other half of the motion is the mirror image of this one
         right = left = right + left
     right, left = right if right > 0 else -1, left if left > 0 else -1
-    speed = proof.min_impact_speed
-    _enter_motion(codes, figures, RESOLVED, period, right, left, symmetric, speed, False, after, RESOLVED)
-        codes, figures, RESOLVED, period, right, left, symmetric, proof.min_impact_speed, False, after, RESOLVED
+    _write_motion(
+        codes, figures, (RESOLVED, period, right, left, symmetric, verified.min_impact_speed, False), after, RESOLVED
     )
-    _enter_multiplier(codes, figures, proof.multiplier)
-    figures[MEAN_POSITION], figures[MEAN_VELOCITY] = proof.mean_position, proof.mean_velocity
+    _write_multiplier(codes, figures, verified.multiplier)
+    figures[MEAN_POSITION], figures[MEAN_VELOCITY] = verified.mean_position, verified.mean_velocity
 
 
 @kernel
-def _judge_settling(
-    problem: CellProblem,
-    held: HeldProblem,
-    chain: ImpulseBlocks,
-    scratch: VerificationScratch,
-    ahead: Extrapolation,
-    task: ColumnTask,
-    group: Lanes,
-    ring: StroboscopicHistory,
-    changes: LaneTangents,
-    notes: LaneRecords,
-    lane: int,
-    k: int,
-    returned: int,
-    closed: bool,
-    skipped: int,
-    found: Found,
-) -> bool:
-    """Judge a lane that SETTLES or GROWS. Returns whether all that there is to know is known."""
-    counts, sizes = notes.counts[lane], notes.sizes[lane]
-    codes, figures = found.codes[counts[POINT]], found.figures[counts[POINT]]
-    clearance, reach = group.clearance[lane], group.reach[lane]
-    entered = k - counts[BEGAN]
-    last = entered >= 2 * task.max_periods
-    if group.status[lane] != OK or sizes[COUNTED] > SETTLING_IMPACTS:
-        reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
-        _enter_motion(codes, figures, reason, 0, 0, 0, False, np.inf, False, -1, RESOLVED)
-        return True
-    if is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearance):
-        # the steady motion is the only one that is left, and all others come to it
-        _enter_motion(codes, figures, RESOLVED, 1, -1, -1, True, np.inf, False, (entered + 1) // 2, RESOLVED)
-        figures[MEAN_POSITION], figures[MEAN_VELOCITY] = 0.0, 0.0
-        figures[LYAPUNOV] = _free_exponent(problem)
-        figures[MULTIPLIER] = math.exp(figures[LYAPUNOV])
-        return True
-    reason, period, right, left, symmetric, least, sticking = NOT_CLOSED, 0, 0, 0, False, np.inf, False
-    if closed or last:
-        # what it returned to by leaps attracts as strongly as they asked for
-        known_rate = APPROACH_RATE if has_just_landed(notes, lane, k) else 0.0
-        reason, period, right, left, symmetric, least, sticking = detect_period(
-            problem,
-            ring,
-            lane,
-            k,
-            task.max_period,
-            clearance,
-            Approach(k - counts[SINCE], reach, known_rate),
-        )
-    if reason != RESOLVED and not last:
-        wanted = chain.verifiable or counts[AT] == SETTLES
-        if wanted and sizes[GOAL] > CLOSING_GOAL and returned > 0 and group.regime[lane] != RESTING:
-            distance = orbit_nearby(problem, ring, lane, k, returned, task.max_period, clearance)
-            if not chain.verifiable:
-                counts[LOOK] = k + 2 * returned
-                if np.isfinite(distance):
-                    leap(problem, scratch, ahead, task, group, ring, notes, lane, k, returned, distance)
-            elif np.isfinite(distance):
-                distance = max(distance, LIMIT_DISTANCE)
-                proof = _prove(problem, held, chain, scratch, group, lane, k, counts[RECORDED], returned, distance)
-                if proof.reason == RESOLVED:
-                    _enter_proof(codes, figures, proof, (entered + 1) // 2)
-                    return True
-                sizes[GOAL] = max(APPROACH_RETRY * sizes[GOAL], CLOSING_GOAL)
-        return False
-    after, doubt = -1, RESOLVED
-    if reason == RESOLVED:
-        window = period if symmetric else 2 * period  # half periods after which z returns
-        after = max(0, (entered - 3 * window + 1) // 2)
-        if right == -1 and left == -1:
-            doubt = GRAZE_UNRESOLVED  # else the envelope would have fitted between the stops
-        elif sticking or right == INFINITE or left == INFINITE or group.regime[lane] == RESTING:
-            doubt = STICKS
-        else:
-            proof = _prove(problem, held, chain, scratch, group, lane, k, counts[RECORDED], window, LIMIT_DISTANCE)
-            doubt = proof.reason
-            if doubt == RESOLVED:
-                _enter_proof(codes, figures, proof, after)
-                return True
-    _enter_motion(codes, figures, reason, period, right, left, symmetric, least, sticking, after, doubt)
-    if reason == RESOLVED:
-        _enter_place(problem, ring, codes, figures, lane, k, clearance)
-    if task.growth_halves == 0:
-        return True
-    if reason == RESOLVED:
-        begin_matrix_of(changes, lane)
-        counts[AT] = REPEATS
-        counts[DUE] = k + (period if symmetric else 2 * period)
-        return False
-    if changes.carried[lane] == PAIR and changes.grown[lane] == task.growth_halves:
-        growth, exponent, error = judge_lane(problem, clearance, skipped, changes, lane)
-        codes[GROWTH] = growth
-        figures[LYAPUNOV] = exponent * problem.step * problem.cells
-        figures[LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan
-    return True
+def _write_mean(column: Column, codes: Integers, figures: Floats, lane: int, k: int) -> None:
+    """Write the mean position and velocity of the motion that was named."""
+    problem, clearance = column.model.problem, column.group.clearance[lane]
+    x, v = mean_section(problem, column.history, lane, k, codes[PERIOD])
+    figures[MEAN_POSITION] = x / clearance
+    figures[MEAN_VELOCITY] = v / (problem.omega * clearance)
 
 
 @kernel
-def _enter_multiplier(codes: Integers, figures: Floats, multiplier: float) -> None:
+def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> None:
     """Write the multiplier and the exponent of a motion from that of the half period map after which z returns."""
     halves = 2.0 if codes[SYMMETRIC] != 0 else 1.0
     figures[MULTIPLIER] = multiplier**halves
@@ -350,66 +347,12 @@ def _enter_multiplier(codes: Integers, figures: Floats, multiplier: float) -> No
 
 
 @kernel
-def judge(
-    problem: CellProblem,
-    held: HeldProblem,
-    chain: ImpulseBlocks,
-    scratch: VerificationScratch,
-    ahead: Extrapolation,
-    task: ColumnTask,
-    group: Lanes,
-    ring: StroboscopicHistory,
-    changes: LaneTangents,
-    notes: LaneRecords,
-    lane: int,
-    k: int,
-    returned: int,
-    closed: bool,
-    skipped: int,
-    found: Found,
-) -> bool:
-    """Judge a lane after k half periods. Returns whether its trajectory is done with.
-
-    Parameters
-    ----------
-    returned : int
-        Least number of half periods after which the lane has returned as near as its GOAL; 0 if it was not looked at.
-    closed : bool
-        Whether it has returned as near as CLOSING_GOAL.
-    skipped : int
-        Half periods in the beginning that have no part in exponents.
-    found : Found
-        Written once the motion is known, or given up.
-    """
-    counts = notes.counts[lane]
-    at, point = counts[AT], counts[POINT]
-    done = True
-    if at == LEAPT:
-        if not land(problem, scratch, task, group, ring, notes, lane, k):
-            return False
-        closed = True
-    if at in (SETTLES, GROWS, LEAPT):
-        done = _judge_settling(
-            problem,
-            held,
-            chain,
-            scratch,
-            ahead,
-            task,
-            group,
-            ring,
-            changes,
-            notes,
-            lane,
-            k,
-            returned,
-            closed,
-            skipped,
-            found,
-        )
-    elif at == REPEATS and group.status[lane] == OK and changes.carried[lane] == ALL:
-        _enter_multiplier(found.codes[point], found.figures[point], multiplier_of_lane(problem, changes, lane))
-    if done and task.follow and k % 2 == 1 and group.status[lane] == OK and at != LEAVES:
-        counts[AT], counts[DUE] = LEAVES, k + 1
-        return False
-    return done
+def _write_growth(column: Column, codes: Integers, figures: Floats, lane: int) -> None:
+    """Write what the growth along a lane implies, if it was measured to the end."""
+    problem, tangents, task = column.model.problem, column.tangents, column.task
+    if tangents.carried[lane] != PAIR or tangents.grown[lane] != task.growth_halves:
+        return
+    growth, exponent, error = growth_of_lane(problem, column.group.clearance[lane], task.growth_skipped, tangents, lane)
+    codes[GROWTH] = growth
+    figures[LYAPUNOV] = exponent * problem.step * problem.cells
+    figures[LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan

@@ -1,24 +1,20 @@
-"""A column of an unfolding map: every clearance of one forcing frequency, run until its motion can be named.
+"""Scheduler of a column of a map: all clearances of one forcing frequency, each run until its motion can be named.
 
-The lanes of a lockstep group are a queue's workers: one whose motion is named takes the next trajectory of the column,
-at the start of the next forcing period. Serial on purpose: parallelism comes from processes.
+A group of lanes takes trajectories from a queue. A lane whose trajectory is finished takes the next one at the start of
+a forcing period. One process computes one column at a time; maps are parallel across processes.
 
-What becomes of a lane is said in `judging`. A sweep, in which every trajectory begins where the last one ended, is a
-queue with one worker.
+`classification` decides what becomes of a lane. In a sweep every trajectory starts at the final state of the one before
+it, so only one lane is in use.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.cells import CellProblem, first_mass
+from grazemap_core.contact.kernels.cells import first_mass
 from grazemap_core.contact.kernels.half_period import counted
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import FOLLOWED as TALLIED
 from grazemap_core.contact.kernels.workspace import (
+    FOLLOWED,
     HELD_LEFT,
     HELD_RIGHT,
     LEFT,
@@ -27,104 +23,172 @@ from grazemap_core.contact.kernels.workspace import (
     OK,
     RIGHT,
     ROWS,
-    Workspace,
 )
 from grazemap_core.contact.tolerances import CLEARED
-from grazemap_core.maps.kernels.classification import begin_growths, judge, make_room
+from grazemap_core.maps.kernels.classification import classify_lane, empty_full_events, start_growth
+from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.lane_state import (
-    AT,
-    BEGAN,
-    COUNTED,
-    DUE,
-    FOLLOWED,
-    GOAL,
-    GROWS,
-    LEAVES,
-    LOOK,
-    POINT,
-    RUN,
-    SETTLES,
-    SINCE,
-    STRUCK,
-    ColumnTask,
-    Found,
-    LaneRecords,
-    enter_lane,
-    lane_records,
+    COUNTED_IMPACTS,
+    DEADLINE,
+    ENDING,
+    FOLLOWED_IMPACTS,
+    GROWING,
+    HALVES_RUN,
+    IMPACTS,
+    RETURN_GOAL,
+    SETTLING,
+    STARTED,
+    STATE,
+    TRAJECTORY,
+    begin_record,
 )
-from grazemap_core.maps.kernels.lane_tables import LaneTables
-from grazemap_core.maps.kernels.lane_tangents import (
-    NOTHING,
-    LaneTangents,
-    carry_lanes,
-    keep,
-    move_changes,
-)
-from grazemap_core.maps.kernels.lanes import COLUMNS, LANES, Masses
-from grazemap_core.maps.kernels.lockstep import RESTING, Lanes, begin, begin_on_stop, idle, run_half
-from grazemap_core.maps.tolerances import GROWTH_SKIPPED, SETTLING_IMPACTS
+from grazemap_core.maps.kernels.lane_tangents import NOTHING, carry_lanes, move_tangents, save_lane_starts
+from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
+from grazemap_core.maps.kernels.lockstep import RESTING, Lanes, clear_lane, run_half, start_lane, start_lane_on_stop
+from grazemap_core.maps.tolerances import SETTLING_IMPACTS
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
-from grazemap_core.orbits.kernels.verification import ImpulseBlocks, VerificationScratch
-from grazemap_core.simulation.kernels.fixed_point_extrapolation import Extrapolation, extrapolation
-from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory, nearest_returns
+from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, nearest_returns
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
 
-HALVES_BETWEEN_LOOKS = 6
-"""Half periods between looks for returns: one costs as much as one of them. An even number, so that trajectories, which
-begin with a look, begin with a forcing period."""
-
-
-class Queue(NamedTuple):
-    """Scratch of a column.
-
-    Attributes
-    ----------
-    notes : Notes
-    ahead : Extrapolation
-    bound, enough, known, length, nearest, distance : (LANES,)
-        As in `closing.nearest_returns`.
-    u, handed_on : (N, 2)
-    """
-
-    notes: LaneRecords
-    ahead: Extrapolation
-    bound: Floats
-    enough: Floats
-    known: Floats
-    length: Floats
-    nearest: Floats
-    distance: Floats
-    u: Floats
-    handed_on: Floats
-
-
-def queue(masses: int) -> Queue:
-    """Return fresh scratch for an oscillator."""
-    return Queue(
-        notes=lane_records(masses),
-        ahead=extrapolation(masses),
-        bound=np.zeros(LANES),
-        enough=np.zeros(LANES),
-        known=np.zeros(LANES),
-        length=np.zeros(LANES),
-        nearest=np.zeros(LANES),
-        distance=np.zeros(LANES),
-        u=np.zeros((masses, 2)),
-        handed_on=np.zeros((masses, 2)),
-    )
+HALVES_BETWEEN_CHECKS = 6
+"""Half periods between searches for returns; a search costs as much as a half period. An even number, so that
+trajectories, which start at a search, start with a forcing period."""
 
 
 @kernel
-def _enter(ring: StroboscopicHistory, k: int, group: Lanes, used: int) -> None:
-    """Enter every lane's state after k half periods and tally of the one before it; clear the tallies."""
-    states, impacts, held, least, unpressed = (
-        ring.states,
-        ring.impacts,
-        ring.held,
-        ring.min_speed,
-        ring.min_unpressed_speed,
-    )
+def settle_column(masses: Masses, column: Column) -> None:
+    """Run all trajectories of a column and write their motions to column.results.
+
+    Parameters
+    ----------
+    masses : tuple of length N
+        Only its length matters.
+    column : Column
+        All but model, blocks and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
+        where neither verification nor growth is wanted.
+    """
+    column = reference(column)
+    task, counts, returns = column.task, column.records.counts, column.returns
+    for lane in range(LANES):
+        _vacate(column, lane)
+    n = task.clearances.shape[0] * task.directions.shape[0]
+    # typed by hand: a literal 0 would have everything below compiled once more
+    queued = int(np.int64(0))
+    done = 0
+    k = int(np.int64(0))
+    used = int(np.int64(0))
+    rested = used > 0
+    while done < n:
+        if k % HALVES_BETWEEN_CHECKS == 0 and queued < n:
+            queued, used = _start_trajectories(column, k, queued, used, rested)
+        _run_half(masses, column, k, used)
+        k += 1
+        check = task.early and k % HALVES_BETWEEN_CHECKS == 0
+        if check:
+            _find_returns(column, k, used)
+        for lane in range(used):
+            if counts[lane, TRAJECTORY] < 0 or not _is_due(column, lane, k, check):
+                continue
+            returned = int(returns.length[lane]) if check else 0
+            closed = check and returns.nearest[lane] <= returns.relevant[lane]
+            if not classify_lane(column, lane, k, returned, closed):
+                continue
+            if task.follow:
+                rested = _keep_final_state(column, lane)
+            _finish(column, lane, k)
+            done += 1
+            if task.follow:
+                k = int(np.int64(0))  # the next one starts at once
+        if queued == n and done < n and used >= 2 * max(n - done, LANE_BLOCK):
+            _move_to_first_lanes(column, used)
+            used = (n - done + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
+
+
+@kernel
+def _vacate(column: Column, lane: int) -> None:
+    """Take a lane out of use."""
+    column.records.counts[lane, TRAJECTORY] = -1
+    column.records.counts[lane, STATE] = ENDING
+    column.tangents.carried[lane] = NOTHING
+    clear_lane(column.group, lane)
+
+
+@kernel
+def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: bool) -> tuple[int, int]:
+    """Start trajectories in the lanes that are out of use, after k half periods.
+
+    Returns how many have been started by now, and how many lanes are in use.
+    """
+    task, counts, u = column.task, column.records.counts, column.u
+    starts = task.directions.shape[0]
+    n = task.clearances.shape[0] * starts
+    for lane in range(1 if task.follow else LANES):
+        if queued < n and counts[lane, TRAJECTORY] < 0:
+            clearance = task.clearances[queued // starts]
+            if task.follow and queued > 0:
+                copy_matrix(u, column.final_state)
+                _start_at_final_state(column, lane, clearance, rested)
+            else:
+                for j in range(u.shape[0]):
+                    for c in range(2):
+                        u[j, c] = task.base[j, c] + clearance * task.directions[queued % starts, j, c]
+                start_lane(column.group, lane, column.model.problem, u, clearance)
+            begin_record(column.records, lane, queued, k, task, column.blocks.verifiable)
+            queued += 1
+            used = max(used, (lane + LANE_BLOCK) // LANE_BLOCK * LANE_BLOCK)
+    return queued, used
+
+
+@kernel
+def _start_at_final_state(column: Column, lane: int, clearance: float, rested: bool) -> None:
+    """Start at the state column.u in which another trajectory ended, moved onto the stop where it is beyond it.
+
+    Mass 1 bounces off that stop at once if it moves into it, or stands on it if it was at rest (`rested`). u is
+    overwritten.
+    """
+    problem, held, group, u = column.model.problem, column.model.held, column.group, column.u
+    x, v = first_mass(problem, u, problem.steady_table[0, 0], problem.steady_table[0, 1])
+    if abs(x) < clearance:
+        start_lane(group, lane, problem, u, clearance)
+        return
+    stop = 1 if x > 0.0 else -1
+    jump = 0.0
+    if rested:
+        jump = -v
+    elif stop * v > 0.0:
+        jump = -(1.0 + problem.restitution) * v
+    count = u.shape[0]
+    for j in range(count):
+        for c in range(2):
+            u[j, c] += held.to_free[2 * j + c, 0] * (stop * clearance - x) + held.to_free[2 * j + c, count] * jump
+    start_lane_on_stop(group, lane, problem, u, clearance, stop)
+
+
+@kernel
+def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
+    """Carry the lanes in use, and the small changes along them, over the half period k; enter them into the history."""
+    problem, group, records = column.model.problem, column.group, column.records
+    measures_growth = column.task.growth_halves > 0
+    empty_full_events(column, k, used)
+    if measures_growth:
+        start_growth(column, k, used)
+        save_lane_starts(group, column.tangents, used)
+    run_half(masses, column.model, group, k, used, column.u, column.work)
+    if measures_growth:
+        skipped = column.task.growth_skipped
+        carry_lanes(problem, column.model.held, group, column.tangents, k, skipped, used, column.u)
+    for lane in range(used):
+        records.sizes[lane, FOLLOWED_IMPACTS] += group.tally[FOLLOWED, lane]
+        records.sizes[lane, COUNTED_IMPACTS] += counted(problem.chatter_impacts, group.tally[FOLLOWED, lane])
+    _enter_history(column.history, k + 1, group, used)
+
+
+@kernel
+def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int) -> None:
+    """Enter every lane's state after k half periods and its tally of the last one; clear the tallies."""
+    states, impacts, held = history.states, history.impacts, history.held
+    least, unpressed = history.min_speed, history.min_unpressed_speed
     even, tally = group.even, group.tally
     row = k % least.shape[0]
     sign = 1.0 if k % 2 == 0 else -1.0
@@ -143,14 +207,85 @@ def _enter(ring: StroboscopicHistory, k: int, group: Lanes, used: int) -> None:
         tally[LEFT, lane] = 0.0
         tally[HELD_RIGHT, lane] = 0.0
         tally[HELD_LEFT, lane] = 0.0
-        tally[TALLIED, lane] = 0.0
+        tally[FOLLOWED, lane] = 0.0
         tally[MIN_SPEED, lane] = np.inf
         tally[MIN_UNPRESSED_SPEED, lane] = np.inf
 
 
 @kernel
-def _move(group: Lanes, ring: StroboscopicHistory, source: int, target: int) -> None:
-    """Move a trajectory to an idle lane, at the start of a half period."""
+def _find_returns(column: Column, k: int, used: int) -> None:
+    """Find the minimum number of half periods after which every lane has returned, in column.returns."""
+    counts, sizes, clearances = column.records.counts, column.records.sizes, column.group.clearance
+    bound, relevant, known = column.returns.bound, column.returns.relevant, column.returns.known
+    for lane in range(used):
+        wanted = counts[lane, TRAJECTORY] >= 0
+        bound[lane] = sizes[lane, RETURN_GOAL] * clearances[lane] if wanted else -1.0
+        relevant[lane] = CLOSING_GOAL * clearances[lane]
+        known[lane] = k - counts[lane, STARTED]
+    nearest_returns(column.model.problem, column.history, k, 2 * column.task.max_period, column.returns, used)
+
+
+@kernel
+def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
+    """Return whether a lane is to be classified after k half periods; `check`: returns were looked for."""
+    counts, group = column.records.counts, column.group
+    if k >= counts[lane, DEADLINE] or group.status[lane] != OK:
+        return True
+    if counts[lane, STATE] != SETTLING and counts[lane, STATE] != GROWING:
+        return False
+    returns = check and column.returns.length[lane] > 0.0
+    free = column.task.early and group.reach[lane] < CLEARED * group.clearance[lane]
+    budget_spent: bool = column.records.sizes[lane, COUNTED_IMPACTS] > SETTLING_IMPACTS
+    return returns or free or budget_spent
+
+
+@kernel
+def _keep_final_state(column: Column, lane: int) -> bool:
+    """Keep the state in which a trajectory of a sweep ended. Returns whether mass 1 rests on a stop there."""
+    group, final = column.group, column.final_state
+    if group.status[lane] != OK:
+        copy_matrix(final, column.task.base)
+        return False
+    for j in range(final.shape[0]):
+        final[j, 0] = group.even[2 * j * LANES + lane]
+        final[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+    rests: bool = group.regime[lane] == RESTING
+    return rests
+
+
+@kernel
+def _finish(column: Column, lane: int, k: int) -> None:
+    """Write how long the trajectory in a lane ran, and take the lane out of use."""
+    counts, codes = column.records.counts, column.results.codes
+    codes[counts[lane, TRAJECTORY], HALVES_RUN] = k - counts[lane, STARTED]
+    codes[counts[lane, TRAJECTORY], IMPACTS] = int(column.records.sizes[lane, FOLLOWED_IMPACTS])
+    _vacate(column, lane)
+
+
+@kernel
+def _move_to_first_lanes(column: Column, used: int) -> None:
+    """Move the last trajectories to the first lanes that are out of use, until no such lane is before one in use."""
+    counts, sizes = column.records.counts, column.records.sizes
+    target, source = 0, used - 1
+    while True:
+        while target < used and counts[target, TRAJECTORY] >= 0:
+            target += 1
+        while source >= 0 and counts[source, TRAJECTORY] < 0:
+            source -= 1
+        if target >= source:
+            break
+        _move_lane(column.group, column.history, source, target)
+        if column.task.growth_halves > 0:
+            move_tangents(column.tangents, source, target)
+        copy_vector(counts[target], counts[source])
+        copy_vector(sizes[target], sizes[source])
+        counts[source, TRAJECTORY] = -1
+        counts[source, STATE] = ENDING
+
+
+@kernel
+def _move_lane(group: Lanes, history: StroboscopicHistory, source: int, target: int) -> None:
+    """Move a trajectory to a lane that is out of use, at the start of a half period."""
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + target] = group.even[c * LANES + source]
     group.clearance[target] = group.clearance[source]
@@ -165,196 +300,10 @@ def _move(group: Lanes, ring: StroboscopicHistory, source: int, target: int) -> 
     copy_vector(group.since[target], group.since[source])
     for row in range(min(group.cursor[source, ROWS], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
-    for row in range(ring.min_speed.shape[0]):
-        copy_vector(ring.states[row, :, target], ring.states[row, :, source])
-        copy_vector(ring.impacts[row, :, target], ring.impacts[row, :, source])
-        copy_vector(ring.held[row, :, target], ring.held[row, :, source])
-        ring.min_speed[row, target] = ring.min_speed[row, source]
-        ring.min_unpressed_speed[row, target] = ring.min_unpressed_speed[row, source]
-    idle(group, source)
-
-
-@kernel
-def _take_place(
-    group: Lanes, lane: int, problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, rested: bool
-) -> None:
-    """Begin at the state u in which another trajectory ended, moved onto the stop where it is beyond it.
-
-    Mass 1 bounces off that stop at once if it moves into it, or stands on it if it was at rest (`rested`). u is
-    overwritten.
-    """
-    x, v = first_mass(problem, u, problem.steady_table[0, 0], problem.steady_table[0, 1])
-    if abs(x) < clearance:
-        begin(group, lane, problem, u, clearance)
-        return
-    stop = 1 if x > 0.0 else -1
-    unit_impulse = 0.0
-    if rested:
-        unit_impulse = -v
-    elif stop * v > 0.0:
-        unit_impulse = -(1.0 + problem.restitution) * v
-    count = u.shape[0]
-    for j in range(count):
-        for c in range(2):
-            u[j, c] += (
-                held.to_free[2 * j + c, 0] * (stop * clearance - x) + held.to_free[2 * j + c, count] * unit_impulse
-            )
-    begin_on_stop(group, lane, problem, u, clearance, stop)
-
-
-@kernel
-def settle_column(
-    masses: Masses,
-    problem: CellProblem,
-    held: HeldProblem,
-    tables: LaneTables,
-    chain: ImpulseBlocks,
-    task: ColumnTask,
-    group: Lanes,
-    ring: StroboscopicHistory,
-    changes: LaneTangents,
-    work: Workspace,
-    proving: VerificationScratch,
-    scratch: Queue,
-    found: Found,
-) -> None:
-    """Settle all trajectories of a column.
-
-    Parameters
-    ----------
-    masses : tuple of length N
-    group, ring, changes, work, proving, scratch
-        Scratch; overwritten. Lanes and work with room for RECORD events, or for none when neither proofs nor growth are
-        wanted; changes with room for job.growth_halves.
-    found : Found
-        Receives the result.
-    """
-    problem, held, tables, task = reference(problem), reference(held), reference(tables), reference(task)
-    group, ring, changes, work = reference(group), reference(ring), reference(changes), reference(work)
-    chain, proving, scratch, found = reference(chain), reference(proving), reference(scratch), reference(found)
-    codes = found.codes
-    growth_halves = task.growth_halves
-    starts = task.directions.shape[0]
-    n = task.clearances.shape[0] * starts
-    linearised = growth_halves > 0
-    skipped = 2 * (growth_halves // GROWTH_SKIPPED)
-    notes, counts, sizes = scratch.notes, scratch.notes.counts, scratch.notes.sizes
-    bound, enough, known, length = scratch.bound, scratch.enough, scratch.known, scratch.length
-    nearest, distance = scratch.nearest, scratch.distance
-    u, handed_on = scratch.u, scratch.handed_on
-    for lane in range(LANES):
-        idle(group, lane)
-        counts[lane, POINT] = -1
-        counts[lane, AT] = LEAVES
-        changes.carried[lane] = NOTHING
-    queued = 0
-    done = 0
-    workers = 1 if task.follow else LANES
-    # typed by hand: a literal 0 would have everything below compiled once more
-    k = int(np.int64(0))
-    used = int(np.int64(0))
-    rested = used > 0
-    while done < n:
-        if k % HALVES_BETWEEN_LOOKS == 0 and queued < n:
-            for lane in range(workers):
-                if queued < n and counts[lane, POINT] < 0:
-                    clearance = task.clearances[queued // starts]
-                    if task.follow and queued > 0:
-                        copy_matrix(u, handed_on)
-                        _take_place(group, lane, problem, held, u, clearance, rested)
-                    else:
-                        for j in range(u.shape[0]):
-                            for c in range(2):
-                                u[j, c] = task.base[j, c] + clearance * task.directions[queued % starts, j, c]
-                        begin(group, lane, problem, u, clearance)
-                    enter_lane(notes, lane, queued, k, task, chain.verifiable)
-                    queued += 1
-                    used = max(used, (lane + COLUMNS) // COLUMNS * COLUMNS)
-        make_room(group, notes, k, used)
-        if linearised:
-            begin_growths(problem, changes, notes, k, task, used)
-            keep(group, changes, used)
-        run_half(masses, problem, held, tables, group, k, used, u, work)
-        if linearised:
-            carry_lanes(problem, held, group, changes, k, skipped, used, u)
-        k += 1
-        for lane in range(used):
-            sizes[lane, FOLLOWED] += group.tally[TALLIED, lane]
-            sizes[lane, COUNTED] += counted(problem.chatter_impacts, group.tally[TALLIED, lane])
-        _enter(ring, k, group, used)
-        look = task.early and k % HALVES_BETWEEN_LOOKS == 0
-        if look:
-            for lane in range(used):
-                wanted = counts[lane, POINT] >= 0 and k >= counts[lane, LOOK]
-                bound[lane] = sizes[lane, GOAL] * group.clearance[lane] if wanted else -1.0
-                enough[lane] = CLOSING_GOAL * group.clearance[lane]
-                known[lane] = k - counts[lane, SINCE]
-            search = ReturnSearch(bound, enough, known, length, nearest, distance)
-            nearest_returns(problem, ring, k, 2 * task.max_period, search, used)
-        for lane in range(used):
-            if counts[lane, POINT] < 0:
-                continue
-            if k < counts[lane, DUE] and group.status[lane] == OK:
-                if counts[lane, AT] != SETTLES and counts[lane, AT] != GROWS:
-                    continue
-                closes = look and length[lane] > 0.0
-                free = task.early and group.reach[lane] < CLEARED * group.clearance[lane]
-                if not (closes or free or sizes[lane, COUNTED] > SETTLING_IMPACTS):
-                    continue
-            returned = int(length[lane]) if look else 0
-            closed = look and nearest[lane] <= enough[lane]
-            if not judge(
-                problem,
-                held,
-                chain,
-                proving,
-                scratch.ahead,
-                task,
-                group,
-                ring,
-                changes,
-                notes,
-                lane,
-                k,
-                returned,
-                closed,
-                skipped,
-                found,
-            ):
-                continue
-            if task.follow:
-                rested = group.regime[lane] == RESTING
-                for j in range(u.shape[0]):
-                    handed_on[j, 0] = group.even[2 * j * LANES + lane]
-                    handed_on[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-                if group.status[lane] != OK:
-                    copy_matrix(handed_on, task.base)
-                    rested = False
-            codes[counts[lane, POINT], RUN] = k - counts[lane, BEGAN]
-            codes[counts[lane, POINT], STRUCK] = int(sizes[lane, FOLLOWED])
-            counts[lane, POINT] = -1
-            counts[lane, AT] = LEAVES
-            changes.carried[lane] = NOTHING
-            idle(group, lane)
-            done += 1
-            if task.follow:
-                k = int(np.int64(0))  # the next one begins at once
-        if queued == n and done < n and used >= 2 * max(n - done, COLUMNS):
-            # nothing waits, and lanes lie idle: those furthest out take their places
-            target, source = 0, used - 1
-            while True:
-                while target < used and counts[target, POINT] >= 0:
-                    target += 1
-                while source >= 0 and counts[source, POINT] < 0:
-                    source -= 1
-                if target >= source:
-                    break
-                _move(group, ring, source, target)
-                if linearised:
-                    move_changes(changes, source, target)
-                copy_vector(counts[target], counts[source])
-                copy_vector(sizes[target], sizes[source])
-                copy_vector(notes.left[target], notes.left[source])
-                counts[source, POINT] = -1
-                counts[source, AT] = LEAVES
-            used = (n - done + COLUMNS - 1) // COLUMNS * COLUMNS
+    for row in range(history.min_speed.shape[0]):
+        copy_vector(history.states[row, :, target], history.states[row, :, source])
+        copy_vector(history.impacts[row, :, target], history.impacts[row, :, source])
+        copy_vector(history.held[row, :, target], history.held[row, :, source])
+        history.min_speed[row, target] = history.min_speed[row, source]
+        history.min_unpressed_speed[row, target] = history.min_unpressed_speed[row, source]
+    clear_lane(group, source)

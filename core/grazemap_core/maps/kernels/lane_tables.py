@@ -1,8 +1,9 @@
-"""What the lockstep kernels read of one oscillator at one forcing frequency: polynomials over a cell.
+"""Tables of one oscillator at one forcing frequency for the lockstep kernels: polynomials over a cell.
 
-Within a cell everything is a polynomial in z, which runs from -1 to 1: x1 of the state at the start of the cell, and
-what a kick of mass 1 at z amounts to at the cell's end. Expanded about the middle of the cell, LANE_DEGREE suffices
-for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's amplitude.
+Within a cell, z runs from -1 to 1. Two things are polynomials in z: x1, given the state at the start of the cell, and
+the change of the state at the end of the cell by an impulse on mass 1 at z. Expanded about the middle of the cell, the
+degree LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's
+amplitude.
 """
 
 from __future__ import annotations
@@ -14,36 +15,42 @@ from numba import njit
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import rotated_entry
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
 
 TERMS = LANE_DEGREE + 1
-assert TERMS == 15, "lanes and bounces are written out for 15 terms"
+assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
+
+HERMITE_DIVISOR = 384.0
+"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |x1''''|."""
 
 # entries of `scalars`
-STEP, RESTITUTION, DRAG, STEADY, STEADY_FOURTH, KICK_REACH, KICK_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
-"""Length of a cell; R; C_11/m_1; |G|; h^4/384 |G| omega^4; what a unit of velocity given to mass 1 adds to the bounds
-of |x1| and of h^4/384 |x1''''|; and the round-off of a gap relative to the sum of its terms."""
+STEP, RESTITUTION, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
+"""Length h of a cell; R; C_11/m_1; bound |G| of the steady motion; h^4/384 |G| omega^4; contributions of a unit of
+velocity given to mass 1 to the bounds of |x1| and of h^4/384 |x1''''|; round-off of a gap relative to the sum of its
+terms."""
 SCALARS = 8
 
 
 class LaneTables(NamedTuple):
-    """Attributes: all shared by the lanes of a group.
+    """Tables that all lanes of a group share.
 
+    Attributes
+    ----------
     flow, output_row : (N, 4)
         As in `cells.CellProblem`.
     steady_table : (cells + 1, 2)
         Steady motion of mass 1 at the cell boundaries: position and velocity.
     bound : (N, 3)
-        Frequency of a block; and what a unit of its envelope adds to the bounds of |x1| and of h^4/384 |x1''''|.
+        Frequency of a block, and contributions of a unit of its envelope to the bounds of |x1| and of h^4/384 |x1''''|.
     series : (TERMS, 2 N)
         Coefficients in z of x1 over a cell, per component of the state at the start of the cell.
     forcing : (cells, TERMS)
         The same of the steady motion.
     unit_impulse : (2 N, TERMS)
-        Coefficients in z of the state at the end of the cell that a unit of velocity given to mass 1 at z amounts to.
+        Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to mass 1 at z.
     response : (TERMS,)
         Coefficients in s, half cells since a unit of velocity was given to mass 1, of x1.
     scalars : (SCALARS,)
@@ -60,17 +67,46 @@ class LaneTables(NamedTuple):
     scalars: Floats
 
 
+class LaneModel(NamedTuple):
+    """One oscillator at one forcing frequency: free, with mass 1 at rest on a stop, and in lanes."""
+
+    problem: CellProblem
+    held: HeldProblem
+    tables: LaneTables
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _steady_tables(problem: CellProblem) -> tuple[Floats, Floats]:
+    """Return `LaneTables.forcing` and `LaneTables.steady_table`."""
+    cells, half = problem.cells, 0.5 * problem.step
+    forcing = np.empty((cells, TERMS))
+    for cell in range(cells // 2):
+        real, imag = rotated_entry(problem.steady_table, cell, problem.omega * half)
+        for n in range(TERMS):
+            forcing[cell, n] = imag
+            forcing[cell + cells // 2, n] = -imag  # mirrored exactly, as the table of the steady motion
+            scale = problem.omega * half / (n + 1)
+            real, imag = -scale * imag, scale * real
+    steady_table = np.empty((cells + 1, 2))
+    for cell in range(cells + 1):
+        steady_table[cell, 0], steady_table[cell, 1] = (
+            problem.steady_table[cell, 1],
+            problem.omega * problem.steady_table[cell, 0],
+        )
+    return forcing, steady_table
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     """Return the tables of an oscillator at one forcing frequency; `viscous_term` is C_11/m_1."""
-    blocks, cells = problem.decay.shape[0], problem.cells
+    blocks = problem.decay.shape[0]
     half = 0.5 * problem.step
-    quartic = problem.step**4 / 384.0
+    quartic = problem.step**4 / HERMITE_DIVISOR
     series = np.empty((TERMS, 2 * blocks))
     unit_impulse = np.empty((2 * blocks, TERMS))
     response = np.zeros(TERMS)
     bound = np.empty((blocks, 3))
-    kick_reach, kick_fourth = 0.0, 0.0
+    impulse_reach, impulse_fourth = 0.0, 0.0
     for j in range(blocks):
         decay, square = problem.decay[j], problem.frequency_squared[j]
         e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, half)
@@ -93,34 +129,21 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
         bound[j, 0] = problem.frequency[j]
         bound[j, 1] = problem.reach[j]
         bound[j, 2] = problem.fourth[j] * quartic
-        kick_reach += bound[j, 1] * envelope
-        kick_fourth += bound[j, 2] * envelope
-    # expanded half a cell behind the kick, where TERMS suffice up to a whole one; then about the kick itself
+        impulse_reach += bound[j, 1] * envelope
+        impulse_fourth += bound[j, 2] * envelope
+    # expanded half a cell after the impulse, where TERMS suffice up to a whole cell; then about the impulse itself
     for i in range(TERMS - 1):
         for n in range(TERMS - 2, i - 1, -1):
             response[n] -= response[n + 1]
-    forcing = np.empty((cells, TERMS))
-    for cell in range(cells // 2):
-        real, imag = rotated_entry(problem.steady_table, cell, problem.omega * half)
-        for n in range(TERMS):
-            forcing[cell, n] = imag
-            forcing[cell + cells // 2, n] = -imag  # mirrored exactly, as the table of the steady motion
-            scale = problem.omega * half / (n + 1)
-            real, imag = -scale * imag, scale * real
-    steady_table = np.empty((cells + 1, 2))
-    for cell in range(cells + 1):
-        steady_table[cell, 0], steady_table[cell, 1] = (
-            problem.steady_table[cell, 1],
-            problem.omega * problem.steady_table[cell, 0],
-        )
+    forcing, steady_table = _steady_tables(problem)
     scalars = np.empty(SCALARS)
     scalars[STEP] = problem.step
     scalars[RESTITUTION] = problem.restitution
-    scalars[DRAG] = viscous_term
+    scalars[VISCOUS_TERM] = viscous_term
     scalars[STEADY] = problem.steady_bound
     scalars[STEADY_FOURTH] = problem.steady_bound * problem.omega**4 * quartic
-    scalars[KICK_REACH] = kick_reach
-    scalars[KICK_FOURTH] = kick_fourth
+    scalars[IMPULSE_REACH] = impulse_reach
+    scalars[IMPULSE_FOURTH] = impulse_fourth
     scalars[MARGIN] = CONTACT_ROUNDING
     return LaneTables(
         problem.cell_flow, problem.output_row, steady_table, bound, series, forcing, unit_impulse, response, scalars

@@ -1,12 +1,12 @@
-"""Changes of the state carried along lanes: what `lyapunov` does for one trajectory, half period by half period.
+"""Small changes of the state along all lanes, half period by half period, as in `lyapunov` for one trajectory.
 
-What flows in is a half period that lanes have just been through: the impacts that they have left in their events, all
-that a change of the state needs between rests. Pairs go along with others (`pair_tiles`) where the flow over half a
-period is tabled. A half period with a rest, with an impact at speed 0, or with more impacts than there is room for is
-gone through once more by the scalar kernel (`tangent`), from where the lane began it.
+After a half period the lanes' events hold its impacts, which determine the propagation of changes between rests. Pairs
+of changes are propagated side by side (`tangent_pairs`) where the flow over half a period is tabulated. A half period
+with a rest, with an impact at speed 0, or with more impacts than the events hold is computed again for the lane alone
+(`tangent`), from the lane's state at its start.
 
-    begin_matrix_of, begin_growth_of     what is to be carried along a lane from now on
-    keep                                 at the start of a half period, all lanes
+    begin_matrix_of, begin_growth_of     start propagating changes along a lane
+    save_lane_starts                     at the start of a half period, all lanes
     carry_lanes                          at its end
 """
 
@@ -23,7 +23,8 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import HELD, IMPACT, KIND, OK, ROWS, TIME, VELOCITY, Workspace, workspace
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
-from grazemap_core.maps.kernels.tangent_pairs import PairTile, carry_pairs, pair_tile
+from grazemap_core.maps.kernels.tangent_pairs import PairBatch, carry_pairs, pair_batch
+from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.simulation.kernels.lyapunov import (
@@ -33,41 +34,40 @@ from grazemap_core.simulation.kernels.lyapunov import (
     classify_growth,
     leading_multiplier,
     orthonormalise,
-    tangents,
+)
+from grazemap_core.simulation.kernels.lyapunov import (
+    tangents as tangent_scratch,
 )
 from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
 
-ROOM = 48
-"""Impacts of half a period that a lane has room for."""
-RECORD = MAX_VERIFIED_IMPACTS + ROOM
-"""Impacts that a lane's events keep, before they are begun anew: a proof finds all of a motion's there as often as not,
-however many it has, and replays them else."""
-SCALAR_ROOM = 4096
-"""Events of half a period beyond which no changes are carried along."""
+RECORDED_IMPACTS = MAX_VERIFIED_IMPACTS + HALF_PERIOD_EVENTS
+"""Capacity of a lane's events. Half the time or more they then hold all impacts of a motion that is to be verified;
+otherwise the motion is run again for them."""
+SCALAR_EVENTS = 4096
+"""Events of half a period beyond which changes are not propagated."""
 
 NOTHING, ALL, PAIR, LOST = 0, 1, 2, 3
-"""What is carried along a lane: every change of the state; two, kept apart, with what they grow by; LOST when that has
+"""Changes along a lane: none; a basis of all; two that are kept orthonormal, with their growth; or propagation has
 failed."""
 
 
 class LaneTangents(NamedTuple):
-    """What the changes along every lane have come to.
+    """Small changes of the state along every lane.
 
     Attributes
     ----------
     carried, grown : (LANES,)
         NOTHING, ALL, PAIR or LOST; half periods over which growth was measured.
     full, pair : (LANES, 2 N, 2 N), (LANES, 2 N, 2)
-        Columns of a matrix, and of an exponent's pair.
+        The tangents, as columns.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
     state, cursor, near, resting, since : (LANES, N, 2), (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
-        Where every lane began the half period, as in `lockstep.Lanes`.
-    tile : PairTile
+        State and regime of every lane at the start of the half period, as in `lockstep.Lanes`.
+    batch : PairBatch
     scratch : Tangents
-        All else that `lyapunov` needs.
     work : Workspace
-        Scratch with room for the events of the scalar kernel.
+        Scratch for a lane alone.
     """
 
     carried: Integers
@@ -81,13 +81,13 @@ class LaneTangents(NamedTuple):
     near: Floats
     resting: Floats
     since: Floats
-    tile: PairTile
+    batch: PairBatch
     scratch: Tangents
     work: Workspace
 
 
 def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> LaneTangents:
-    """Return room for the changes along all lanes of a chain's blocks, and for exponents over so many half periods."""
+    """Return lanes without changes for an oscillator's blocks and exponents over so many half periods."""
     masses = len(decay)
     size = 2 * masses
     return LaneTangents(
@@ -102,46 +102,46 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
-        tile=pair_tile(decay, frequency_squared),
-        scratch=tangents(masses, (halves + 1) // 2),
-        work=workspace(masses, SCALAR_ROOM),
+        batch=pair_batch(decay, frequency_squared),
+        scratch=tangent_scratch(masses, (halves + 1) // 2),
+        work=workspace(masses, SCALAR_EVENTS),
     )
 
 
 @kernel
-def of_lane(changes: LaneTangents, lane: int) -> Tangents:
-    """Return one lane's changes, as `lyapunov` takes them."""
+def tangents_of_lane(tangents: LaneTangents, lane: int) -> Tangents:
+    """Return the changes along one lane as the argument of functions of `lyapunov`."""
     return Tangents(
-        changes.full[lane],
-        changes.scratch.eigen,
-        changes.pair[lane],
-        changes.scratch.real,
-        changes.scratch.imaginary,
-        changes.growth[lane],
-        changes.scratch.series,
-        changes.moments[lane],
-        changes.scratch.began,
+        tangents.full[lane],
+        tangents.scratch.eigen,
+        tangents.pair[lane],
+        tangents.scratch.real,
+        tangents.scratch.imaginary,
+        tangents.growth[lane],
+        tangents.scratch.series,
+        tangents.moments[lane],
+        tangents.scratch.began,
     )
 
 
 @kernel
-def move_changes(changes: LaneTangents, source: int, target: int) -> None:
+def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
     """Move a lane's changes to another lane, between half periods."""
-    changes.carried[target] = changes.carried[source]
-    changes.carried[source] = NOTHING
-    changes.grown[target] = changes.grown[source]
-    copy_matrix(changes.full[target], changes.full[source])
-    copy_matrix(changes.pair[target], changes.pair[source])
-    copy_matrix(changes.growth[target], changes.growth[source])
+    tangents.carried[target] = tangents.carried[source]
+    tangents.carried[source] = NOTHING
+    tangents.grown[target] = tangents.grown[source]
+    copy_matrix(tangents.full[target], tangents.full[source])
+    copy_matrix(tangents.pair[target], tangents.pair[source])
+    copy_matrix(tangents.growth[target], tangents.growth[source])
     for part in range(2):
-        copy_matrix(changes.moments[target, part], changes.moments[source, part])
+        copy_matrix(tangents.moments[target, part], tangents.moments[source, part])
 
 
 @kernel
-def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
-    """Note where lanes with changes begin a half period."""
-    carried, state, regime = changes.carried, changes.state, group.regime
-    kept, cursor, even = changes.cursor, group.cursor, group.even
+def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
+    """Save the states and regimes of the lanes with changes at the start of a half period."""
+    carried, state, regime = tangents.carried, tangents.state, group.regime
+    kept, cursor, even = tangents.cursor, group.cursor, group.even
     for lane in range(used):
         if carried[lane] != ALL and carried[lane] != PAIR:
             continue
@@ -151,16 +151,16 @@ def keep(group: Lanes, changes: LaneTangents, used: int) -> None:
         for i in range(cursor.shape[1]):
             kept[lane, i] = cursor[lane, i]
         if regime[lane] != FREE:
-            copy_vector(changes.near[lane], group.near[lane])
-            copy_matrix(changes.resting[lane], group.resting[lane])
-            copy_vector(changes.since[lane], group.since[lane])
+            copy_vector(tangents.near[lane], group.near[lane])
+            copy_matrix(tangents.resting[lane], group.resting[lane])
+            copy_vector(tangents.since[lane], group.since[lane])
 
 
 @kernel
-def _carry_by_itself(
+def _carry_through_impacts(
     problem: CellProblem, events: Floats, first: int, rows: int, viscous_term: float, columns: Floats
 ) -> None:
-    """Carry columns along a half period of a lane with impacts only, rows first to rows - 1 of its events."""
+    """Propagate changes along a half period without rests; its impacts are rows first to rows - 1 of the events."""
     factor = 1.0 + problem.restitution
     passed = 0.0
     for row in range(first, rows + 1):
@@ -169,44 +169,44 @@ def _carry_by_itself(
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, time - passed, columns)
         passed = time
         if not last:
-            # the drag turns with the velocity
+            # the viscous term of the acceleration changes sign with the velocity
             speed = abs(events[row, VELOCITY])
             apply_saltation(problem, speed, events[row, CONTACT_ACCELERATION] - viscous_term * factor * speed, columns)
 
 
 @kernel
-def _go_through_again(
+def _carry_again(
     problem: CellProblem,
     held: HeldProblem,
-    changes: LaneTangents,
+    tangents: LaneTangents,
     lane: int,
     clearance: float,
     half: int,
     columns: Floats,
     u: Floats,
 ) -> int:
-    """Carry changes along a half period by the scalar kernel. Status as `tangent.run_half_linearised`."""
-    work = changes.work
-    copy_matrix(u, changes.state[lane])
-    copy_vector(work.cursor, changes.cursor[lane])
-    copy_vector(work.near[:3], changes.near[lane])
-    copy_matrix(held.state, changes.resting[lane])
-    copy_vector(held.since, changes.since[lane])
-    return run_half_linearised(problem, held, u, clearance, half, work, columns, changes.scratch.began)
+    """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
+    work = tangents.work
+    copy_matrix(u, tangents.state[lane])
+    copy_vector(work.cursor, tangents.cursor[lane])
+    copy_vector(work.near[:3], tangents.near[lane])
+    copy_matrix(held.state, tangents.resting[lane])
+    copy_vector(held.since, tangents.since[lane])
+    return run_half_linearised(problem, held, u, clearance, half, work, columns, tangents.scratch.began)
 
 
 @kernel
-def _keep_apart(
-    problem: CellProblem, group: Lanes, changes: LaneTangents, lane: int, sign: float, skipped: int
+def _orthonormalise_pair(
+    problem: CellProblem, group: Lanes, tangents: LaneTangents, lane: int, sign: float, skipped: int
 ) -> None:
-    """Make a lane's pair orthonormal at the end of a half period, and enter what it grew by and where the orbit is."""
-    k, halves = changes.grown[lane], changes.growth.shape[1]
+    """Make a lane's pair orthonormal at the end of a half period; enter its growth and the moments of the orbit."""
+    k, halves = tangents.grown[lane], tangents.growth.shape[1]
     if k >= halves:
         return
-    orthonormalise(problem.frequency, changes.pair[lane], changes.growth[lane, k])
-    changes.grown[lane] = k + 1
+    orthonormalise(problem.frequency, tangents.pair[lane], tangents.growth[lane, k])
+    tangents.grown[lane] = k + 1
     if k >= skipped:
-        moments = changes.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
+        moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
         for c in range(moments.shape[0]):
             z = sign * group.even[c * LANES + lane]
             moments[c, 0] += z
@@ -218,99 +218,107 @@ def carry_lanes(
     problem: CellProblem,
     held: HeldProblem,
     group: Lanes,
-    changes: LaneTangents,
+    tangents: LaneTangents,
     half: int,
     skipped: int,
     used: int,
     u: Floats,
 ) -> None:
-    """Carry changes of the state along the half period that lanes have been through since `keep`.
+    """Propagate changes of the state along the half period since `save_lane_starts`.
 
     Parameters
     ----------
     half : int
         Index of the half period.
     skipped : int
-        Half periods at the beginning of a measurement of growth that do not count.
+        Half periods at the start of a measurement of growth that do not count.
     u : (N, 2)
         Scratch.
     """
-    carried, events, cursor, kept = changes.carried, group.events, group.cursor, changes.cursor
-    tile, width = changes.tile, changes.tile.lanes.shape[0]
-    capacity, end = events.shape[1], problem.step * (problem.cells // 2)
-    tabled = problem.flow_table.shape[0] > problem.cells // 2
+    carried, batch = tangents.carried, tangents.batch
+    width = batch.lanes.shape[0]
+    tabulated = problem.flow_table.shape[0] > problem.cells // 2
     sign = 1.0 if half % 2 == 0 else -1.0
     filled, most = int(np.int64(0)), int(np.int64(0))
-    for lane in range(used + 1):
-        if filled == width or (lane == used and filled > 0):
-            carry_pairs(
-                tile,
-                filled,
-                most,
-                events,
-                changes.pair,
-                problem.flow_table,
-                problem.decay,
-                problem.frequency_squared,
-                problem.output_row,
-                problem.unit_impulse,
-                problem.step,
-                1.0 + problem.restitution,
-                held.viscous_term,
-                end,
-            )
-            for k in range(filled):
-                _keep_apart(problem, group, changes, tile.lanes[k], sign, skipped)
-            filled, most = int(np.int64(0)), int(np.int64(0))
-        if lane == used:
-            break
+    for lane in range(used):
         if (carried[lane] != ALL and carried[lane] != PAIR) or group.status[lane] != OK:
             continue
-        first, rows = kept[lane, ROWS], cursor[lane, ROWS]
-        impacts_only = kept[lane, HELD] == 0 and cursor[lane, HELD] == 0 and rows <= capacity
-        for row in range(first, rows if impacts_only else first):
-            struck = events[lane, row, KIND] == IMPACT and events[lane, row, VELOCITY] != 0.0
-            impacts_only = impacts_only and struck
-        if carried[lane] == PAIR and impacts_only and tabled:
-            tile.lanes[filled], tile.first[filled], tile.impacts[filled] = lane, first, rows - first
+        first, rows = tangents.cursor[lane, ROWS], group.cursor[lane, ROWS]
+        impacts_only = _has_impacts_only(group, tangents, lane)
+        if carried[lane] == PAIR and impacts_only and tabulated:
+            batch.lanes[filled], batch.first[filled], batch.impacts[filled] = lane, first, rows - first
             filled += 1
             most = max(most, rows - first)
+            if filled == width:
+                _carry_batch(problem, held.viscous_term, group, tangents, filled, most, skipped, sign)
+                filled, most = int(np.int64(0)), int(np.int64(0))
             continue
-        columns = changes.full[lane] if carried[lane] == ALL else changes.pair[lane]
+        columns = tangents.full[lane] if carried[lane] == ALL else tangents.pair[lane]
         if impacts_only:
-            _carry_by_itself(problem, events[lane], first, rows, held.viscous_term, columns)
-        elif _go_through_again(problem, held, changes, lane, group.clearance[lane], half, columns, u) != OK:
+            _carry_through_impacts(problem, group.events[lane], first, rows, held.viscous_term, columns)
+        elif _carry_again(problem, held, tangents, lane, group.clearance[lane], half, columns, u) != OK:
             carried[lane] = LOST
         if carried[lane] == PAIR:
-            _keep_apart(problem, group, changes, lane, sign, skipped)
+            _orthonormalise_pair(problem, group, tangents, lane, sign, skipped)
+    if filled > 0:
+        _carry_batch(problem, held.viscous_term, group, tangents, filled, most, skipped, sign)
 
 
 @kernel
-def begin_matrix_of(changes: LaneTangents, lane: int) -> None:
-    """Have every change of the state carried along a lane from now on."""
-    changes.carried[lane] = ALL
-    begin_matrix(of_lane(changes, lane))
+def _has_impacts_only(group: Lanes, tangents: LaneTangents, lane: int) -> bool:
+    """Return whether a lane's half period has impacts of nonzero speed only, all of them in its events."""
+    events, first, rows = group.events, tangents.cursor[lane, ROWS], group.cursor[lane, ROWS]
+    if tangents.cursor[lane, HELD] != 0 or group.cursor[lane, HELD] != 0 or rows > events.shape[1]:
+        return False
+    for row in range(first, rows):
+        if events[lane, row, KIND] != IMPACT or events[lane, row, VELOCITY] == 0.0:
+            return False
+    return True
 
 
 @kernel
-def begin_growth_of(problem: CellProblem, changes: LaneTangents, lane: int) -> None:
-    """Have two changes carried along a lane from now on, and what they grow by measured."""
-    changes.carried[lane] = PAIR
-    changes.grown[lane] = 0
-    begin_growth(problem, of_lane(changes, lane))
+def _carry_batch(
+    problem: CellProblem,
+    viscous_term: float,
+    group: Lanes,
+    tangents: LaneTangents,
+    count: int,
+    most: int,
+    skipped: int,
+    sign: float,
+) -> None:
+    """Propagate the pairs of the first `count` lanes of the batch, with `most` impacts at most."""
+    carry_pairs(tangents.batch, count, most, group.events, tangents.pair, problem, viscous_term)
+    for k in range(count):
+        _orthonormalise_pair(problem, group, tangents, tangents.batch.lanes[k], sign, skipped)
 
 
 @kernel
-def multiplier_of_lane(problem: CellProblem, changes: LaneTangents, lane: int) -> float:
+def begin_matrix_of(tangents: LaneTangents, lane: int) -> None:
+    """Start propagating a basis of all changes of the state along a lane."""
+    tangents.carried[lane] = ALL
+    begin_matrix(tangents_of_lane(tangents, lane))
+
+
+@kernel
+def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
+    """Start propagating two changes of the state along a lane and measuring their growth."""
+    tangents.carried[lane] = PAIR
+    tangents.grown[lane] = 0
+    begin_growth(problem, tangents_of_lane(tangents, lane))
+
+
+@kernel
+def multiplier_of_lane(problem: CellProblem, tangents: LaneTangents, lane: int) -> float:
     """Return the largest modulus of the eigenvalues of a lane's full columns, NaN where they could not be computed."""
-    _, real, imaginary = leading_multiplier(problem, False, of_lane(changes, lane))
+    _, real, imaginary = leading_multiplier(problem, False, tangents_of_lane(tangents, lane))
     return math.hypot(real, imaginary)
 
 
 @kernel
-def judge_lane(
-    problem: CellProblem, clearance: float, skipped: int, changes: LaneTangents, lane: int
+def growth_of_lane(
+    problem: CellProblem, clearance: float, skipped: int, tangents: LaneTangents, lane: int
 ) -> tuple[int, float, float]:
-    """Return the kind that the growth along a lane makes of it, and the largest exponent and its error per time."""
-    kind, first, error, _, _ = classify_growth(problem, clearance, skipped, of_lane(changes, lane))
+    """Return the kind of motion that the growth along a lane implies, the largest exponent per time, and its error."""
+    kind, first, error, _, _ = classify_growth(problem, clearance, skipped, tangents_of_lane(tangents, lane))
     return kind, first, error

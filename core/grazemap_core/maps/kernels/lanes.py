@@ -1,12 +1,12 @@
-"""Many trajectories side by side: the straight-line arithmetic that carries all lanes through one cell.
+"""Vector arithmetic that carries all lanes, trajectories side by side, through one cell.
 
 Every function here is a few loops over lanes, innermost and without a branch, so that the compiler turns them into
-vector instructions; what is unusual about a lane is left to `lockstep`, lane by lane. A row of a work array holds one
-quantity for all LANES. The number of masses is a constant to the compiler: it is the length of the tuple `masses`,
-of which nothing else matters.
+vector instructions. Lanes that need a case distinction are left to `lockstep`. A row of a work array holds one quantity
+for all LANES. The number of masses is a constant to the compiler: it is the length of the tuple `masses`, whose
+entries are not used.
 
-Loops over columns run over whole groups of COLUMNS, filled up with copies: a lane gets the same bytes whatever runs
-beside it.
+Loops run over whole blocks of lanes, LANE_BLOCK or VECTOR of them, so the result of a lane does not depend on the
+others to the last bit.
 """
 
 from __future__ import annotations
@@ -18,37 +18,53 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.tolerances import ANCHORED_GAP
 from grazemap_core.maps.kernels import lane_tables
-from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
-from grazemap_core.maps.tolerances import LANE_SURE, MOST_FUSED_MASSES
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, TERMS, LaneTables
+from grazemap_core.maps.tolerances import (
+    LANE_REST_SHARE,
+    LANE_SURE,
+    MOST_FUSED_MASSES,
+    ROOT_CHANGE,
+    ROOT_SLOPE_CHANGE,
+)
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, kernel
 
 Masses = tuple[int, ...]
 
 LANES = 128
-"""Trajectories in lockstep: many, so that those with an impact in one cell fill vectors; few enough for the caches."""
+"""Lanes of a group: many, so that those with an impact in one cell fill vectors; few enough for the caches."""
 VECTOR = 8
-"""Numbers in the longest vector of any processor: lanes with an impact are solved in groups of so many."""
-COLUMNS = 2 * VECTOR
-"""Lanes are in use in groups of so many: loops over all of them work on two vectors at a time."""
+"""Numbers in the longest vector of any processor; lanes with an impact are solved in blocks of this size."""
+LANE_BLOCK = 2 * VECTOR
+"""The number of lanes in use is a multiple of this: loops over all of them work on two vectors at a time."""
 
 # A state has 2 N + 2 rows: (u, u') of every block, then x1 and v1.
 
-# rows of `Columns.rows`
+# rows of `ImpactBatch.rows`
 START_X, START_V, GAP, END_X, END_V, END_LIMIT = 0, 1, 2, 3, 4, 5
-"""On entry x1 and v1 at the start of the cell and the clearance; on return x1, v1 and the limit at its end."""
-REACH, FOURTH, PLACE, JUMP, SIDE, SPEED, CONTACT_ACCELERATION, SURE, CERTAIN = 6, 7, 8, 9, 10, 11, 12, 13, 14
-"""Bounds at the start; z of the impact; velocity that it adds; stop; speed before it; acceleration toward the stop
-behind it; what remains of the certificates, and which of them hold."""
-HIGHEST = 15
-COLUMN_ROWS = 16
+"""Input: x1 and v1 at the start of the cell, and the clearance. Output: x1, v1 and the limit at its end."""
+REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 6, 7, 8, 9, 10, 11, 12
+"""Bounds of |x1| and of h^4/384 |x1''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
+impact; acceleration toward the stop after it."""
+MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE = 13, 14, 15
+"""Lower bound of the gap before the impact, its zero divided out; what is certified; upper bound of the gap before the
+impact."""
+BATCH_ROWS = 16
 
-NOTHING, FIRST, ONLY, NONE = 0.0, 1.0, 2.0, 3.0
-"""What is certain: nothing; the first impact in the cell; that it is the only one, and wants no closer look; that there
-is none."""
+UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
+"""Outcomes. Nothing is certified; the impact is the first in the cell; it is the only one, and needs no second pass;
+there is no impact."""
+
+QUARTIC_TO_HERMITE = HERMITE_DIVISOR / 144.0
+"""Factor from a bound of h^4/384 |x1''''|, as in the row FOURTH, to `quartic` of `lower_bound`, h^4/144 |x1''''|."""
+QUARTIC_TO_QUADRATIC = HERMITE_DIVISOR / 162.0
+"""Factor from the same to the error of the quadratic of `_find_impact`, h^4/162 |x1''''|."""
+PARABOLA_DIVISOR = 1e-300
+"""Lower bound of the denominator of a parabola's root: only a division by zero is avoided, and the root is limited to
+the cell anyway."""
 
 
-class Columns(NamedTuple):
-    """The lanes of one cell that have an impact, side by side.
+class ImpactBatch(NamedTuple):
+    """The lanes that have an impact in one cell, side by side.
 
     Attributes
     ----------
@@ -56,7 +72,7 @@ class Columns(NamedTuple):
         (u, u') of every block at the start of the cell, and at its end.
     series : (TERMS * LANES,)
         Coefficients of x1 in z.
-    rows : (COLUMN_ROWS * LANES,)
+    rows : (BATCH_ROWS * LANES,)
     """
 
     start: Floats
@@ -65,13 +81,13 @@ class Columns(NamedTuple):
     rows: Floats
 
 
-def columns(masses: int) -> Columns:
-    """Return room for all lanes of an oscillator."""
-    return Columns(
+def impact_batch(masses: int) -> ImpactBatch:
+    """Return an empty batch for an oscillator."""
+    return ImpactBatch(
         start=np.zeros(2 * masses * LANES),
         end=np.zeros(2 * masses * LANES),
         series=np.zeros(TERMS * LANES),
-        rows=np.zeros(COLUMN_ROWS * LANES),
+        rows=np.zeros(BATCH_ROWS * LANES),
     )
 
 
@@ -79,8 +95,7 @@ def columns(masses: int) -> Columns:
 def _advance_fused(
     masses: Masses,
     tables: LaneTables,
-    steady_x: float,
-    steady_v: float,
+    end: int,
     here: Floats,
     there: Floats,
     limit: Floats,
@@ -88,6 +103,7 @@ def _advance_fused(
     used: int,
 ) -> int:
     flow, output_row = tables.flow, tables.output_row
+    steady_x, steady_v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     third = tables.scalars[lane_tables.STEP] / 3.0
     flagged = 0
     at_x, at_v = 2 * len(masses) * LANES, (2 * len(masses) + 1) * LANES
@@ -115,21 +131,21 @@ def _advance_fused(
 def _advance_by_block(
     blocks: int,
     tables: LaneTables,
-    steady_x: float,
-    steady_v: float,
+    end: int,
     here: Floats,
     there: Floats,
     limit: Floats,
     flags: Integers,
     used: int,
 ) -> int:
+    steady_x, steady_v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     third = tables.scalars[lane_tables.STEP] / 3.0
     used = min(used, LANES)
     start = here[2 * blocks * LANES : (2 * blocks + 2) * LANES]
-    end = there[2 * blocks * LANES : (2 * blocks + 2) * LANES]
+    after = there[2 * blocks * LANES : (2 * blocks + 2) * LANES]
     for lane in range(used):
-        end[lane] = steady_x
-        end[LANES + lane] = steady_v
+        after[lane] = steady_x
+        after[LANES + lane] = steady_v
     for j in range(blocks):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
         r0, r1, r2, r3 = (
@@ -138,18 +154,18 @@ def _advance_by_block(
             tables.output_row[j, 2],
             tables.output_row[j, 3],
         )
-        before, behind = here[2 * j * LANES : (2 * j + 2) * LANES], there[2 * j * LANES : (2 * j + 2) * LANES]
+        block, moved = here[2 * j * LANES : (2 * j + 2) * LANES], there[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(used):
-            first, second = before[lane], before[LANES + lane]
+            first, second = block[lane], block[LANES + lane]
             a = f0 * first + f1 * second
             b = f2 * first + f3 * second
-            behind[lane] = a
-            behind[LANES + lane] = b
-            end[lane] += r0 * a + r1 * b
-            end[LANES + lane] += r2 * a + r3 * b
+            moved[lane] = a
+            moved[LANES + lane] = b
+            after[lane] += r0 * a + r1 * b
+            after[LANES + lane] += r2 * a + r3 * b
     flagged = 0
     for lane in range(used):
-        x, v = end[lane], end[LANES + lane]
+        x, v = after[lane], after[LANES + lane]
         x0, v0 = start[lane], start[LANES + lane]
         highest = max(max(abs(x0), abs(x0 + third * v0)), max(abs(x - third * v), abs(x)))
         flag = 0 if highest < limit[lane] else 1
@@ -169,33 +185,32 @@ def advance(
     flags: Integers,
     used: int,
 ) -> int:
-    """Carry the first `used` lanes over one cell without impacts; certify where there is none (`contact.is_clear`).
+    """Carry the first `used` lanes over one cell without impacts, and flag the lanes that may have a contact in it.
 
     Parameters
     ----------
     end : int
         Cell boundary at which the cell ends.
     here, there : ((2 N + 2) * LANES,)
-        State at the start, which is left as it is, and at the end.
+        States at the start of the cell (input) and at its end (output).
     limit : (LANES,)
-        What the Bernstein coefficients of |x1| must stay below for a cell to be clear.
+        There is no contact where the Bernstein coefficients of |x1| are below this (`cells.is_clear`).
     flags : (LANES,)
-        On return 1 where the cell may have a contact.
+        Output: 1 where there may be a contact, else 0.
     used : int
-        A multiple of COLUMNS.
+        A multiple of LANE_BLOCK.
 
     Returns
     -------
     The number of lanes flagged.
     """
-    x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     if len(masses) <= MOST_FUSED_MASSES:
-        return _advance_fused(masses, tables, x, v, here, there, limit, flags, used)
-    return _advance_by_block(len(masses), tables, x, v, here, there, limit, flags, used)
+        return _advance_fused(masses, tables, end, here, there, limit, flags, used)
+    return _advance_by_block(len(masses), tables, end, here, there, limit, flags, used)
 
 
 @fused_kernel
-def refresh_limits(
+def update_limits(
     blocks: int,
     tables: LaneTables,
     state: Floats,
@@ -204,7 +219,7 @@ def refresh_limits(
     reach: Floats,
     used: int,
 ) -> None:
-    """Set limit (LANES,) from the bounds of all that is to come, and reach (LANES,) to that of |x1|."""
+    """Update limit (LANES,), and reach (LANES,), a bound of |x1| for all time to come without impacts."""
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
     for lane in range(min(used, LANES)):
@@ -222,32 +237,35 @@ def refresh_limits(
 
 
 @fused_inlined
-def _terms(masses: Masses, row: Floats, start: Floats, forcing: float, column: int) -> float:
+def _coefficient(masses: Masses, row: Floats, start: Floats, forcing: float, k: int) -> float:
+    """Return one coefficient of x1 in z for lane k of a batch."""
     total = forcing
     for c in range(2 * len(masses)):
-        total += row[c] * start[c * LANES + column]
+        total += row[c] * start[c * LANES + k]
     return total
 
 
 @fused_inlined
-def _expand(masses: Masses, table: Floats, forcing: Floats, start: Floats, series: Floats, count: int) -> None:
-    """Write the coefficients of x1 in z, three at a time: the state is read seldom, and the tables fit in registers."""
+def _expand_positions(
+    masses: Masses, table: Floats, forcing: Floats, start: Floats, series: Floats, count: int
+) -> None:
+    """Write the coefficients of x1 in z, three at a time: so many rows of the table fit in registers."""
     count = min(count, LANES)
     for n in range(0, TERMS, 3):
         f0, f1, f2 = forcing[n], forcing[n + 1], forcing[n + 2]
         t0, t1, t2 = table[n], table[n + 1], table[n + 2]
         out = series[n * LANES : (n + 3) * LANES]
         for k in range(count):
-            out[k] = _terms(masses, t0, start, f0, k)
-            out[LANES + k] = _terms(masses, t1, start, f1, k)
-            out[2 * LANES + k] = _terms(masses, t2, start, f2, k)
+            out[k] = _coefficient(masses, t0, start, f0, k)
+            out[LANES + k] = _coefficient(masses, t1, start, f1, k)
+            out[2 * LANES + k] = _coefficient(masses, t2, start, f2, k)
 
 
 @fused_inlined
-def _free_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count: int) -> None:
-    """Write the state at the end of the cell as if there were no impact, x1 and v1 there, and the bounds so far."""
+def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, count: int) -> None:
+    """Write the state, x1 and v1 at the end of the cell without the impact, and the bounds without it."""
     count = min(count, LANES)
-    rows = columns.rows
+    rows = batch.rows
     x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     for k in range(count):
@@ -264,14 +282,14 @@ def _free_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count
             tables.output_row[j, 3],
         )
         frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
-        before = columns.start[2 * j * LANES : (2 * j + 2) * LANES]
-        behind = columns.end[2 * j * LANES : (2 * j + 2) * LANES]
+        block = batch.start[2 * j * LANES : (2 * j + 2) * LANES]
+        moved = batch.end[2 * j * LANES : (2 * j + 2) * LANES]
         for k in range(count):
-            first, second = before[k], before[LANES + k]
+            first, second = block[k], block[LANES + k]
             a = f0 * first + f1 * second
             b = f2 * first + f3 * second
-            behind[k] = a
-            behind[LANES + k] = b
+            moved[k] = a
+            moved[LANES + k] = b
             rows[END_X * LANES + k] += r0 * a + r1 * b
             rows[END_V * LANES + k] += r2 * a + r3 * b
             envelope = frequency * abs(first) + abs(second)
@@ -280,7 +298,7 @@ def _free_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count
 
 
 @fused_inlined
-def _value_slope_bend(series: Floats, k: int, z: float) -> tuple[float, float, float]:
+def _value_and_two_derivatives(series: Floats, k: int, z: float) -> tuple[float, float, float]:
     """Return a polynomial of degree 14, its derivative and half its second derivative (Horner, written out)."""
     f = series[14 * LANES + k]
     d = f
@@ -328,7 +346,7 @@ def _value_slope_bend(series: Floats, k: int, z: float) -> tuple[float, float, f
 
 
 @fused_inlined
-def _value_slope(series: Floats, k: int, z: float) -> tuple[float, float]:
+def _value_and_slope(series: Floats, k: int, z: float) -> tuple[float, float]:
     """Return a polynomial of degree 14 and its derivative (Horner, written out)."""
     f = series[14 * LANES + k]
     d = f
@@ -363,11 +381,12 @@ def _value_slope(series: Floats, k: int, z: float) -> tuple[float, float]:
 
 
 @fused_inlined
-def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
-    """Return a lower bound of a function on [0, 1] from values and slopes at the ends, |fourth derivative| / 144 known.
+def lower_bound(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
+    """Return a lower bound of a function on [0, 1] from its values g and slopes d at the ends.
 
-    Hermite's interpolant in Bernstein's basis of degree four; its error, at most that times 6 t^2 (1 - t)^2, falls on
-    the middle coefficient.
+    `quartic` is a bound of |fourth derivative| / 144. The bound is the minimum of the coefficients of the cubic Hermite
+    interpolant in the Bernstein basis of degree four. The error of the interpolant is at most quartic 6 t^2 (1 - t)^2,
+    which changes the middle coefficient only.
     """
     c1, c2 = g0 + d0 / 3.0, g1 - d1 / 3.0
     ends = min(min(g0, g1), min(0.25 * g0 + 0.75 * c1, 0.25 * g1 + 0.75 * c2))
@@ -375,40 +394,40 @@ def least_on(g0: float, d0: float, g1: float, d1: float, quartic: float) -> floa
 
 
 @fused_inlined
-def _guess_impact(step: float, margin: float, columns: Columns, count: int) -> None:
-    """Guess where x1 reaches the stop that it is nearer to, or certify that it does not.
+def _approximate_impact(step: float, margin: float, batch: ImpactBatch, count: int) -> None:
+    """Approximate z of the contact with the stop that x1 is closer to, or certify that there is no contact.
 
-    The guess is the root of the polynomial of degree five through positions and velocities at both ends and at
-    mid-cell, to five digits or so, in two steps of Halley's method from that of a parabola. Second derivatives are
-    those of the cubic through both ends. That there is no contact at all is certified more sharply than in `advance`.
+    The approximation is the root, to about five digits, of the polynomial of degree five through positions and
+    velocities at both ends and at the middle of the cell: two steps of Halley's method from the root of a parabola,
+    with the second derivative of the cubic through both ends. The certificate is sharper than that of `advance`.
     """
     count = min(count, LANES)
-    rows, series = columns.rows, columns.series
+    rows, series = batch.rows, batch.series
     for k in range(count):
         x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
         x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
         clearance = rows[GAP * LANES + k]
-        # the cubic at mid-cell tells the stop
+        # the sign of the cubic at the middle of the cell decides between the stops
         side = 1.0 if 4.0 * (x0 + x1) + step * (v0 - v1) > 0.0 else -1.0
         g0, g1 = clearance - side * x0, clearance - side * x1
         d0, d1 = -side * v0 * step, -side * v1 * step
-        falling = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
-        t = min(max(2.0 * g0 / max(np.sqrt(falling) - d0, 1e-300), 0.0), 1.0)
+        discriminant = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
+        t = min(max(2.0 * g0 / max(np.sqrt(discriminant) - d0, PARABOLA_DIVISOR), 0.0), 1.0)
         rows[SIDE * LANES + k] = side
-        rows[PLACE * LANES + k] = t
-        quartic = (384.0 / 144.0) * rows[FOURTH * LANES + k]
+        rows[IMPACT_Z * LANES + k] = t
+        quartic = QUARTIC_TO_HERMITE * rows[FOURTH * LANES + k]
         twice = 2.0 * clearance
-        least = min(least_on(g0, d0, g1, d1, quartic), least_on(twice - g0, -d0, twice - g1, -d1, quartic))
-        none = least > margin * (rows[REACH * LANES + k] + clearance)
-        rows[CERTAIN * LANES + k] = NONE if none else NOTHING
+        minimum = min(lower_bound(g0, d0, g1, d1, quartic), lower_bound(twice - g0, -d0, twice - g1, -d1, quartic))
+        none = minimum > margin * (rows[REACH * LANES + k] + clearance)
+        rows[OUTCOME * LANES + k] = NO_IMPACT if none else UNCERTAIN
     for k in range(count):
         x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
         x1, v1 = rows[END_X * LANES + k], rows[END_V * LANES + k]
-        clearance, side, t = rows[GAP * LANES + k], rows[SIDE * LANES + k], rows[PLACE * LANES + k]
+        clearance, side, t = rows[GAP * LANES + k], rows[SIDE * LANES + k], rows[IMPACT_Z * LANES + k]
         g0, g1 = clearance - side * x0, clearance - side * x1
         d0, d1 = -side * v0 * step, -side * v1 * step
         c2, c3 = 3.0 * (g1 - g0) - 2.0 * d0 - d1, 2.0 * (g0 - g1) + d0 + d1
-        # what is left of value and slope at mid-cell
+        # residuals of value and slope at the middle of the cell
         middle = 16.0 * (clearance - side * series[k] - 0.5 * (g0 + g1) - 0.125 * (d0 - d1))
         tilt = 16.0 * (-2.0 * side * series[LANES + k] - 1.5 * (g1 - g0) + 0.25 * (d0 + d1))
         w, q = t * (1.0 - t), middle + tilt * (t - 0.5)
@@ -422,54 +441,54 @@ def _guess_impact(step: float, margin: float, columns: Columns, count: int) -> N
         e = 3.0 * c3 * t + c2
         t = t - f * d / (d * d - f * e)
         rows[CONTACT_ACCELERATION * LANES + k] = -0.25 * side * (3.0 * c3 * t + c2)
-        rows[PLACE * LANES + k] = min(max(2.0 * t - 1.0, -1.0), 1.0)
+        rows[IMPACT_Z * LANES + k] = min(max(2.0 * t - 1.0, -1.0), 1.0)
 
 
 @fused_inlined
 def _find_impact(
-    step: float, restitution: float, viscous_term: float, margin: float, columns: Columns, count: int
+    step: float, restitution: float, viscous_term: float, margin: float, batch: ImpactBatch, count: int
 ) -> None:
-    """Find where x1 reaches the stop that it is nearer to, and certify that it did not do so before.
+    """Find z of the first contact with the stop that x1 is closer to, and bound the gap before it.
 
-    Two steps of Halley's method with the whole series take the guess to round-off. The certificate: Hermite's
-    interpolant with double nodes at the start of the cell and at the impact errs by
-    x''''(xi)/24 tau^2 (tau_i - tau)^2; divided by its zero, (tau_i - tau), what is left is a quadratic, positive if
-    its three Bernstein coefficients exceed max|x''''| tau_i^4 / 162.
+    Two steps of Halley's method with the whole series, from the approximation, converge to round-off. The contact is
+    the first if the gap is positive before it. The Hermite interpolant of the gap with double nodes at the start of the
+    cell and at the impact has the error x''''(xi)/24 tau^2 (tau_i - tau)^2. Divided by its zero, (tau_i - tau), the
+    interpolant is a quadratic; the gap is positive if its three Bernstein coefficients exceed max|x''''| tau_i^4 / 162.
     """
     count = min(count, LANES)
-    _guess_impact(step, margin, columns, count)
-    rows, series = columns.rows, columns.series
+    _approximate_impact(step, margin, batch, count)
+    rows, series = batch.rows, batch.series
     per_step = 2.0 / step
     per_square = 2.0 * per_step * per_step
-    bounce = 1.0 + restitution
+    rebound = 1.0 + restitution
     for k in range(count):
-        z, e = rows[PLACE * LANES + k], rows[CONTACT_ACCELERATION * LANES + k]
-        f, d = _value_slope(series, k, z)
+        z, e = rows[IMPACT_Z * LANES + k], rows[CONTACT_ACCELERATION * LANES + k]
+        f, d = _value_and_slope(series, k, z)
         f = rows[SIDE * LANES + k] * rows[GAP * LANES + k] - f
-        rows[PLACE * LANES + k] = z + f * d / (d * d + f * e)
+        rows[IMPACT_Z * LANES + k] = z + f * d / (d * d + f * e)
     for k in range(count):
-        z, side, clearance = rows[PLACE * LANES + k], rows[SIDE * LANES + k], rows[GAP * LANES + k]
-        f, d, e = _value_slope_bend(series, k, z)
+        z, side, clearance = rows[IMPACT_Z * LANES + k], rows[SIDE * LANES + k], rows[GAP * LANES + k]
+        f, d, e = _value_and_two_derivatives(series, k, z)
         f = side * clearance - f
         change = f * d / (d * d + f * e)
         z += change
         v = (d + 2.0 * e * change) * per_step
-        jump = -bounce * v
+        jump = -rebound * v
         speed = side * v
         passed = 0.5 * (1.0 + z)
         square = passed * passed
         g0, d0 = clearance - side * rows[START_X * LANES + k], -side * rows[START_V * LANES + k] * step
         quadratic = min(min(g0, 1.5 * g0 + 0.5 * passed * d0), passed * step * speed)
-        rows[PLACE * LANES + k] = z
+        rows[IMPACT_Z * LANES + k] = z
         rows[JUMP * LANES + k] = jump
         rows[SPEED * LANES + k] = speed
         rows[CONTACT_ACCELERATION * LANES + k] = side * (e * per_square - viscous_term * jump)
-        rows[SURE * LANES + k] = quadratic - (384.0 / 162.0) * square * square * rows[FOURTH * LANES + k]
-        rows[HIGHEST * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
-        # the change after this one is as good as zero, and so small that the speed is right
-        settled = (abs(change) < 1e-8) & (abs(e * change) < 1e-6 * abs(d))
-        said = rows[CERTAIN * LANES + k]
-        rows[CERTAIN * LANES + k] = NONE if said == NONE else (FIRST if settled & (abs(z) < 1.0) else NOTHING)
+        rows[MINIMUM_BEFORE * LANES + k] = quadratic - QUARTIC_TO_QUADRATIC * square * square * rows[FOURTH * LANES + k]
+        rows[MAXIMUM_BEFORE * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
+        converged = (abs(change) < ROOT_CHANGE) & (abs(e * change) < ROOT_SLOPE_CHANGE * abs(d))
+        known = rows[OUTCOME * LANES + k]
+        found = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
+        rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else found
 
 
 @fused_inlined
@@ -496,10 +515,10 @@ def horner(table: Floats, z: float) -> float:
 
 
 @fused_inlined
-def _kicked_end(blocks: int, tables: LaneTables, end: int, columns: Columns, count: int) -> None:
-    """Add the impact to the state at the end of the cell; x1, v1 and the limit there."""
+def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, count: int) -> None:
+    """Add the effect of the impact to the state at the end of the cell; write x1, v1 and the limit there."""
     count = min(count, LANES)
-    rows = columns.rows
+    rows = batch.rows
     x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
@@ -517,80 +536,85 @@ def _kicked_end(blocks: int, tables: LaneTables, end: int, columns: Columns, cou
             tables.output_row[j, 3],
         )
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
-        behind = columns.end[2 * j * LANES : (2 * j + 2) * LANES]
+        moved = batch.end[2 * j * LANES : (2 * j + 2) * LANES]
         for k in range(count):
-            z, jump = rows[PLACE * LANES + k], rows[JUMP * LANES + k]
-            a = behind[k] + jump * horner(first_table, z)
-            b = behind[LANES + k] + jump * horner(second_table, z)
-            behind[k] = a
-            behind[LANES + k] = b
+            z, jump = rows[IMPACT_Z * LANES + k], rows[JUMP * LANES + k]
+            a = moved[k] + jump * horner(first_table, z)
+            b = moved[LANES + k] + jump * horner(second_table, z)
+            moved[k] = a
+            moved[LANES + k] = b
             rows[END_X * LANES + k] += r0 * a + r1 * b
             rows[END_V * LANES + k] += r2 * a + r3 * b
             rows[END_LIMIT * LANES + k] -= weight * (frequency * abs(a) + abs(b))
 
 
 @fused_inlined
-def _certify(tables: LaneTables, columns: Columns, count: int) -> None:
-    """Certify the rest of the cell, and that nothing about the impact wants a closer look.
+def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
+    """Certify that the impact is the first in the cell, that it is the only one, and that it needs no second pass.
 
-    Behind the impact as before it (`_find_impact`), with the zero at the start. The other stop is out of reach where
-    the Bernstein coefficients of both arcs stay short of it. Mass 1 must not be so near to this stop at the end, and
-    come back within the next cell, that the gap needs a precision of its own, nor come to rest there.
+    After the impact the gap is bounded as before it (`_find_impact`), with its zero at the start. There is no contact
+    with the other stop if the Bernstein coefficients of both arcs are below its distance. A second pass is needed where
+    mass 1 ends so close to this stop, and returns within the next cell, that the gap must be carried along by itself
+    (ANCHORED_GAP), and where mass 1 may come to rest.
     """
     count = min(count, LANES)
-    rows = columns.rows
+    rows = batch.rows
     step, restitution = tables.scalars[lane_tables.STEP], tables.scalars[lane_tables.RESTITUTION]
-    kick_reach, kick_fourth = tables.scalars[lane_tables.KICK_REACH], tables.scalars[lane_tables.KICK_FOURTH]
-    at_rest = 1e-4 * (1.0 - restitution) * step
+    impulse_reach, impulse_fourth = (
+        tables.scalars[lane_tables.IMPULSE_REACH],
+        tables.scalars[lane_tables.IMPULSE_FOURTH],
+    )
+    at_rest = LANE_REST_SHARE * (1.0 - restitution) * step
     for k in range(count):
         clearance, side = rows[GAP * LANES + k], rows[SIDE * LANES + k]
         jump = abs(rows[JUMP * LANES + k])
-        left = 0.5 * (1.0 - rows[PLACE * LANES + k])
+        left = 0.5 * (1.0 - rows[IMPACT_Z * LANES + k])
         time = left * step
         leaving = restitution * rows[SPEED * LANES + k]
         gap, rate = clearance - side * rows[END_X * LANES + k], -side * rows[END_V * LANES + k]
-        reach = rows[REACH * LANES + k] + kick_reach * jump
-        fourth = rows[FOURTH * LANES + k] + kick_fourth * jump
+        reach = rows[REACH * LANES + k] + impulse_reach * jump
+        fourth = rows[FOURTH * LANES + k] + impulse_fourth * jump
         square = left * left
         quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
         margin = LANE_SURE * (reach + clearance)
         above = 2.0 * clearance - fourth - margin
-        first = min(rows[SURE * LANES + k] - margin, above - rows[HIGHEST * LANES + k])
-        rest = quadratic - (384.0 / 162.0) * square * square * fourth - margin
-        rest = min(rest, above - max(time * leaving / 3.0, max(gap, gap - time * rate / 3.0)))
+        first = min(rows[MINIMUM_BEFORE * LANES + k] - margin, above - rows[MAXIMUM_BEFORE * LANES + k])
+        after = quadratic - QUARTIC_TO_QUADRATIC * square * square * fourth - margin
+        after = min(after, above - max(time * leaving / 3.0, max(gap, gap - time * rate / 3.0)))
         # the parabola through both rates, a cell ahead, times the time left
         ahead = time * gap + step * (time * rate + 0.5 * step * (rate - leaving))
         bouncing = 2.0 * leaving - at_rest * rows[CONTACT_ACCELERATION * LANES + k]
         apart = max(ahead, gap - ANCHORED_GAP * clearance)
-        only = min(rest, min(apart, bouncing)) > 0.0
-        said = rows[CERTAIN * LANES + k]
-        certain = (first > 0.0) & (said == FIRST)
-        rows[CERTAIN * LANES + k] = NONE if said == NONE else ((ONLY if only else FIRST) if certain else NOTHING)
+        single = min(after, min(apart, bouncing)) > 0.0
+        known = rows[OUTCOME * LANES + k]
+        verified = (SINGLE_IMPACT if single else FIRST_IMPACT) if (first > 0.0) & (known == FIRST_IMPACT) else UNCERTAIN
+        rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else verified
 
 
 @kernel
-def solve_impacts(masses: Masses, tables: LaneTables, cell: int, columns: Columns, count: int) -> None:
-    """Find the one impact of each column in a cell, and carry it on to the cell's end.
+def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: ImpactBatch, count: int) -> None:
+    """Find the impact of each lane of a batch in a cell, and carry the lane to the end of the cell.
 
     Parameters
     ----------
     cell : int
         Index in the forcing period.
-    columns : Columns
-        `start` and the rows START_X, START_V, GAP are read; all else is written. Where CERTAIN is ONLY there is exactly
-        one impact in the cell; where it is FIRST, one at PLACE and perhaps more behind it; where it is NONE, none.
+    batch : ImpactBatch
+        Input: `start` and the rows START_X, START_V, GAP; all else is output. The cell has exactly one impact where
+        OUTCOME is SINGLE_IMPACT, one at IMPACT_Z and possibly others after it where it is FIRST_IMPACT, and none where
+        it is NO_IMPACT.
     count : int
-        Columns filled, a multiple of VECTOR.
+        Lanes in the batch, a multiple of VECTOR.
     """
     end = cell + 1
     scalars = tables.scalars
-    _expand(masses, tables.series, tables.forcing[cell], columns.start, columns.series, count)
-    _free_end(len(masses), tables, end, columns, count)
+    _expand_positions(masses, tables.series, tables.forcing[cell], batch.start, batch.series, count)
+    _end_without_impact(len(masses), tables, end, batch, count)
     step, restitution, viscous_term = (
         scalars[lane_tables.STEP],
         scalars[lane_tables.RESTITUTION],
-        scalars[lane_tables.DRAG],
+        scalars[lane_tables.VISCOUS_TERM],
     )
-    _find_impact(step, restitution, viscous_term, scalars[lane_tables.MARGIN], columns, count)
-    _kicked_end(len(masses), tables, end, columns, count)
-    _certify(tables, columns, count)
+    _find_impact(step, restitution, viscous_term, scalars[lane_tables.MARGIN], batch, count)
+    _add_impulse(len(masses), tables, end, batch, count)
+    _certify_impact(tables, batch, count)

@@ -1,16 +1,16 @@
-"""Many trajectories of one oscillator at one forcing frequency in lockstep, cell after cell.
+"""Trajectories of one oscillator at one forcing frequency in lockstep, cell after cell.
 
 All lanes are in the same cell of the same half period; each has its own clearance, state and regime. Cells without a
-contact, and those with one impact that can be certified, are done for all lanes at once (`lanes`). Lanes that need more
-(several impacts on one stop, a slow bounce, a close passage) go through a second pass together (`bounces`). What is
-left (rest on a stop, a graze to within round-off, both stops in one cell) goes through the cell by itself, as a
-trajectory on its own would (`walk`, `sticking`), and is back in step at the cell's end.
+contact, and cells with one impact that can be certified, are computed for all lanes at once (`lanes`). Lanes with
+several impacts on one stop, a slow rebound or a close passage go through a second pass together (`multi_impact_cell`).
+All others (rest on a stop, a graze to within round-off, both stops in one cell) go through the cell one by one, as a
+single trajectory would (`event_loop`, `sticking`).
 
-A lane gets the same bytes whatever the others do.
+The result of a lane does not depend on the others, to the last bit.
 """
 
-# Handing a tuple of many arrays to a function, or looking up an array in it, costs as much as an impact: what is done
-# once per impact is inlined and works on arrays that were looked up before.
+# Passing a tuple of many arrays to a function, or looking up an array in it, costs as much as an impact. What is done
+# once per impact is therefore inlined, and uses arrays that were looked up before.
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ from grazemap_core.contact.kernels.cells import (
 )
 from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import (
     ANCHOR,
     AT_STOP,
@@ -53,60 +52,60 @@ from grazemap_core.contact.kernels.workspace import (
     Workspace,
 )
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
-from grazemap_core.maps.kernels import lanes as rows
-from grazemap_core.maps.kernels import multi_impact_cell
-from grazemap_core.maps.kernels.lane_tables import LaneTables
+from grazemap_core.maps.kernels import lanes as first
+from grazemap_core.maps.kernels import multi_impact_cell as second
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LaneModel
 from grazemap_core.maps.kernels.lanes import (
     LANES,
     VECTOR,
-    Columns,
+    ImpactBatch,
     Masses,
     advance,
-    columns,
-    refresh_limits,
+    impact_batch,
     solve_impacts,
+    update_limits,
 )
 from grazemap_core.maps.kernels.multi_impact_cell import WIDTH
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 
 OUT_OF_REACH = 1e300
-"""Clearance of a lane out of use; finite, because differences of infinities are not."""
+"""Clearance of a lane that is out of use; finite, so that differences are."""
 
 FREE, NEAR, RESTING = 0, 1, 2
 """Regimes at the boundary of a cell."""
-LEAVING, STEPPING = 3, 4
-"""Within a cell: on the way to be NEAR, or FREE, at its end."""
+BECOMES_NEAR, BECOMES_FREE = 3, 4
+"""Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
 
 CONTACT_ACCELERATION = KIND + 1
-"""Column of a lane's events behind those of `workspace`: acceleration of mass 1 toward the stop behind an impact."""
+"""Column of a lane's events after those of `workspace`: acceleration of mass 1 toward the stop after an impact."""
 LANE_EVENT_COLUMNS = KIND + 2
 
 
 class Lanes(NamedTuple):
-    """Where every lane stands; LANES of each, one after the other.
+    """States and regimes of all lanes.
 
     Attributes
     ----------
     even, odd : ((2 N + 2) * LANES,)
-        State: (u, u') of every block, x1 and v1. They take turns as the start and the end of a cell; a half period
-        begins, and ends, with `even`.
+        State: (u, u') of every block, x1 and v1, at the start and at the end of a cell by turns; at the start and at
+        the end of a half period in `even`.
     clearance, limit, reach : (LANES,)
-        The clearance; what bounds of |x1| must stay below for a cell to be clear; bound of |x1| for all time to come.
+        The clearance; limit of `lanes.advance`; bound of |x1| for all time to come without impacts.
     tally : (TALLY_SIZE, LANES)
         As in `workspace.Workspace`.
     regime : (LANES,)
         FREE between the stops, NEAR a stop that mass 1 has just left, RESTING on one.
     cursor, near, resting, since : (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
-        The regime of a lane that is not free, as in `workspace.Workspace` and `held.HeldProblem`.
+        Of a lane that is not FREE, as in `workspace.Workspace` and `sticking_flow.HeldProblem`.
     status : (LANES,)
         OK, or why the trajectory ended.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
-        First columns as in `workspace`, and PRESSING. Those since the trajectory began, or since whoever runs the lanes
-        emptied them (`cursor`); beyond the capacity they are counted only.
-    waiting, alone, offset : (LANES,), (LANES, 2 N), (LANES,)
-        Lanes that must go through the present cell by themselves; (u, u') and the time in the cell where they begin.
-    flags, chosen, beside, tile_lane, active, columns, tile
+        Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start of the trajectory, or since the
+        caller emptied them (`cursor`); those beyond the capacity are counted only.
+    deferred, deferred_state, deferred_offset : (LANES,), (LANES, 2 N), (LANES,)
+        Lanes that go through the present cell one by one; (u, u') and time in the cell at which they start.
+    flags, flagged, not_free, lane_of, active, first_pass, second_pass
         Scratch.
     """
 
@@ -123,20 +122,46 @@ class Lanes(NamedTuple):
     since: Floats
     status: Integers
     events: Floats
-    waiting: Integers
-    alone: Floats
-    offset: Floats
+    deferred: Integers
+    deferred_state: Floats
+    deferred_offset: Floats
     flags: Integers
-    chosen: Integers
-    beside: Integers
-    tile_lane: Integers
+    flagged: Integers
+    not_free: Integers
+    lane_of: Integers
     active: Integers
-    columns: Columns
-    tile: multi_impact_cell.Tile
+    first_pass: ImpactBatch
+    second_pass: second.SecondPass
+
+
+class CellStep(NamedTuple):
+    """One cell of one half period.
+
+    Attributes
+    ----------
+    cell, half : int
+        Index of the cell in the forcing period, and of the half period.
+    here, there : ((2 N + 2) * LANES,)
+        States of all lanes at its start and at its end.
+    """
+
+    cell: int
+    half: int
+    here: Floats
+    there: Floats
+
+
+class Impact(NamedTuple):
+    """One impact: time since the start of the half period, stop, speed before it and contact acceleration after it."""
+
+    time: float
+    side: float
+    speed: float
+    contact_acceleration: float
 
 
 def lanes(masses: int, events: int = 0) -> Lanes:
-    """Return idle lanes for an oscillator, with room for so many events of each."""
+    """Return lanes out of use for an oscillator, with the capacity for so many events of each."""
     return Lanes(
         even=np.zeros((2 * masses + 2) * LANES),
         odd=np.zeros((2 * masses + 2) * LANES),
@@ -151,22 +176,22 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         since=np.zeros((LANES, 2)),
         status=np.zeros(LANES, dtype=np.int64),
         events=np.zeros((LANES, events, LANE_EVENT_COLUMNS)),
-        waiting=np.zeros(LANES, dtype=np.int64),
-        alone=np.zeros((LANES, 2 * masses)),
-        offset=np.zeros(LANES),
+        deferred=np.zeros(LANES, dtype=np.int64),
+        deferred_state=np.zeros((LANES, 2 * masses)),
+        deferred_offset=np.zeros(LANES),
         flags=np.zeros(LANES, dtype=np.int64),
-        chosen=np.zeros(LANES + 1, dtype=np.int64),
-        beside=np.zeros(LANES, dtype=np.int64),
-        tile_lane=np.zeros(WIDTH, dtype=np.int64),
+        flagged=np.zeros(LANES + 1, dtype=np.int64),
+        not_free=np.zeros(LANES, dtype=np.int64),
+        lane_of=np.zeros(WIDTH, dtype=np.int64),
         active=np.zeros(WIDTH, dtype=np.int64),
-        columns=columns(masses),
-        tile=multi_impact_cell.tile(masses),
+        first_pass=impact_batch(masses),
+        second_pass=second.second_pass(masses),
     )
 
 
 @kernel
-def idle(group: Lanes, lane: int) -> None:
-    """Put a lane out of use: at rest, and out of reach of any stop."""
+def clear_lane(group: Lanes, lane: int) -> None:
+    """Take a lane out of use: at rest, with stops out of reach."""
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + lane] = 0.0
         group.odd[c * LANES + lane] = 0.0
@@ -177,15 +202,15 @@ def idle(group: Lanes, lane: int) -> None:
 
 @kernel
 def _limit(problem: CellProblem, u: Floats, clearance: float) -> float:
-    """Return what the Bernstein coefficients of |x1| must stay below for a cell to be clear (`contact.is_clear`)."""
+    """Return the limit of `lanes.advance`."""
     reach, fourth = bounds(problem, u)
     square = problem.step * problem.step
-    return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / 384.0 * fourth
+    return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / HERMITE_DIVISOR * fourth
 
 
 @kernel
-def put(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: int) -> None:
-    """Put a lane between the stops to another state u (N, 2) there, at the start of a half period."""
+def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: int) -> None:
+    """Set the state u (N, 2) of a lane, between the stops, at the start of a half period."""
     blocks = u.shape[0]
     boundary = half % 2 * (problem.cells // 2)
     x, v = first_mass(problem, u, problem.steady_table[boundary, 0], problem.steady_table[boundary, 1])
@@ -199,10 +224,10 @@ def put(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: int) -> 
 
 
 @kernel
-def begin(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float) -> None:
+def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float) -> None:
     """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
     group.clearance[lane] = clearance
-    put(group, lane, problem, u, plain(0))
+    set_state(group, lane, problem, u, plain(0))
     group.regime[lane] = FREE
     group.cursor[lane] = 0
     group.status[lane] = OK
@@ -212,9 +237,9 @@ def begin(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: f
 
 
 @kernel
-def begin_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float, stop: int) -> None:
+def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float, stop: int) -> None:
     """Start a trajectory with mass 1 on a stop in a lane, not moving into it, at the start of an even half period."""
-    begin(group, lane, problem, u, clearance)
+    start_lane(group, lane, problem, u, clearance)
     _, v = first_mass(problem, u, problem.steady_table[0, 0], problem.steady_table[0, 1])
     leaving = max(0.0, -stop * v)
     contact_acceleration = stop * first_acceleration(problem, u, problem.steady_table[0, 1])
@@ -222,29 +247,16 @@ def begin_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats, clea
     group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
-    group.regime[lane] = RESTING  # it goes through its first cell alone
+    group.regime[lane] = RESTING  # it goes through its first cell by itself
     group.limit[lane] = -np.inf
     if may_rest(problem.restitution, problem.step, contact_acceleration, leaving):
         group.status[lane] = AT_STOP
 
 
 @inlined
-def _enter_impact(
-    tally: Floats,
-    cursor: Integers,
-    events: Floats,
-    lane: int,
-    half: int,
-    cell_start: float,
-    after: float,
-    side: float,
-    speed: float,
-    contact_acceleration: float,
-) -> None:
-    """Enter an impact into a lane's tally, and into its events; where there is no room it is only counted.
-
-    `cell_start` is the time from the start of the half period to that of the cell, `after` from there to the impact.
-    """
+def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: Impact) -> None:
+    """Enter an impact into a lane's tally and, up to their capacity, into its events."""
+    side, speed, contact_acceleration = impact.side, impact.speed, impact.contact_acceleration
     tally[RIGHT if side > 0.0 else LEFT, lane] += 1.0
     tally[FOLLOWED, lane] += 1.0
     tally[MIN_SPEED, lane] = min(tally[MIN_SPEED, lane], speed)
@@ -253,7 +265,7 @@ def _enter_impact(
     row = cursor[lane, ROWS]
     if row < events.shape[1]:
         events[lane, row, HALF] = half
-        events[lane, row, TIME] = cell_start + after
+        events[lane, row, TIME] = impact.time
         events[lane, row, STOP] = side
         events[lane, row, VELOCITY] = side * speed
         events[lane, row, KIND] = IMPACT
@@ -262,269 +274,287 @@ def _enter_impact(
 
 
 @kernel
-def _set_aside(group: Lanes, lane: int, count: int, here: Floats) -> int:
-    """Let a lane go through the whole cell by itself. Returns how many do so now."""
-    for c in range(group.alone.shape[1]):
-        group.alone[lane, c] = here[c * LANES + lane]
-    group.offset[lane] = 0.0
-    group.waiting[count] = lane
+def _defer_cell(group: Lanes, lane: int, count: int, here: Floats) -> int:
+    """Defer a lane from the start of the cell on. Returns how many lanes are deferred now."""
+    for c in range(group.deferred_state.shape[1]):
+        group.deferred_state[lane, c] = here[c * LANES + lane]
+    group.deferred_offset[lane] = 0.0
+    group.deferred[count] = lane
     return count + 1
 
 
 @kernel
-def _set_aside_behind_impact(
-    problem: CellProblem, group: Lanes, lane: int, k: int, u: Floats, status: int, count: int
-) -> int:
-    """Let a lane go on by itself behind the impact at which column k of the tile stands. Returns how many do so now.
+def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, status: int, count: int) -> int:
+    """Defer lane k of the second pass from its last impact on. Returns how many lanes are deferred now.
 
     `status` is AT_STOP where mass 1 may come to rest there, else OK.
     """
-    at = group.tile.rows
+    at, end, lane = group.second_pass.rows, group.second_pass.end, group.lane_of[k]
     for j in range(u.shape[0]):
-        u[j, 0] = group.tile.end[2 * j * WIDTH + k]
-        u[j, 1] = group.tile.end[(2 * j + 1) * WIDTH + k]
-    left = 0.5 * (1.0 - at[multi_impact_cell.PLACE * WIDTH + k]) * problem.step
+        u[j, 0] = end[2 * j * WIDTH + k]
+        u[j, 1] = end[(2 * j + 1) * WIDTH + k]
+    left = 0.5 * (1.0 - at[second.ORIGIN * WIDTH + k]) * problem.step
     flow_state(problem, u, -left)
     for j in range(u.shape[0]):
-        group.alone[lane, 2 * j] = u[j, 0]
-        group.alone[lane, 2 * j + 1] = u[j, 1]
-    leaving = at[multi_impact_cell.RATE * WIDTH + k] / (0.5 * problem.step)
-    group.offset[lane] = problem.step - left
-    group.cursor[lane, ANCHOR] = 1 if at[multi_impact_cell.SIDE * WIDTH + k] > 0.0 else -1
+        group.deferred_state[lane, 2 * j] = u[j, 0]
+        group.deferred_state[lane, 2 * j + 1] = u[j, 1]
+    leaving = at[second.RATE * WIDTH + k] / (0.5 * problem.step)
+    group.deferred_offset[lane] = problem.step - left
+    group.cursor[lane, ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
     group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
     group.status[lane] = status
-    group.waiting[count] = lane
+    group.deferred[count] = lane
     return count + 1
 
 
 @kernel
-def _bounce(
-    masses: Masses,
-    problem: CellProblem,
-    tables: LaneTables,
-    group: Lanes,
-    count: int,
-    cell: int,
-    half: int,
-    here: Floats,
-    there: Floats,
-    u: Floats,
-    aside: int,
+def _run_second_pass(
+    masses: Masses, model: LaneModel, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
 ) -> int:
-    """Carry the lanes in the first `count` columns of the tile, which is filled but not entered, to the cell's end.
+    """Carry the first `count` lanes of the second pass, whose input is complete, to the end of the cell.
 
-    Returns how many lanes are set aside by now; `aside` were before.
+    Returns how many lanes are deferred now; `deferred` were before.
     """
-    tile, lanes_of, active, regime = group.tile, group.tile_lane, group.active, group.regime
-    tally, cursor, events, near = group.tally, group.cursor, group.events, group.near
-    clearance, limit = group.clearance, group.limit
-    at, end = tile.rows, tile.end
-    step, restitution = problem.step, problem.restitution
-    before = step * (cell % (problem.cells // 2))
-    half_step = 0.5 * step
-    states = 2 * len(masses)
+    tables, batch, active, at = model.tables, group.second_pass, group.active, group.second_pass.rows
     for k in range(WIDTH):
         active[k] = 1 if k < count else 0
         if k >= count:
-            at[multi_impact_cell.JUMP * WIDTH + k] = 0.0
-    worked = VECTOR if count <= VECTOR else WIDTH
-    multi_impact_cell.enter_tile(masses, tables, cell, tile, worked)
+            at[second.JUMP * WIDTH + k] = 0.0
+    computed = VECTOR if count <= VECTOR else WIDTH
+    second.begin_second_pass(masses, tables, step.cell, batch, computed)
     while True:
+        deferred = _enter_impacts_of_round(model.problem, group, step, count, u, deferred)
+        second.certify_clear(tables, batch, computed)
+        uncertain = 0
         for k in range(count):
-            if active[k] != 0 and at[multi_impact_cell.JUMP * WIDTH + k] != 0.0:
-                lane, speed, contact_acceleration = (
-                    lanes_of[k],
-                    at[multi_impact_cell.SPEED * WIDTH + k],
-                    at[multi_impact_cell.CONTACT_ACCELERATION * WIDTH + k],
-                )
-                after, side = (
-                    half_step * (1.0 + at[multi_impact_cell.PLACE * WIDTH + k]),
-                    at[multi_impact_cell.SIDE * WIDTH + k],
-                )
-                _enter_impact(tally, cursor, events, lane, half, before, after, side, speed, contact_acceleration)
-                if may_rest(restitution, step, contact_acceleration, restitution * speed):
-                    aside = _set_aside_behind_impact(problem, group, lane, k, u, plain(AT_STOP), aside)
-                    active[k] = 0
-        multi_impact_cell.clear_columns(tables, tile, worked)
-        unsure = 0
-        for k in range(count):
-            unsure += (
-                1 if active[k] != 0 and at[multi_impact_cell.OUTCOME * WIDTH + k] != multi_impact_cell.CLEAR else 0
-            )
-        if unsure > 0:
-            multi_impact_cell.next_contacts(tables, tile, worked)
-        struck = 0
+            uncertain += 1 if active[k] != 0 and at[second.OUTCOME * WIDTH + k] != second.CLEAR else 0
+        if uncertain > 0:
+            second.find_contacts(tables, batch, computed)
+        contacts = 0
         for k in range(count):
             if active[k] == 0:
-                at[multi_impact_cell.LENGTH * WIDTH + k] = 0.0
-                at[multi_impact_cell.JUMP * WIDTH + k] = 0.0
-                continue
-            lane, outcome = lanes_of[k], at[multi_impact_cell.OUTCOME * WIDTH + k]
-            if outcome == multi_impact_cell.CONTACT:
-                struck += 1
-            elif outcome == multi_impact_cell.CLEAR:
-                active[k] = 0
-                stays = False
-                if at[multi_impact_cell.ON_STOP * WIDTH + k] > 0.0 or regime[lane] == NEAR:
-                    gap, rate = at[multi_impact_cell.END_GAP * WIDTH + k], at[multi_impact_cell.END_RATE * WIDTH + k]
-                    near[lane, 0] = gap
-                    near[lane, 1] = rate
-                    # so near, and the parabola through both rates comes back within the next cell?
-                    second_derivative = (
-                        0.5
-                        * (rate - at[multi_impact_cell.RATE * WIDTH + k] / half_step)
-                        / (half_step * (1.0 - at[multi_impact_cell.PLACE * WIDTH + k]))
-                    )
-                    stays = (
-                        gap < ANCHORED_GAP * clearance[lane] and gap + step * (rate + step * second_derivative) < 0.0
-                    )
-                regime[lane] = LEAVING if stays else STEPPING
+                at[second.CONTACT_S * WIDTH + k] = 0.0
+                at[second.JUMP * WIDTH + k] = 0.0
+            elif at[second.OUTCOME * WIDTH + k] == second.CONTACT:
+                contacts += 1
             else:
-                active[k] = 0
-                if at[multi_impact_cell.ON_STOP * WIDTH + k] > 0.0:
-                    aside = _set_aside_behind_impact(problem, group, lane, k, u, plain(OK), aside)
-                else:
-                    aside = _set_aside(group, lane, aside, here)
-        if struck == 0:
+                deferred = _leave_second_pass(model.problem, group, step, k, u, deferred)
+        if contacts == 0:
             break
-        multi_impact_cell.strike_tile(tables, tile, worked)
-    multi_impact_cell.leave_tile(tables, cell, tile, worked)
+        second.apply_impacts(tables, batch, computed)
+    second.end_second_pass(tables, step.cell, batch, computed)
+    _write_second_pass(group, step, count, 2 * len(masses))
+    return deferred
+
+
+@kernel
+def _enter_impacts_of_round(
+    problem: CellProblem, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
+) -> int:
+    """Enter the impacts of the last round, and defer the lanes that may come to rest. Returns how many are deferred."""
+    at, lane_of, active = group.second_pass.rows, group.lane_of, group.active
+    tally, cursor, events = group.tally, group.cursor, group.events
+    length, restitution, half = problem.step, problem.restitution, step.half
+    half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
     for k in range(count):
-        lane = lanes_of[k]
-        if regime[lane] != LEAVING and regime[lane] != STEPPING:
+        if active[k] != 0 and at[second.JUMP * WIDTH + k] != 0.0:
+            speed, contact_acceleration = at[second.SPEED * WIDTH + k], at[second.CONTACT_ACCELERATION * WIDTH + k]
+            after, side = half_cell * (1.0 + at[second.ORIGIN * WIDTH + k]), at[second.SIDE * WIDTH + k]
+            impact = Impact(cell_start + after, side, speed, contact_acceleration)
+            _enter_impact(tally, cursor, events, lane_of[k], half, impact)
+            if may_rest(restitution, length, contact_acceleration, restitution * speed):
+                deferred = _defer_after_impact(problem, group, k, u, plain(AT_STOP), deferred)
+                active[k] = 0
+    return deferred
+
+
+@kernel
+def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: int, u: Floats, deferred: int) -> int:
+    """Let lane k of the second pass go: to the end of the cell if that is clear, else deferred.
+
+    Returns how many lanes are deferred now.
+    """
+    at, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.near, group.regime
+    on_stop = at[second.ON_STOP * WIDTH + k] > 0.0
+    group.active[k] = 0
+    if at[second.OUTCOME * WIDTH + k] != second.CLEAR:
+        if on_stop:
+            return _defer_after_impact(problem, group, k, u, plain(OK), deferred)
+        return _defer_cell(group, lane, deferred, step.here)
+    stays = False
+    if on_stop or regime[lane] == NEAR:
+        length, half_cell = problem.step, 0.5 * problem.step
+        gap, rate = at[second.END_GAP * WIDTH + k], at[second.END_RATE * WIDTH + k]
+        near[lane, 0] = gap
+        near[lane, 1] = rate
+        # close to the stop, and the parabola through both rates returns to it within the next cell
+        second_derivative = (
+            0.5 * (rate - at[second.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - at[second.ORIGIN * WIDTH + k]))
+        )
+        close = gap < ANCHORED_GAP * group.clearance[lane]
+        stays = close and gap + length * (rate + length * second_derivative) < 0.0
+    regime[lane] = BECOMES_NEAR if stays else BECOMES_FREE
+    return deferred
+
+
+@kernel
+def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) -> None:
+    """Write the states and regimes at the end of the cell of the lanes of the second pass that reach it."""
+    at, end, there, lane_of = group.second_pass.rows, group.second_pass.end, step.there, group.lane_of
+    regime, cursor, limit = group.regime, group.cursor, group.limit
+    for k in range(count):
+        lane = lane_of[k]
+        if regime[lane] != BECOMES_NEAR and regime[lane] != BECOMES_FREE:
             continue
         for c in range(states):
             there[c * LANES + lane] = end[c * WIDTH + k]
-        there[states * LANES + lane] = at[multi_impact_cell.END_X * WIDTH + k]
-        there[(states + 1) * LANES + lane] = at[multi_impact_cell.END_V * WIDTH + k]
-        if regime[lane] == LEAVING:
+        there[states * LANES + lane] = at[second.END_X * WIDTH + k]
+        there[(states + 1) * LANES + lane] = at[second.END_V * WIDTH + k]
+        if regime[lane] == BECOMES_NEAR:
             regime[lane] = NEAR
             limit[lane] = -np.inf
-            cursor[lane, ANCHOR] = 1 if at[multi_impact_cell.SIDE * WIDTH + k] > 0.0 else -1
+            cursor[lane, ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
             cursor[lane, ROOTS] = 0
         else:
             regime[lane] = FREE
-            limit[lane] = at[multi_impact_cell.END_LIMIT * WIDTH + k]
+            limit[lane] = at[second.END_LIMIT * WIDTH + k]
             cursor[lane, ANCHOR] = 0
-    return aside
 
 
 @kernel
-def _meet_stops(
-    masses: Masses,
-    problem: CellProblem,
-    tables: LaneTables,
-    group: Lanes,
-    cell: int,
-    half: int,
-    here: Floats,
-    there: Floats,
-    used: int,
-    u: Floats,
-) -> int:
-    """Do the cell again for the lanes that are flagged. Returns how many of them are set aside for `_go_alone`."""
-    chosen, beside, flags, regime, lanes_of = group.chosen, group.beside, group.flags, group.regime, group.tile_lane
-    tally, cursor, events, near = group.tally, group.cursor, group.events, group.near
-    clearance, limit = group.clearance, group.limit
-    start, end, at = group.columns.start, group.columns.end, group.columns.rows
-    on, of_tile = group.tile.rows, group.tile.start
-    half_step = 0.5 * problem.step
-    before = problem.step * (cell % (problem.cells // 2))
+def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
+    """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
+    not_free, regime, lane_of, start = group.not_free, group.regime, group.lane_of, group.second_pass.start
+    clearance, on, here = group.clearance, group.second_pass.rows, step.here
     states = 2 * len(masses)
-    flagged = 0
-    for lane in range(used):
-        chosen[flagged] = lane
-        flagged += flags[lane]
-    count = 0
-    left = 0
-    for i in range(flagged):
-        lane = chosen[i]
-        if regime[lane] != FREE:
-            beside[left] = lane
-            left += 1
-            continue
-        chosen[count] = lane
-        for c in range(states):
-            start[c * LANES + count] = here[c * LANES + lane]
-        at[rows.START_X * LANES + count] = here[states * LANES + lane]
-        at[rows.START_V * LANES + count] = here[(states + 1) * LANES + lane]
-        at[rows.GAP * LANES + count] = clearance[lane]
-        count += 1
-    if count > 0:
-        solve_impacts(masses, tables, cell, group.columns, (count + VECTOR - 1) // VECTOR * VECTOR)
-    # typed by hand: a literal 0 would have `_bounce` compiled once more for each
+    free, others = _solve_free(masses, model, group, step, used)
+    # typed by hand: a literal 0 would have `_run_second_pass` compiled once more for each
     filled = int(np.int64(0))
-    aside = int(np.int64(0))
-    for i in range(count + left):
-        if i < count:
-            lane = chosen[i]
-            side, certain = at[rows.SIDE * LANES + i], at[rows.CERTAIN * LANES + i]
-            if certain == rows.NONE:
+    deferred = int(np.int64(0))
+    for i in range(free + others):
+        if i < free:
+            lane = group.flagged[i]
+            if not _put_free_lane(model.problem, group, i, filled):
                 continue
-            if certain == rows.ONLY:
-                for c in range(states):
-                    there[c * LANES + lane] = end[c * LANES + i]
-                there[states * LANES + lane] = at[rows.END_X * LANES + i]
-                there[(states + 1) * LANES + lane] = at[rows.END_V * LANES + i]
-                limit[lane] = at[rows.END_LIMIT * LANES + i]
-                after = half_step * (1.0 + at[rows.PLACE * LANES + i])
-                speed, contact_acceleration = at[rows.SPEED * LANES + i], at[rows.CONTACT_ACCELERATION * LANES + i]
-                _enter_impact(tally, cursor, events, lane, half, before, after, side, speed, contact_acceleration)
-                continue
-            on[multi_impact_cell.SIDE * WIDTH + filled] = side
-            if certain == rows.FIRST:
-                on[multi_impact_cell.PLACE * WIDTH + filled] = at[rows.PLACE * LANES + i]
-                on[multi_impact_cell.SPEED * WIDTH + filled] = at[rows.SPEED * LANES + i]
-                on[multi_impact_cell.JUMP * WIDTH + filled] = at[rows.JUMP * LANES + i]
-            else:
-                on[multi_impact_cell.PLACE * WIDTH + filled] = -1.0
-                on[multi_impact_cell.GAP * WIDTH + filled] = clearance[lane] - side * at[rows.START_X * LANES + i]
-                on[multi_impact_cell.RATE * WIDTH + filled] = -side * at[rows.START_V * LANES + i] * half_step
-                on[multi_impact_cell.SPEED * WIDTH + filled] = 0.0
-                on[multi_impact_cell.JUMP * WIDTH + filled] = 0.0
         else:
-            lane = beside[i - count]
+            lane = not_free[i - free]
             if regime[lane] == RESTING:
-                aside = _set_aside(group, lane, aside, here)
+                deferred = _defer_cell(group, lane, deferred, here)
                 continue
-            on[multi_impact_cell.SIDE * WIDTH + filled] = cursor[lane, ANCHOR]
-            on[multi_impact_cell.PLACE * WIDTH + filled] = -1.0
-            on[multi_impact_cell.GAP * WIDTH + filled] = near[lane, 0]
-            on[multi_impact_cell.RATE * WIDTH + filled] = near[lane, 1] * half_step
-            on[multi_impact_cell.SPEED * WIDTH + filled] = 0.0
-            on[multi_impact_cell.JUMP * WIDTH + filled] = 0.0
-        lanes_of[filled] = lane
-        on[multi_impact_cell.CLEARANCE * WIDTH + filled] = clearance[lane]
+            _put_near_lane(model.problem, group, lane, filled)
+        lane_of[filled] = lane
+        on[second.CLEARANCE * WIDTH + filled] = clearance[lane]
         for c in range(states):
-            of_tile[c * WIDTH + filled] = here[c * LANES + lane]
+            start[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
         if filled == WIDTH:
-            aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
+            deferred = _run_second_pass(masses, model, group, step, filled, u, deferred)
             filled = int(np.int64(0))
     if filled > 0:
-        aside = _bounce(masses, problem, tables, group, filled, cell, half, here, there, u, aside)
-    return aside
+        deferred = _run_second_pass(masses, model, group, step, filled, u, deferred)
+    return deferred
 
 
 @kernel
-def _take_over(
-    problem: CellProblem,
-    held: HeldProblem,
-    group: Lanes,
-    lane: int,
-    boundary: int,
-    there: Floats,
-    u: Floats,
-    status: int,
-    work: Workspace,
+def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int) -> tuple[int, int]:
+    """Find the impacts of the flagged lanes that are FREE, and write those that are the only ones in the cell.
+
+    Returns how many flagged lanes are FREE, which come first in group.flagged, and how many are in group.not_free. A
+    FREE lane needs a second pass unless its OUTCOME is NO_IMPACT or SINGLE_IMPACT.
+    """
+    flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
+    start, at, here, clearance = group.first_pass.start, group.first_pass.rows, step.here, group.clearance
+    states = 2 * len(masses)
+    count = 0
+    for lane in range(used):
+        flagged[count] = lane
+        count += flags[lane]
+    free, others = 0, 0
+    for i in range(count):
+        lane = flagged[i]
+        if regime[lane] != FREE:
+            not_free[others] = lane
+            others += 1
+            continue
+        flagged[free] = lane
+        for c in range(states):
+            start[c * LANES + free] = here[c * LANES + lane]
+        at[first.START_X * LANES + free] = here[states * LANES + lane]
+        at[first.START_V * LANES + free] = here[(states + 1) * LANES + lane]
+        at[first.GAP * LANES + free] = clearance[lane]
+        free += 1
+    if free > 0:
+        solve_impacts(masses, model.tables, step.cell, group.first_pass, (free + VECTOR - 1) // VECTOR * VECTOR)
+        _write_single_impacts(model.problem, group, step, free, states)
+    return free, others
+
+
+@kernel
+def _write_single_impacts(problem: CellProblem, group: Lanes, step: CellStep, free: int, states: int) -> None:
+    """Enter the impacts that are the only ones in the cell, and write the states at its end."""
+    flagged, limit, end, at = group.flagged, group.limit, group.first_pass.end, group.first_pass.rows
+    tally, cursor, events, there, half = group.tally, group.cursor, group.events, step.there, step.half
+    half_cell, cell_start = 0.5 * problem.step, problem.step * (step.cell % (problem.cells // 2))
+    for i in range(free):
+        if at[first.OUTCOME * LANES + i] != first.SINGLE_IMPACT:
+            continue
+        lane = flagged[i]
+        for c in range(states):
+            there[c * LANES + lane] = end[c * LANES + i]
+        there[states * LANES + lane] = at[first.END_X * LANES + i]
+        there[(states + 1) * LANES + lane] = at[first.END_V * LANES + i]
+        limit[lane] = at[first.END_LIMIT * LANES + i]
+        after, side = half_cell * (1.0 + at[first.IMPACT_Z * LANES + i]), at[first.SIDE * LANES + i]
+        speed, contact_acceleration = at[first.SPEED * LANES + i], at[first.CONTACT_ACCELERATION * LANES + i]
+        impact = Impact(cell_start + after, side, speed, contact_acceleration)
+        _enter_impact(tally, cursor, events, lane, half, impact)
+
+
+@inlined
+def _put_free_lane(problem: CellProblem, group: Lanes, i: int, k: int) -> bool:
+    """Write lane i of the first pass to lane k of the second. Returns whether it needs one."""
+    at, on = group.first_pass.rows, group.second_pass.rows
+    outcome, side = at[first.OUTCOME * LANES + i], at[first.SIDE * LANES + i]
+    if outcome == first.NO_IMPACT or outcome == first.SINGLE_IMPACT:
+        return False
+    on[second.SIDE * WIDTH + k] = side
+    if outcome == first.FIRST_IMPACT:
+        on[second.ORIGIN * WIDTH + k] = at[first.IMPACT_Z * LANES + i]
+        on[second.SPEED * WIDTH + k] = at[first.SPEED * LANES + i]
+        on[second.JUMP * WIDTH + k] = at[first.JUMP * LANES + i]
+    else:
+        on[second.ORIGIN * WIDTH + k] = -1.0
+        on[second.GAP * WIDTH + k] = at[first.GAP * LANES + i] - side * at[first.START_X * LANES + i]
+        on[second.RATE * WIDTH + k] = -side * at[first.START_V * LANES + i] * (0.5 * problem.step)
+        on[second.SPEED * WIDTH + k] = 0.0
+        on[second.JUMP * WIDTH + k] = 0.0
+    return True
+
+
+@inlined
+def _put_near_lane(problem: CellProblem, group: Lanes, lane: int, k: int) -> None:
+    """Write a lane that is NEAR a stop to lane k of the second pass."""
+    on, near = group.second_pass.rows, group.near
+    on[second.SIDE * WIDTH + k] = group.cursor[lane, ANCHOR]
+    on[second.ORIGIN * WIDTH + k] = -1.0
+    on[second.GAP * WIDTH + k] = near[lane, 0]
+    on[second.RATE * WIDTH + k] = near[lane, 1] * (0.5 * problem.step)
+    on[second.SPEED * WIDTH + k] = 0.0
+    on[second.JUMP * WIDTH + k] = 0.0
+
+
+@kernel
+def _copy_back(
+    model: LaneModel, group: Lanes, lane: int, step: CellStep, u: Floats, status: int, work: Workspace
 ) -> None:
-    """Let a lane stand where the scalar kernel does, at a boundary of a cell: u (N, 2) and the regime in work."""
-    blocks = u.shape[0]
+    """Copy the state u (N, 2) and the regime in work, at the end of a cell, to a lane."""
+    problem, held, there = model.problem, model.held, step.there
+    blocks, boundary = u.shape[0], step.cell + 1
     group.status[lane] = status
     if status != OK:
-        idle(group, lane)
+        clear_lane(group, lane)
         return
     resting = work.cursor[HELD] != 0
     copy_vector(group.cursor[lane], work.cursor)
@@ -544,33 +574,24 @@ def _take_over(
 
 
 @kernel
-def _go_alone(
-    problem: CellProblem,
-    held: HeldProblem,
-    group: Lanes,
-    lane: int,
-    cell: int,
-    half: int,
-    there: Floats,
-    u: Floats,
-    work: Workspace,
-) -> None:
-    """Carry one lane to the end of a cell by itself, from where `alone` and `offset` say; u (N, 2) is scratch."""
+def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u: Floats, work: Workspace) -> None:
+    """Carry one deferred lane to the end of a cell; u (N, 2) is scratch."""
+    problem, held, cell, half = model.problem, model.held, step.cell, step.half
     blocks = u.shape[0]
-    clearance, offset = group.clearance[lane], group.offset[lane]
+    clearance, offset = group.clearance[lane], group.deferred_offset[lane]
     for j in range(blocks):
-        u[j, 0] = group.alone[lane, 2 * j]
-        u[j, 1] = group.alone[lane, 2 * j + 1]
+        u[j, 0] = group.deferred_state[lane, 2 * j]
+        u[j, 1] = group.deferred_state[lane, 2 * j + 1]
     copy_vector(work.cursor, group.cursor[lane])
     copy_vector(work.near[:3], group.near[lane])
     copy_vector(work.tally, group.tally[:, lane])
     if work.cursor[HELD] != 0:
         copy_matrix(held.state, group.resting[lane])
         copy_vector(held.since, group.since[lane])
-    scratch = group.events.shape[1]
+    capacity = group.events.shape[1]
     before = work.cursor[ROWS]
     seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
-    if seen < scratch:
+    if seen < capacity:
         for c in range(KIND + 1):
             work.events[seen, c] = group.events[lane, seen, c]
     status = AT_STOP
@@ -580,31 +601,21 @@ def _go_alone(
         status = run_cell(problem, u, clearance, cell, offset, half, work)
     if status == AT_STOP:
         status = rest_in_cell(problem, held, u, clearance, cell, half, work)
-    for row in range(seen, min(work.cursor[ROWS], scratch)):
+    for row in range(seen, min(work.cursor[ROWS], capacity)):
         for c in range(KIND + 1):
             group.events[lane, row, c] = work.events[row, c]
         if work.events[row, KIND] == IMPACT and row >= before:
-            behind = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
+            after = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
             _, gain_imag = steady_motion_at(problem, half % 2 * (problem.cells // 2), work.events[row, TIME])
-            contact_acceleration = work.events[row, STOP] * first_acceleration(problem, behind, gain_imag)
+            contact_acceleration = work.events[row, STOP] * first_acceleration(problem, after, gain_imag)
             group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
     if status == OK and work.cursor[HELD] != 0 and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2):
         write_free_state(problem, held, u, clearance, cell + 1, 0.0, work)
-    _take_over(problem, held, group, lane, cell + 1, there, u, status, work)
+    _copy_back(model, group, lane, step, u, status, work)
 
 
 @kernel
-def run_half(
-    masses: Masses,
-    problem: CellProblem,
-    held: HeldProblem,
-    tables: LaneTables,
-    group: Lanes,
-    half: int,
-    used: int,
-    u: Floats,
-    work: Workspace,
-) -> None:
+def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: int, u: Floats, work: Workspace) -> None:
     """Carry the first `used` lanes over half a forcing period.
 
     Parameters
@@ -614,21 +625,23 @@ def run_half(
     half : int
         Index of the half period; an even one begins at phase 0.
     used : int
-        A multiple of COLUMNS.
+        A multiple of LANE_BLOCK.
     u, work
-        Scratch, (N, 2) and of as many events as the lanes'; overwritten.
+        Scratch, (N, 2), and with the lanes' capacity for events; overwritten.
     """
-    cells = problem.cells // 2
+    tables = model.tables
+    cells = model.problem.cells // 2
     first = (half % 2) * cells
     here, there = group.even, group.odd
     for cell in range(first, first + cells):
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
-            for i in range(_meet_stops(masses, problem, tables, group, cell, half, here, there, used, u)):
-                _go_alone(problem, held, group, group.waiting[i], cell, half, there, u, work)
+            step = reference(CellStep(cell, half, here, there))
+            for i in range(_solve_flagged(masses, model, group, step, used, u)):
+                _run_by_itself(model, group, group.deferred[i], step, u, work)
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
-    refresh_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach, used)
+    update_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             group.limit[lane] = -np.inf
@@ -636,18 +649,9 @@ def run_half(
 
 @kernel
 def run_halves(
-    masses: Masses,
-    problem: CellProblem,
-    held: HeldProblem,
-    tables: LaneTables,
-    group: Lanes,
-    halves: int,
-    used: int,
-    u: Floats,
-    work: Workspace,
+    masses: Masses, model: LaneModel, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
 ) -> None:
-    """Carry lanes that have just begun over so many half periods; parameters as `run_half`."""
-    problem, held, tables = reference(problem), reference(held), reference(tables)
-    group, work = reference(group), reference(work)
+    """Carry lanes that have just started over so many half periods; parameters as `run_half`."""
+    model, group, work = reference(model), reference(group), reference(work)
     for half in range(halves):
-        run_half(masses, problem, held, tables, group, half, used, u, work)
+        run_half(masses, model, group, half, used, u, work)

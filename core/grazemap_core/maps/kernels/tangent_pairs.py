@@ -1,11 +1,11 @@
-"""Two changes of the state each, carried along many lanes side by side through a half period with impacts only.
+"""Propagation of pairs of small changes of the state, for many lanes side by side, along half periods without rests.
 
-A pair of changes and the impacts of its lane's half period flow in; the pair at the end of the half period flows out.
-As in `bounces`, WIDTH lanes stand side by side in a tile and every loop over them is straight-line arithmetic. Impact
-after impact, all lanes go on to their next one; one that has no more goes on to the end, and waits there.
+As in `multi_impact_cell`, WIDTH lanes are side by side in a batch, and every loop over them is straight-line
+arithmetic. Impact after impact, all lanes go on to their next one; a lane without a further impact goes on to the end
+of the half period and stays there.
 
-The flow between impacts is one over whole cells, which is in a table, and a short one, of less than half a cell either
-way, a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`.
+The flow between impacts is that over whole cells, from a table, and that over a short time of at most half a cell
+either way, a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`.
 """
 
 from __future__ import annotations
@@ -15,41 +15,42 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.workspace import TIME, VELOCITY
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel
 
 WIDTH = 16
-"""Lanes of a tile: two of the longest vectors of any processor."""
+"""Lanes of a batch: two of the longest vectors of any processor."""
 
 FLOW_DEGREE = 13
-"""Of the series of a flow over half a cell at most, so of exponents up to 1/2: 2^-14/14! = 7e-16 is left out, of a
-critically damped block's 3e-13."""
+"""Degree of the series of a flow over half a cell, with exponents up to CELL_REACH / 2 = 1/2. The term left out is
+2^-14/14! = 7e-16, for a critically damped block 3e-13."""
 
-# rows of `PairTile.rows`
+# rows of `PairBatch.rows`
 SHORT, FACTOR, RATIO, PASSED = 0, 1, 2, 3
-"""The short time of a flow; 1 + R, or 0 where there is no impact; the acceleration at the impact over the velocity,
-less what the drag adds; the time of the last impact."""
+"""The short time of a flow; 1 + R, or 0 without an impact; ratio of acceleration and velocity at the impact, without
+the viscous term; time of the last impact."""
 X_FIRST, V_FIRST, X_SECOND, V_SECOND = 4, 5, 6, 7
-"""Of both changes, place and velocity of mass 1; then by how much they are kicked."""
+"""Position and velocity of mass 1 in both changes; then their jumps at the impact."""
 ROWS = 8
 
 
-class PairTile(NamedTuple):
+class PairBatch(NamedTuple):
     """WIDTH lanes.
 
     Attributes
     ----------
     lanes, first, impacts : (WIDTH,)
-        Which lanes, the row of the half period's first impact in a lane's events, and how many there are.
+        Index of a lane, row of the half period's first impact in its events, and number of impacts.
     pairs : (4 N * WIDTH,)
         Of every block u of the first change and of the second, then u' of both.
     flow : (4 N * WIDTH,)
         The flow over whole cells, row by row.
     rows : (ROWS * WIDTH,)
     series : (2, N, FLOW_DEGREE)
-        Of each block's answer to a unit rate over a short time: coefficients from that of the first power on, and those
-        of the derivative, from the constant on.
+        Of each block's response to a unit velocity over a short time: coefficients from that of the first power on, and
+        those of the derivative, from the constant on.
     """
 
     lanes: Integers
@@ -61,10 +62,10 @@ class PairTile(NamedTuple):
     series: Floats
 
 
-def pair_tile(decay: Floats, frequency_squared: Floats) -> PairTile:
-    """Return an empty tile for a chain's blocks."""
+def pair_batch(decay: Floats, frequency_squared: Floats) -> PairBatch:
+    """Return an empty batch for a chain's blocks."""
     masses = len(decay)
-    return PairTile(
+    return PairBatch(
         lanes=np.zeros(WIDTH, dtype=np.int64),
         first=np.zeros(WIDTH, dtype=np.int64),
         impacts=np.zeros(WIDTH, dtype=np.int64),
@@ -76,7 +77,7 @@ def pair_tile(decay: Floats, frequency_squared: Floats) -> PairTile:
 
 
 def flow_series(decay: Floats, frequency_squared: Floats) -> Floats:
-    """Return `PairTile.series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
+    """Return `PairBatch.series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
     series = np.zeros((2, len(decay), FLOW_DEGREE))
     before, term = np.zeros(len(decay)), np.ones(len(decay))
     for power in range(1, FLOW_DEGREE + 1):
@@ -106,30 +107,24 @@ def _series(s: Floats, t: float) -> float:
 
 
 @fused_inlined
-def _aim(
-    tile: PairTile,
-    count: int,
-    step_index: int,
-    events: Floats,
-    flow_table: Floats,
-    step: float,
-    factor: float,
-    viscous_term: float,
-    end: float,
+def _set_targets(
+    batch: PairBatch, count: int, index: int, events: Floats, problem: CellProblem, viscous_term: float
 ) -> None:
-    """Write what carries every lane to its next impact, or to the end, and through the impact."""
-    rows, flow = tile.rows, tile.flow
+    """Write what carries every lane to its impact number `index`, or to the end, and through the impact."""
+    flow_table, step, factor = problem.flow_table, problem.step, 1.0 + problem.restitution
+    end = step * (problem.cells // 2)
+    rows, flow = batch.rows, batch.flow
     blocks = flow_table.shape[1]
     for k in range(count):
-        lane, row = tile.lanes[k], tile.first[k] + step_index
-        time, ratio, kicked = end, 0.0, 0.0
-        if step_index < tile.impacts[k]:
-            time, kicked = events[lane, row, TIME], factor
+        lane, row = batch.lanes[k], batch.first[k] + index
+        time, ratio, jump = end, 0.0, 0.0
+        if index < batch.impacts[k]:
+            time, jump = events[lane, row, TIME], factor
             ratio = events[lane, row, CONTACT_ACCELERATION] / abs(events[lane, row, VELOCITY]) - viscous_term * factor
         away = time - rows[PASSED * WIDTH + k]
         cells = int(away / step + 0.5)
         rows[SHORT * WIDTH + k] = away - cells * step
-        rows[FACTOR * WIDTH + k] = kicked
+        rows[FACTOR * WIDTH + k] = jump
         rows[RATIO * WIDTH + k] = ratio
         rows[PASSED * WIDTH + k] = time
         for j in range(blocks):
@@ -138,9 +133,9 @@ def _aim(
 
 
 @fused_inlined
-def _flow(tile: PairTile, decay: Floats, frequency_squared: Floats) -> None:
-    """Carry all pairs over whole cells and the short time; what mass 1 does then is summed up."""
-    rows, flow, pairs, series = tile.rows, tile.flow, tile.pairs, tile.series
+def _flow_pairs(batch: PairBatch, decay: Floats, frequency_squared: Floats) -> None:
+    """Carry all pairs over whole cells and the short time."""
+    rows, flow, pairs, series = batch.rows, batch.flow, batch.pairs, batch.series
     for j in range(decay.shape[0]):
         square, twice = frequency_squared[j], 2.0 * decay[j]
         answer, slope = series[0, j], series[1, j]
@@ -162,9 +157,11 @@ def _flow(tile: PairTile, decay: Floats, frequency_squared: Floats) -> None:
 
 
 @fused_inlined
-def _strike(tile: PairTile, decay: Floats, frequency_squared: Floats, output_row: Floats, unit_impulse: Floats) -> None:
-    """Carry all pairs through the impacts at which they stand; those with FACTOR 0 stay."""
-    rows, pairs = tile.rows, tile.pairs
+def _strike_pairs(
+    batch: PairBatch, decay: Floats, frequency_squared: Floats, output_row: Floats, unit_impulse: Floats
+) -> None:
+    """Carry all pairs through an impact; those with FACTOR 0 do not change."""
+    rows, pairs = batch.rows, batch.pairs
     for k in range(WIDTH):
         rows[X_FIRST * WIDTH + k] = 0.0
         rows[V_FIRST * WIDTH + k] = 0.0
@@ -201,37 +198,32 @@ def _strike(tile: PairTile, decay: Floats, frequency_squared: Floats, output_row
 
 @fused_kernel
 def carry_pairs(
-    tile: PairTile,
+    batch: PairBatch,
     count: int,
     most: int,
     events: Floats,
     pair: Floats,
-    flow_table: Floats,
-    decay: Floats,
-    frequency_squared: Floats,
-    output_row: Floats,
-    unit_impulse: Floats,
-    step: float,
-    factor: float,
+    problem: CellProblem,
     viscous_term: float,
-    end: float,
 ) -> None:
-    """Carry pairs along the half period that their lanes have been through, in place.
+    """Propagate pairs along the half period of their lanes, in place.
 
     Parameters
     ----------
-    tile : PairTile
-        `lanes`, `first` and `impacts` say of the first `count` columns what they are; all else is scratch.
+    batch : PairBatch
+        Input: `lanes`, `first` and `impacts` of the first `count` lanes; all else is scratch.
     most : int
-        The largest number of impacts.
+        Maximum number of impacts.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
     pair : (LANES, 2 N, 2)
-    flow_table : (n, N, 8)
-        As in `cells.CellProblem`; the caller sees to it that it has all cells of half a period.
-    factor, viscous_term, end : float
-        1 + R; the damping that turns with the velocity at an impact; length of half a period.
+    problem : CellProblem
+        Its flow_table must have all cells of half a period.
+    viscous_term : float
+        Damping that changes sign with the velocity at an impact, C_11/m_1.
     """
-    rows, pairs = tile.rows, tile.pairs
+    rows, pairs = batch.rows, batch.pairs
+    decay, frequency_squared = problem.decay, problem.frequency_squared
+    output_row, unit_impulse = problem.output_row, problem.unit_impulse
     blocks = decay.shape[0]
     for k in range(WIDTH):
         rows[PASSED * WIDTH + k] = 0.0
@@ -239,18 +231,18 @@ def carry_pairs(
         rows[FACTOR * WIDTH + k] = 0.0
         rows[RATIO * WIDTH + k] = 0.0
     for k in range(count):
-        lane = tile.lanes[k]
+        lane = batch.lanes[k]
         for j in range(blocks):
             for c in range(2):
                 pairs[(4 * j + c) * WIDTH + k] = pair[lane, 2 * j, c]
                 pairs[(4 * j + 2 + c) * WIDTH + k] = pair[lane, 2 * j + 1, c]
-    for step_index in range(most + 1):
-        _aim(tile, count, step_index, events, flow_table, step, factor, viscous_term, end)
-        _flow(tile, decay, frequency_squared)
-        if step_index < most:
-            _strike(tile, decay, frequency_squared, output_row, unit_impulse)
+    for index in range(most + 1):
+        _set_targets(batch, count, index, events, problem, viscous_term)
+        _flow_pairs(batch, decay, frequency_squared)
+        if index < most:
+            _strike_pairs(batch, decay, frequency_squared, output_row, unit_impulse)
     for k in range(count):
-        lane = tile.lanes[k]
+        lane = batch.lanes[k]
         for j in range(blocks):
             for c in range(2):
                 pair[lane, 2 * j, c] = pairs[(4 * j + c) * WIDTH + k]

@@ -320,25 +320,6 @@ def _impacts_of_period(ring: StroboscopicHistory, lane: int, k: int, m: int) -> 
     return right, left, held_right, held_left
 
 
-class Approach(NamedTuple):
-    """How a lane approaches its limit.
-
-    Attributes
-    ----------
-    entered : int
-        Half periods of its trajectory that are in the ring: k, or less if it began later.
-    reach : float
-        Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
-    known_rate : float
-        A known bound of the contraction per return, with which returns are compared over three windows instead of four;
-        otherwise 0.
-    """
-
-    entered: int
-    reach: float
-    known_rate: float
-
-
 @kernel
 def detect_period(
     problem: CellProblem,
@@ -347,9 +328,17 @@ def detect_period(
     k: int,
     max_period: int,
     clearance: float,
-    approach: Approach,
+    entered: int,
+    reach: float,
 ) -> tuple[int, int, int, int, bool, float, bool]:
     """Return the name of the motion of a lane after k half periods, or the reason why it is unresolved.
+
+    Parameters
+    ----------
+    entered : int
+        Half periods of its trajectory that are in the ring: k, or less if it began later.
+    reach : float
+        Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
 
     Returns
     -------
@@ -363,9 +352,7 @@ def detect_period(
     sticking : bool
         Whether mass 1 rests on a stop during a part of the period.
     """
-    entered, reach, known_rate = approach
-    windows = 3 if known_rate > 0.0 else 4
-    m = _first_return(problem, ring, lane, k, min(2 * max_period, entered // windows), clearance, CLOSING_GOAL)
+    m = _first_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance, CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     now = _largest_return(problem, ring, lane, k, m, clearance)
@@ -378,10 +365,7 @@ def detect_period(
     limit = floor
     if now > floor:
         before = _largest_return(problem, ring, lane, k - m, m, clearance)
-        rate = known_rate
-        if rate == 0.0:
-            rate = before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance)
-        rate = max(now / before, rate)
+        rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
         if not rate <= SLOWEST_RATE or now > CLOSING_GOAL:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
         limit = max(limit, now * rate / (1.0 - rate))

@@ -1,0 +1,64 @@
+"""One column of a map: the model, the task, the results and the scratch that its kernels share."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.workspace import Workspace
+from grazemap_core.maps.kernels.lane_state import ColumnTask, LaneRecords, TrajectoryResults
+from grazemap_core.maps.kernels.lane_tables import LaneModel
+from grazemap_core.maps.kernels.lane_tangents import LaneTangents
+from grazemap_core.maps.kernels.lanes import LANES
+from grazemap_core.maps.kernels.lockstep import Lanes
+from grazemap_core.orbits.kernels.verification import ImpulseBlocks, VerificationScratch
+from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory
+
+
+class Column(NamedTuple):
+    """A column of a map.
+
+    Attributes
+    ----------
+    model : LaneModel
+    blocks : ImpulseBlocks
+        The oscillator as `verification` takes it.
+    task : ColumnTask
+    results : TrajectoryResults
+        Receives the motions.
+    group : Lanes
+        Every lane's state now.
+    history : StroboscopicHistory
+        Every lane's states at the ends of the last half periods.
+    tangents : LaneTangents
+        Small changes of the state along every lane, with the capacity for task.growth_halves.
+    records : LaneRecords
+        Progress of every lane's trajectory.
+    returns : ReturnSearch
+    work : Workspace
+        Scratch, with the capacity of the lanes for events.
+    verification : VerificationScratch
+    u, final_state : (N, 2)
+        Scratch, and the state in which the last trajectory of a sweep ended.
+    """
+
+    model: LaneModel
+    blocks: ImpulseBlocks
+    task: ColumnTask
+    results: TrajectoryResults
+    group: Lanes
+    history: StroboscopicHistory
+    tangents: LaneTangents
+    records: LaneRecords
+    returns: ReturnSearch
+    work: Workspace
+    verification: VerificationScratch
+    u: Floats
+    final_state: Floats
+
+
+def return_search() -> ReturnSearch:
+    """Return fresh scratch."""
+    return ReturnSearch(*(np.zeros(LANES) for _ in ReturnSearch._fields))
