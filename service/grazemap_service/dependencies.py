@@ -56,7 +56,7 @@ async def known_job(
     job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")], context: CurrentContext
 ) -> Job:
     """Return the job that the path names. Raises ProblemException "unknown-job"."""
-    job = await context.ask(context.store.job, job_id) if _JOB_ID.fullmatch(job_id) else None
+    job = await context.ask(context.store.jobs.get, job_id) if _JOB_ID.fullmatch(job_id) else None
     if job is None:
         raise ProblemException("unknown-job")
     bind_job(job.id)

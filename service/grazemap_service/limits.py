@@ -27,17 +27,11 @@ from grazemap.wire import (
 )
 from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
+from grazemap_worker.planning import Plan, borders_seconds, curves_seconds, plan
+from grazemap_worker.planning.costs import period_costs
+from grazemap_worker.planning.rates import MOST_BORDER_NUMBERS, PERIODS_PER_SECOND
 from grazemap_worker.queueing import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
-from grazemap_worker.store.plan import (
-    MOST_BORDER_NUMBERS,
-    PERIODS_PER_SECOND,
-    Plan,
-    borders_seconds,
-    curves_seconds,
-    period_costs,
-    plan,
-)
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18

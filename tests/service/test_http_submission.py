@@ -14,6 +14,7 @@ from rq import Queue
 from starlette.testclient import TestClient
 
 from grazemap_worker.store import Store, queue_name
+from grazemap_worker.store.jobs import Jobs
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -106,18 +107,18 @@ def test_fifty_at_once_are_one_computation(live_url: str, store: Store, worker: 
     queue = Queue(queue_name("f00d"), connection=store.redis)
     assert tiles > 1
     assert queue.count == tiles
-    assert len(store.jobs()[0]) == 1
+    assert len(store.jobs.page()[0]) == 1
 
 
 def test_without_a_worker_a_job_waits_unbound(client: TestClient, store: Store) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
-    assert store.fingerprint_of(job["id"]) is None
+    assert store.jobs.fingerprint_of(job["id"]) is None
     assert not store.redis.keys("rq:queue:*")
 
 
 def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
-    assert store.fingerprint_of(job["id"]) == "f00d"
+    assert store.jobs.fingerprint_of(job["id"]) == "f00d"
     entries = Queue(queue_name("f00d"), connection=store.redis).get_job_ids()
     assert [entry.rpartition("-")[0] for entry in entries] == [f"{job['id']}-0"]
 
@@ -138,8 +139,8 @@ def test_waiting_does_not_read_the_question_again_and_again(
     client: TestClient, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reads = []
-    whole = type(store).job
-    monkeypatch.setattr(type(store), "job", lambda self, identity: reads.append(identity) or whole(self, identity))
+    whole = Jobs.get
+    monkeypatch.setattr(Jobs, "get", lambda self, identity: reads.append(identity) or whole(self, identity))
     client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
     assert len(reads) <= 2  # once as submitted, once at the end; it was 100 times in this second
 
@@ -173,7 +174,7 @@ def test_a_full_queue_is_429_and_leaves_nothing(serve: Any, store: Store) -> Non
     assert answer.status_code == 429
     assert answer.json()["type"] == "urn:grazemap:problem:queue-full"
     assert int(answer.headers["retry-after"]) >= 1
-    assert len(store.jobs()[0]) == 1
+    assert len(store.jobs.page()[0]) == 1
     # what is there already is still answered
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 200
 

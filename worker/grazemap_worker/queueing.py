@@ -173,16 +173,38 @@ def _sweep_queues(connection: Redis, fingerprint: str) -> None:
     for found in sorted(ours):
         members = WORKERS_BY_QUEUE_KEY % queue_name(found)
         _remove_gone(redis, members)
-        if found == fingerprint or redis.exists(f"{PREFIX}fingerprint:{found}"):
-            continue
-        target = queue(connection, found)
-        seen = target.intermediate_queue_key + ":seen"
-        for entry in redis.lrange(target.intermediate_queue_key, 0, -1):
-            redis.delete(Job.key_for(as_text(entry)))
-        registries = (target.started_job_registry.key, target.failed_job_registry.key)
-        redis.delete(target.intermediate_queue_key, seen, _overtaken_key(target), members, *registries)
-        target.delete()
+        if found != fingerprint and not redis.exists(f"{PREFIX}fingerprint:{found}"):
+            _remove_queue(redis, queue_name(found))
     _remove_gone(redis, Worker.redis_workers_keys)
+
+
+def forget_queues(connection: Redis, prefix: str) -> None:
+    """Remove the queues of an earlier layout of the store, with their entries, none of which is performed.
+
+    `prefix` is that of the layout's keys; its queues have it and a fingerprint as names.
+    """
+    redis: Any = connection
+    namespace = Queue.redis_queue_namespace_prefix
+    names = [as_text(key).removeprefix(namespace) for key in redis.smembers(Queue.redis_queues_keys)]
+    for name in sorted(names):
+        if name.startswith(prefix) and ":" not in name.removeprefix(prefix):
+            _remove_queue(redis, name)
+
+
+def _remove_queue(redis: Any, name: str) -> None:
+    target = Queue(name, connection=redis, serializer=JSONSerializer)
+    started = target.started_job_registry
+    for member in redis.zrange(started.key, 0, -1):
+        composite = as_text(member)
+        entry = composite.partition(":")[0]
+        redis.delete(f"rq:execution:{composite}", f"rq:executions:{entry}", Job.key_for(entry))
+    for entry in redis.lrange(target.intermediate_queue_key, 0, -1):
+        redis.delete(Job.key_for(as_text(entry)))
+    seen = target.intermediate_queue_key + ":seen"
+    members = WORKERS_BY_QUEUE_KEY % name
+    registries = (started.key, target.failed_job_registry.key)
+    redis.delete(target.intermediate_queue_key, seen, _overtaken_key(target), members, *registries)
+    target.delete()
 
 
 def _remove_gone(redis: Any, members: str) -> None:

@@ -1,7 +1,7 @@
 """The wire models: the one place that says what travels between client, service and worker."""
 
 from grazemap.wire.basins import BasinCoordinate, BasinsRequest
-from grazemap.wire.canonical import canonical, job_id
+from grazemap.wire.canonical import canonical, canonical_id, job_id
 from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import (
     FINISHED,
@@ -74,6 +74,7 @@ __all__ = [
     "UnfoldingDiagramsRequest",
     "UnfoldingMapsRequest",
     "canonical",
+    "canonical_id",
     "grid_points",
     "grid_values",
     "job_id",

@@ -125,7 +125,7 @@ class Supervisor:
     def _forget(self, name: str, *, return_claims: bool) -> None:
         """Give back at once what a dead worker held; if Redis is away, its lease runs out by itself."""
         try:
-            self._store.remove_worker(name, return_claims=return_claims)
+            self._store.workers.remove(name, return_claims=return_claims)
             queueing.forget_worker(self._store.redis, name, self._numerics.fingerprint)
         except RedisError as error:
             self._log.info("a worker's lease is left to run out", worker=name, error=type(error).__name__)

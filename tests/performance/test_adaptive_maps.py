@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks import adaptive_maps
 from benchmarks.adaptive_maps import WINDOWS, _compared
 from grazemap_core.maps.adaptive_map import NOT_COMPUTED
-from grazemap_worker import measure_adaptive
 
 
 def compared() -> np.ndarray:
@@ -23,7 +23,7 @@ def test_inferred_points_are_compared_by_their_motions() -> None:
 
 
 def test_a_wrong_inference_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = measure_adaptive.adaptive_map_tile
+    honest = adaptive_maps.adaptive_map_tile
 
     def planted(*args: object, **settings: object) -> dict[str, np.ndarray]:
         arrays = honest(*args, **settings)  # type: ignore[arg-type]
@@ -31,6 +31,6 @@ def test_a_wrong_inference_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
         arrays["period"][i, j] += 1
         return arrays
 
-    monkeypatch.setattr(measure_adaptive, "adaptive_map_tile", planted)
+    monkeypatch.setattr(adaptive_maps, "adaptive_map_tile", planted)
     _, _, motion, another, *_ = compared()
     assert motion == another == pytest.approx(1 / 24**2)
