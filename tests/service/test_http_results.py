@@ -11,8 +11,9 @@ import pytest
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
-from grazemap.wire import Problem
-from grazemap_worker.store import Store
+from grazemap.wire import Problem, parse_request
+from grazemap_worker.planning import Plan
+from grazemap_worker.store import Store, core_version
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -255,3 +256,18 @@ def test_large_json_is_made_in_short_pieces() -> None:
         assert parsed[name] == whole[name].tolist()  # type: ignore[attr-defined]
     assert parsed["inner"] == {"flags": [True] * 3000, "names": ["a", "b"]}
     assert parsed["points"] == whole["points"]
+
+
+def test_a_result_of_another_version_is_computed_anew(client: TestClient, worker: Any) -> None:
+    request = parse_request("grazing-curves", CURVE)
+    job, _ = worker.store.jobs.submit("grazing-curves", request, "0.1.0", Plan(), 100)
+    data = worker.finish(job.id)
+    assert worker.store.results.data(job.id) == data
+    path = f"/v1/jobs/{job.id}/result"
+    assert client.head(path).status_code == 202
+    for _ in range(2):
+        answer = client.get(path, headers={"If-None-Match": "*"})
+        assert answer.status_code == 202
+        assert answer.json()["core_version"] == core_version()
+        assert answer.json()["id"] != job.id
+    assert client.get(f"{path}/tiles/0").json()["type"] == "urn:grazemap:problem:outdated-job"
