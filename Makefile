@@ -11,7 +11,7 @@ ARITHMETIC := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes digests hardware certify bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,6 +55,11 @@ test-arithmetic: $(STAMP)
 
 test-processes: $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC),--ignore=$(folder))
+
+digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+digests: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+digests: $(STAMP)  ## record the digests of this version's results for this processor
+	$(BIN)/python -m tests.result_digests
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba

@@ -106,8 +106,10 @@ def main() -> int:
     known = record.setdefault(name, {})
     unreleased = f"## {name} (unreleased)" in (ROOT / "CHANGELOG.md").read_text("utf-8")
     if key in known and changed(known, key, found) and not unreleased:
-        sys.stderr.write(f"version {name} is released, and {', '.join(changed(known, key, found))} changed: "
-                         "change the version in pyproject.toml\n")
+        sys.stderr.write(
+            f"version {name} is released, and {', '.join(changed(known, key, found))} changed: "
+            "change the version in pyproject.toml\n"
+        )
         return 1
     known[key] = found
     RECORD.write_text(json.dumps(record, indent=1, sort_keys=True) + "\n", "utf-8")

@@ -71,9 +71,10 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
         raise _too_much("", "forcing periods", planned.estimate.periods, settings.max_work)
     most_seconds = MOST_TILE_SECONDS * planned.count
     if isinstance(request, UnfoldingDiagramsRequest):
-        most_seconds += curves_seconds(request) + borders_seconds(request)
-        if curves_seconds(request) > TILE_TIMEOUT:
-            raise _too_much("/max_multiple", "seconds", curves_seconds(request), TILE_TIMEOUT)
+        curves = curves_seconds(request)
+        most_seconds += curves + borders_seconds(request)
+        if curves > TILE_TIMEOUT:
+            raise _too_much("/max_multiple", "seconds", curves, TILE_TIMEOUT)
     most_seconds = min(settings.max_seconds, most_seconds)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)

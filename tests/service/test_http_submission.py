@@ -13,8 +13,11 @@ import pytest
 from rq import Queue
 from starlette.testclient import TestClient
 
-from grazemap_worker.store import Store, queue_name
+from grazemap.wire import UnfoldingDiagramsRequest, canonical
+from grazemap_service.strict_json import JsonRequest
+from grazemap_worker.store import Store, jobs, queue_name
 from grazemap_worker.store.jobs import Jobs
+from tests import parsing
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -211,3 +214,24 @@ def test_a_strange_request_id_is_replaced(client: TestClient, sent: str) -> None
     given = client.get("/healthz", headers={"X-Request-Id": sent}).headers["x-request-id"]
     assert given != sent
     assert len(given) == 16
+
+
+def test_a_request_is_parsed_canonicalised_and_hashed_once(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    bodies, hashes = [], []
+    read, hashed = JsonRequest.json, jobs.canonical_id
+    monkeypatch.setattr(JsonRequest, "json", lambda self: bodies.append(1) or read(self))
+    monkeypatch.setattr(jobs, "canonical_id", lambda *arguments: hashes.append(1) or hashed(*arguments))
+    counts = parsing.count(monkeypatch)
+    window = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+    assert client.post("/v1/unfolding-diagrams", json=window).status_code == 201
+    assert counts == {"parsed": 0, "canonicalised": 1}  # the body is parsed by the route
+    assert (len(bodies), len(hashes)) == (1, 1)
+
+
+def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
+    window = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+    request = UnfoldingDiagramsRequest.model_validate(window)
+    for name in ("unfolding_map", "grazing_curve", "codimension_two_points", "bifurcation_curves"):
+        assert getattr(request, name) is getattr(request, name)
+    assert canonical(request) == canonical(UnfoldingDiagramsRequest.model_validate(window))
+    assert request == UnfoldingDiagramsRequest.model_validate(window)

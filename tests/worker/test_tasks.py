@@ -7,13 +7,14 @@ import pytest
 from planted import BUSY_SECONDS, NUMERICS, planted
 
 from grazemap.codec import Document, decode_npz
-from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.store import ASSEMBLY, Store, core_version
+from tests import parsing
 
 REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
 TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3)
@@ -180,3 +181,13 @@ def test_no_tile_without_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tasks, "_context", None)
     with pytest.raises(RuntimeError, match="worker"):
         tasks.run_tile("0" * 64, 0)
+
+
+def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:
+    job = submit(store)
+    counts = parsing.count(worker)
+    tasks.run_tile(job.id, 1)
+    assert counts == {"parsed": 1, "canonicalised": 0}
+    tasks.run_tile(job.id, 0)  # and the assembly
+    assert counts == {"parsed": 3, "canonicalised": 0}
+    assert decode_npz(whole(store, job.id))[1]["request"] == canonical(REQUEST)

@@ -97,7 +97,7 @@ def describe(settings: Settings) -> Flow[dict[str, object]]:
 
 
 def fetch(settings: Settings, job_id: str) -> Flow[Result]:
-    """Return a job's result; one that the service has dropped is computed again and waited for.
+    """Return a job's result; one that the service has evicted, or of another version, is computed and waited for.
 
     Raises
     ------
@@ -116,7 +116,11 @@ def fetch(settings: Settings, job_id: str) -> Flow[Result]:
         if reply.status == 304 and cached:
             return decode_result(cached.data)
         if reply.status == 202:
-            yield from follow_to_success(settings, job_id)
+            # another job when the result is of another version: that one computes it anew
+            job = read_model(Job, reply)
+            path = job_path(job.id) + "/result"
+            headers = {} if job.id != job_id else headers
+            yield from follow_to_success(settings, job.id)
             continue
         if reply.status != 200:
             raise ProtocolError(f"unexpected HTTP status {reply.status} for a result")
