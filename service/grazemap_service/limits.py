@@ -1,4 +1,4 @@
-"""What this server computes at most, beyond what the wire models refuse.
+"""The limits of this server, besides those of the wire models.
 
 The cheap counts are checked before the plan is made, so that a range of 10**18 points costs nothing; then the plan's
 estimate. A refusal is a "too-much-work" problem with the members `estimate` and `limit`.
@@ -164,7 +164,7 @@ def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
 
 
 def _too_much(pointer: str, quantity: str, estimate: float, limit: float) -> ProblemException:
-    # a nan is an estimate that overflowed on its way
+    # a nan is an estimate that overflowed
     reported = float(f"{estimate:.10g}") if estimate < _MOST_REPORTED else _MOST_REPORTED
     word = "about" if estimate < _MOST_REPORTED else "at least"
     allowed = f"at most {limit:.10g} {quantity}"

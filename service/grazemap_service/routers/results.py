@@ -1,6 +1,6 @@
 """Results: whole ones, and the tiles of a map while the rest is still computed.
 
-A result never changes under its id, so a client that has it is told so (304). One that was evicted is computed
+A result never changes under its id, so a client that has it gets 304. One that was evicted is computed
 again when it is asked for: 202 and the job.
 """
 
@@ -93,7 +93,7 @@ async def get_result(
     if job.core_version != context.core_version:
         return await _computed_again(request, context, job)
     info = await context.ask(context.store.results.info, job.id)
-    # the job remembers the tag of a result that was evicted: who has it needs no other
+    # the job keeps the tag of a result that was evicted: a client with a copy needs no other
     etag = info.etag if info is not None else await context.ask(context.store.results.etag, job.id)
     headers = cache_headers(etag_of(etag or "", name))
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):

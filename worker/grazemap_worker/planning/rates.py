@@ -65,7 +65,7 @@ WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
 CURVE_POINT_BRANCHES = 2.0
 # Explaining the borders of a map, per mass: for each point, whose orbit is solved for, and for each of the points along
-# a side, for borders are lines. What counts is how many motions there are, which nobody knows before: a seventh of it
+# a side, for borders are lines. What counts is how many motions there are, which is not known before: a seventh of it
 # round the codimension-two point of the default oscillator, up to five times as much over all of Figure 8. The core
 # ends it at `tolerances.BORDERS_WORK`, and says so.
 BORDERS_POINT_SECONDS = 1.0e-4

@@ -47,7 +47,7 @@ class _Slot:
 
 
 class Supervisor:
-    """Keeps `settings.workers` workers alive until it is told to stop."""
+    """Keeps `settings.workers` workers alive until it is asked to stop."""
 
     def __init__(self, settings: WorkerSettings, numerics: Numerics) -> None:
         self._settings = settings
@@ -160,12 +160,12 @@ def _ended_child() -> tuple[int, int] | None:
 
 
 def _be_a_worker(settings: WorkerSettings, numerics: Numerics, name: str, parent: int) -> None:
-    """Work until told to stop, in a process of its own."""
+    """Work in a process of its own until asked to stop."""
     from grazemap_worker.leased_worker import LeasedWorker
 
     die_with_parent(parent)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_DFL)
-    os.setpgrp()  # an interrupt from the terminal is the supervisor's affair
+    os.setpgrp()  # an interrupt from the terminal is for the supervisor
     store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
     LeasedWorker(store, numerics, name).work(logging_level=None)
