@@ -55,7 +55,7 @@ def compute() -> dict[str, str]:
     from grazemap_core.orbits.search import sequence_of_stops
 
     three = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-    two = Oscillator.create([1.0, 2.0], [1.0, 1.0], [0.02, 0.03], [1.0, 0.0], 0.7)
+    softer = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.6)
     omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.3, 2.0, 24)
 
     def orbit(oscillator: Oscillator, frequency: float, gap: float, stops: list[int]) -> list[Any]:
@@ -67,12 +67,10 @@ def compute() -> dict[str, str]:
     diagram = sections(three, "clearance", np.linspace(1.4, 1.9, 12), 0.27, "rest", 20, 200, 32)
     return {
         "map from rest": digest(unfolding_map_tile(three, omega, clearance).values()),
-        "map in a sweep": digest(
-            unfolding_map_tile(two, np.linspace(0.4, 0.9, 4), np.linspace(0.2, 1.0, 12), policy="sweep-down").values()
-        ),
+        "map in a sweep": digest(unfolding_map_tile(softer, omega[::2], clearance[::2], policy="sweep-down").values()),
         "preview of a map": digest(unfolding_map_tile(three, omega, clearance, preview=True).values()),
-        "periodic orbit of three masses": digest(orbit(three, 0.27, 1.55, [1, 1, -1, -1])),
-        "periodic orbit of two masses": digest(orbit(two, 0.6, 0.5, [1, -1])),
+        "periodic orbit of four impacts": digest(orbit(three, 0.27, 1.55, [1, 1, -1, -1])),
+        "periodic orbit of two impacts": digest(orbit(softer, 0.3, 1.0, [1, -1])),
         "bifurcation diagram": digest(
             array for found in diagram for array in (found.displacement, found.velocity, found.impact_velocity)
         ),
