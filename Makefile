@@ -56,6 +56,11 @@ test-arithmetic: $(STAMP)
 test-processes: $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC),--ignore=$(folder))
 
+digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+digests: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+digests: $(STAMP)  ## record the digests of this version's results for this processor
+	$(BIN)/python -m tests.result_digests
+
 # What a user's pip installs: the wheel, not these sources, with the newest versions that pyproject.toml admits.
 NEWEST := $(CURDIR)/.cache/newest
 define OF_THE_WHEEL

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.estimates`: what `store.plan` expects of processes, beside what they take on one core.
+"""`python -m benchmarks.estimates`: the estimates of processes, beside what they take on one core.
 
 Prints a line for each of a few questions: seconds of processor time, and of the estimate. It takes some two minutes,
 most of it for borders; kernels that are not in the cache are compiled before.
@@ -15,8 +15,8 @@ from grazemap_worker.environment import one_thread
 one_thread()
 
 from grazemap.wire import parse_request  # noqa: E402 - after the environment is set
+from grazemap_worker.planning import Plan, plan  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
-from grazemap_worker.store.plan import Plan, plan  # noqa: E402
 
 _FOUR_IMPACTS = {"period": 1, "stops": [1, 1, -1, -1]}
 _WINDOW = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}}

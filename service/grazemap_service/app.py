@@ -34,7 +34,7 @@ from grazemap_service.routers import (
 from grazemap_service.settings import VERSION, Settings
 from grazemap_worker.store import Store, core_version
 
-# A Redis that hangs is told to clients almost as soon as one that is away, before all threads wait for it.
+# A Redis that hangs is reported to clients almost as soon as one that is away, before all threads wait for it.
 STORE_SECONDS = 1.0
 _ROUTERS = (
     grazing_curves,

@@ -1,4 +1,4 @@
-"""Bounds on connections, so that clients who begin and do not end cannot keep others out.
+"""Bounds on connections, so that requests that never end do not keep others out.
 
 uvicorn closes idle connections between requests, but waits without end for the rest of a request. `bounded` gives a
 protocol that closes a connection whose request is not there in time, and closes new ones at once when there are too

@@ -1,4 +1,4 @@
-"""What routers ask for: the app's context, and the job that a path names."""
+"""The dependencies of routes: the app's context, and the job that a path names."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _JOB_ID = re.compile(r"[0-9a-f]{64}")
 
 @dataclass(frozen=True)
 class Context:
-    """What one app holds for its lifetime."""
+    """The objects of one app."""
 
     settings: Settings
     core_version: str
@@ -35,7 +35,7 @@ class Context:
     metrics: Metrics
     hot: HotResults
     renderings: Renderings
-    # of its own: threads that wait for a Redis that hangs keep no page waiting
+    # apart from the framework's: threads that wait for a Redis that hangs do not delay other pages
     threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))
 
     async def ask(self, call: Callable[..., Answer], *arguments: Any) -> Answer:
@@ -56,7 +56,7 @@ async def known_job(
     job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")], context: CurrentContext
 ) -> Job:
     """Return the job that the path names. Raises ProblemException "unknown-job"."""
-    job = await context.ask(context.store.job, job_id) if _JOB_ID.fullmatch(job_id) else None
+    job = await context.ask(context.store.jobs.get, job_id) if _JOB_ID.fullmatch(job_id) else None
     if job is None:
         raise ProblemException("unknown-job")
     bind_job(job.id)

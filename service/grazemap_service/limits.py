@@ -1,4 +1,4 @@
-"""What this server computes at most, beyond what the wire models refuse.
+"""The limits of this server, besides those of the wire models.
 
 The cheap counts are checked before the plan is made, so that a range of 10**18 points costs nothing; then the plan's
 estimate. A refusal is a "too-much-work" problem with the members `estimate` and `limit`.
@@ -27,17 +27,11 @@ from grazemap.wire import (
 )
 from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
+from grazemap_worker.planning import Plan, borders_seconds, curves_seconds, plan
+from grazemap_worker.planning.costs import period_costs
+from grazemap_worker.planning.rates import MOST_BORDER_NUMBERS, PERIODS_PER_SECOND
 from grazemap_worker.queue.entries import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
-from grazemap_worker.store.plan import (
-    MOST_BORDER_NUMBERS,
-    PERIODS_PER_SECOND,
-    Plan,
-    borders_seconds,
-    curves_seconds,
-    period_costs,
-    plan,
-)
 
 # Larger estimates are reported as this: a number that was sent must not come back digit by digit.
 _MOST_REPORTED = 1e18
@@ -77,9 +71,10 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
         raise _too_much("", "forcing periods", planned.estimate.periods, settings.max_work)
     most_seconds = MOST_TILE_SECONDS * planned.count
     if isinstance(request, UnfoldingDiagramsRequest):
-        most_seconds += curves_seconds(request) + borders_seconds(request)
-        if curves_seconds(request) > TILE_TIMEOUT:
-            raise _too_much("/max_multiple", "seconds", curves_seconds(request), TILE_TIMEOUT)
+        curves = curves_seconds(request)
+        most_seconds += curves + borders_seconds(request)
+        if curves > TILE_TIMEOUT:
+            raise _too_much("/max_multiple", "seconds", curves, TILE_TIMEOUT)
     most_seconds = min(settings.max_seconds, most_seconds)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)
@@ -169,7 +164,7 @@ def _check_stiffness(request: ProcessRequest, settings: Settings) -> None:
 
 
 def _too_much(pointer: str, quantity: str, estimate: float, limit: float) -> ProblemException:
-    # a nan is an estimate that overflowed on its way
+    # a nan is an estimate that overflowed
     reported = float(f"{estimate:.10g}") if estimate < _MOST_REPORTED else _MOST_REPORTED
     word = "about" if estimate < _MOST_REPORTED else "at least"
     allowed = f"at most {limit:.10g} {quantity}"

@@ -1,4 +1,4 @@
-"""What Prometheus scrapes: requests and latency by route, and the state of queue and workers, read at scrape time."""
+"""Metrics for Prometheus: requests and latency by route, and jobs, tiles and workers as they are when scraped."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""What every request passes before it reaches a router: host check, key, body limit, security headers.
+"""The middleware of every request: host check, key, body limit, security headers.
 
-Plain ASGI classes, outermost first as `install` adds them. What they refuse they answer as problems themselves,
-without reading the body.
+Plain ASGI classes, outermost first as `install` adds them. A refusal is a problem, sent without reading the body.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ class Cors(CORSMiddleware):
 
 
 class SecurityHeaders:
-    """Adds headers that keep a browser from making more of an answer than it is."""
+    """Adds headers that forbid browsers to run, frame or guess the type of an answer."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

@@ -53,6 +53,7 @@ KINDS: dict[str, Kind] = {
     "not-acceptable": Kind("Not acceptable", 406, "No representation that is asked for is available."),
     "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or ask again."),
     "dismissed-job": Kind("Dismissed job", 409, "The job was dismissed: post its request again to compute it."),
+    "outdated-job": Kind("Outdated job", 409, "The job is of another version: post its request again."),
     "body-too-large": Kind("Body too large", 413, "The body is over the byte limit."),
     "unsupported-media-type": Kind("Unsupported media type", 415, "The body must be application/json."),
     "invalid-request": Kind("Invalid request", 422, "Values are missing, unknown or out of range; see errors."),

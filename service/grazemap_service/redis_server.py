@@ -167,12 +167,12 @@ class RedisServer:
         return self._process is not None and self._process.poll() is None
 
     def answers(self, timeout: float) -> bool:
-        """Return whether it says anything within `timeout` seconds, be it that it loads, is busy or has no room."""
+        """Return whether it answers within `timeout` seconds, if only that it loads, is busy or takes no client."""
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(timeout)
             try:
                 connection.connect(str(self.socket))
-                with contextlib.suppress(BrokenPipeError):  # one without room says so and hangs up
+                with contextlib.suppress(BrokenPipeError):  # one that takes no client says so and closes
                     connection.sendall(b"PING\r\n")
                 return connection.recv(1) != b""
             except OSError:

@@ -1,7 +1,7 @@
-"""The outermost layer of a request: its id, its line in the log, its place in the metrics, and the last resort.
+"""The outermost layer of a request: its id, its line in the log, its metrics, and the answer to unhandled exceptions.
 
 An X-Request-Id that a client sends is kept when it is harmless, so that its logs and ours can be joined. An
-exception that nobody handled ends here as an "internal-error" problem; its traceback goes to the log only.
+unhandled exception ends here as an "internal-error" problem; its traceback goes to the log only.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
 
 
 class Observe:
-    """Gives each request an id, logs and measures it, and answers for exceptions that nobody handled."""
+    """Gives each request an id, logs and measures it, and answers unhandled exceptions with a problem."""
 
     def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
         self.app = app

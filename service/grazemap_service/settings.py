@@ -1,6 +1,6 @@
 """Settings of the HTTP service: every limit and address, read from the environment under the prefix GRAZEMAP_.
 
-In flow the environment variables (or keyword arguments, in tests); out flows one frozen `Settings`. The rule that
+`Settings` is made of environment variables (or keyword arguments, in tests) and never changes. The rule that
 an address other than loopback needs keys lives here too, because it is a property of the settings.
 """
 

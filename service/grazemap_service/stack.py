@@ -32,9 +32,9 @@ from grazemap_worker.redis_settings import USAGE_ERROR
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
-# The Redis of a stack that was killed writes what it has before it ends.
+# The Redis of a killed stack writes its data before it ends.
 _LOCK_SECONDS = 4.0
-# Then a person is told what the stack waits for.
+# After this a line on stderr says what the stack waits for.
 _PATIENCE_SECONDS = 10.0
 # A child that dies this often before the stack was ever ready will not come up.
 _MOST_EARLY_DEATHS = 3
@@ -212,7 +212,7 @@ class _Until:
 
 
 def run(stack: Stack, until: _Until, ready_file: Path | None) -> None:
-    """Start the stack, say when it is ready, look after it until told to stop, stop it. Raises StackError."""
+    """Start the stack, print when it is ready, restart what ends, and stop it when asked. Raises StackError."""
     try:
         stack.start()
         announced = False
@@ -223,7 +223,7 @@ def run(stack: Stack, until: _Until, ready_file: Path | None) -> None:
                 line = json.dumps({"url": stack.url, "pid": os.getpid()})
                 if ready_file is not None:
                     ready_file.write_text(line + "\n", "utf-8")
-                print(line, flush=True)  # noqa: T201 - the one line that who started the stack reads
+                print(line, flush=True)  # noqa: T201 - the one line that the starting process reads
             time.sleep(_POLL_SECONDS)
     finally:
         stack.stop()

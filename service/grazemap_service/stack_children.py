@@ -191,7 +191,7 @@ class RedisChild:
         self._server.start()
 
     def ask_to_stop(self) -> None:
-        """Do nothing yet: it goes last, when nobody needs it any more."""
+        """Do nothing yet: it ends last, after the processes that use it."""
 
     def end(self, deadline: float) -> None:
         """Stop it and remove its socket."""

@@ -1,7 +1,7 @@
-"""From a validated request to a job: limits, store, queue, and the time a client is willing to wait.
+"""From a validated request to a job: limits, store, queue, and the time that a client waits.
 
-The store decides what is new; this module only asks it, tells the workers, and phrases the answer. A job that could
-not be enqueued is not lost: the workers' reconciler finds it in the ledger.
+The store decides whether a job is new. A job that could not be enqueued is not lost: the workers' reconciler finds it
+in the ledger.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Annotated
 import anyio
 import redis.exceptions
 from fastapi import Depends, Header, Request
+from pydantic import ValidationError
 from starlette.responses import Response
 
 from grazemap.wire import FINISHED, Job, ProcessRequest, Status, parse_request
@@ -20,13 +21,14 @@ from grazemap_service.dependencies import Context, CurrentContext
 from grazemap_service.limits import checked_plan
 from grazemap_service.links import job_path, with_links
 from grazemap_service.logs import bind_job, get_logger
+from grazemap_service.problems import ProblemException
 from grazemap_worker.queue import entries
 
 _WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
 
 
 class Submission:
-    """One client's wish to have a request computed."""
+    """A POST that asks for a request to be computed."""
 
     def __init__(
         self,
@@ -65,20 +67,22 @@ class Submission:
         while status is not None and status not in FINISHED and time.monotonic() < deadline:
             await anyio.sleep(self.context.settings.poll_seconds)
             # the status alone: a question may be a megabyte long
-            status = await self.context.ask(self.context.store.status, job.id)
+            status = await self.context.ask(self.context.store.jobs.status, job.id)
         if status == job.status:
             return job
-        return await self.context.ask(self.context.store.job, job.id) or job
+        return await self.context.ask(self.context.store.jobs.get, job.id) or job
 
 
 NewSubmission = Annotated[Submission, Depends()]
 
 
 def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job, bool]:
-    """Have a request computed; return its job, and whether that was started now (blocking)."""
+    """Start the job of a request; return it, and whether this call started it (blocking)."""
     settings = context.settings
     planned = checked_plan(process, request, settings)
-    job, created = context.store.submit(process, request, context.core_version, planned, settings.max_pending_tiles)
+    job, created = context.store.jobs.submit(
+        process, request, context.core_version, planned, settings.max_pending_tiles
+    )
     bind_job(job.id)
     if created:
         get_logger().info("job accepted", process=process, tiles=planned.count)
@@ -87,17 +91,32 @@ def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job
 
 
 def submit_again(context: Context, job: Job) -> Job:
-    """Have the result of a finished job computed once more, after it was evicted (blocking)."""
-    return submit(context, job.process, parse_request(job.process, job.request or {}))[0]
+    """Start the computation of a finished job's result again; return the job that computes it (blocking).
+
+    The result was evicted, or it is of another version of the core: then the job is another one.
+
+    Raises
+    ------
+    ProblemException
+        "outdated-job": this version does not take the request any more.
+    """
+    try:
+        request = parse_request(job.process, job.request or {})
+    except (KeyError, ValidationError):
+        raise ProblemException("outdated-job") from None
+    again, _ = submit(context, job.process, request)
+    if again.id != job.id:
+        get_logger().info("result of another version computed anew", core_version=job.core_version, outdated_job=job.id)
+    return again
 
 
 def _enqueue(context: Context, job: Job, tiles: int) -> None:
     try:
-        fingerprint = context.store.fingerprint_of(job.id)
+        fingerprint = context.store.jobs.fingerprint_of(job.id)
         if fingerprint is not None:
             entries.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
     except redis.exceptions.RedisError:
-        # the job is recorded: a reconciler will enqueue it, and the client must not be told that it failed
+        # the job is recorded and a reconciler will enqueue it: this is no failure to the client
         get_logger().warning("job not enqueued, left to the reconciler", exc_info=True)
 
 

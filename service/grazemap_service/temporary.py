@@ -1,6 +1,6 @@
 """Temporary folders that are gone after their user, even one that was killed.
 
-Each holds a file that its user keeps locked; whoever starts next removes the folders whose lock nobody holds. Other
+Each holds a file that its user keeps locked; the next start removes the folders whose lock is free. Other
 folders are never touched, whatever their name.
 """
 
@@ -17,7 +17,7 @@ from pathlib import Path
 
 PREFIX = "grazemap-"
 LOCK = "in-use"
-# A younger folder may have been made by somebody who is about to lock it.
+# A younger folder may have been made by a process that is about to lock it.
 YOUNG_SECONDS = 60.0
 
 
@@ -53,10 +53,10 @@ class TemporaryFolder:
 
 
 def remove_abandoned() -> None:
-    """Remove this user's temporary folders that nobody uses any more."""
+    """Remove this user's temporary folders that are not in use."""
     for base in {tempfile.gettempdir(), "/tmp"}:
         for folder in Path(base).glob(f"{PREFIX}*"):
-            with contextlib.suppress(OSError):  # another one removes it, or it is somebody else's
+            with contextlib.suppress(OSError):  # another process removes it, or it is another user's
                 _remove_if_abandoned(folder)
 
 

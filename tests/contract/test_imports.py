@@ -19,7 +19,8 @@ CORE = "The core is numerics only"
 CORE_LAYERS = "The core's packages import only those below them"
 KERNELS = "Kernels import kernels only"
 WORKER = "The worker speaks no HTTP"
-STORE = "The store is shared by both sides, so it knows neither"
+WORKER_LAYERS = "The worker's packages import only those below them"
+STORE = "The service and the workers share the store and the queues"
 STORE_ALONE = "The store works without RQ"
 QUEUE = "RQ is known to the worker's queue package alone"
 SERVICE = "The service never loads the core: it enqueues by name"
@@ -59,6 +60,10 @@ PLANTS = [
     ("worker/grazemap_worker/supervision/reconciler.py", "from rq.job import Job", QUEUE),
     ("service/grazemap_service/submission.py", "from rq import Queue", QUEUE),
     ("worker/grazemap_worker/queue/__init__.py", "import grazemap_worker.tasks", PACKAGE_MODULES),
+    ("worker/grazemap_worker/planning/planner.py", "from grazemap_worker.store import keys", WORKER_LAYERS),
+    ("worker/grazemap_worker/store/tiles.py", "from grazemap_worker.processes import PROCESSES", WORKER_LAYERS),
+    ("worker/grazemap_worker/processes/basins.py", "from grazemap_worker import tasks", WORKER_LAYERS),
+    ("worker/grazemap_worker/planning/plan.py", "import scipy", STORE),
     ("worker/grazemap_worker/store/results.py", "from rq import Queue", STORE_ALONE),
     ("worker/grazemap_worker/__init__.py", "import grazemap_worker.tasks", PACKAGE_MODULES),
     ("worker/grazemap_worker/store/__init__.py", "import numba", PACKAGE_MODULES),

@@ -13,7 +13,8 @@ from grazemap.codec import decode_npz
 from grazemap.wire import UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.numerics import numerics
-from grazemap_worker.store import Plan, Store, core_version
+from grazemap_worker.planning import Plan
+from grazemap_worker.store import Store, core_version
 
 REQUEST = UnfoldingMapsRequest.model_validate(
     {
@@ -28,14 +29,14 @@ def computed(server: RedisServer, store: Store, workers: int, tile: tuple[int, i
     """The map by so many workers in tiles of (clearances, frequencies), and the number of tiles."""
     store.redis.flushall()
     plan = Plan(rows=128, columns=6, tile_rows=tile[0], tile_columns=tile[1])
-    job, _ = store.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
+    job, _ = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
     command = [sys.executable, "-m", "grazemap_worker", "--workers", str(workers), "--redis-url", server.url]
     with subprocess.Popen(command) as process:
         try:
-            until(lambda: store.result(job.id) is not None, 200)
+            until(lambda: store.results.data(job.id) is not None, 200)
         finally:
             process.send_signal(signal.SIGTERM)
-    data = store.result(job.id)
+    data = store.results.data(job.id)
     assert data is not None
     return data, plan.count
 

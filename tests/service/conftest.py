@@ -113,15 +113,15 @@ class PlayedWorker:
     store: Store
 
     def register(self) -> None:
-        self.store.register_worker(WORKER, FINGERPRINT, 60, core_version())
+        self.store.workers.register(WORKER, FINGERPRINT, 60, core_version())
 
     def begin(self, job_id: str, tile: int = 0) -> None:
-        assert self.store.claim(job_id, tile, WORKER, FINGERPRINT, 60) is not None
+        assert self.store.tiles.claim(job_id, tile, WORKER, FINGERPRINT, 60) is not None
 
     def finish(self, job_id: str, document: dict[str, Any] | None = None) -> bytes:
         data = encode_npz(document or example_document(), {"process": "grazing-curves"})
         self.begin(job_id)
-        assert self.store.commit_result(job_id, data, FINGERPRINT, 0.0)
+        assert self.store.results.commit(job_id, data, FINGERPRINT, 0.0)
         return data
 
 

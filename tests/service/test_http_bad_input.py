@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from grazemap_worker.planning.costs import expected_periods
 from grazemap_worker.store import Store
-from grazemap_worker.store.plan import expected_periods
 
 JSON = {"Content-Type": "application/json"}
 RANGE = {"start": 0.1, "stop": 1.0, "points": 5}
@@ -187,7 +187,7 @@ def test_bad_values_are_named(
     assert allowed in problem["errors"][0]["allowed"]
     assert problem["errors"][0]["detail"]
     assert MARKER.lower() not in answer.text.lower()
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_numbers_that_are_none_are_named(client: TestClient, store: Store, numbe
     answer = client.post("/v1/grazing-curves", content=f'{{"omega": [0.1, {number}]}}', headers=JSON)
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["pointer"] == "/omega/1"
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 CHAIN = {"masses": [1.0] * 64, "stiffnesses": [1.0] * 64, "forcing": [1.0] * 64}
@@ -315,7 +315,7 @@ def test_too_much_work_says_estimate_and_limit(
     assert error["allowed"] in problem["detail"]
     assert "at most" not in error["detail"]
     assert len(answer.content) < 1000
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 @pytest.mark.parametrize(
@@ -339,7 +339,7 @@ def test_a_sweep_whose_columns_take_too_long_is_refused(client: TestClient, stor
     answer = client.post("/v1/unfolding-maps", json={**body, "policy": "sweep-up"})
     assert answer.status_code == 422
     assert set(answer.json()["limit"]) == {"seconds"}
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 def test_an_adaptive_map_may_be_larger_than_a_full_one(client: TestClient) -> None:
@@ -361,7 +361,7 @@ def test_work_of_a_map_is_limited_by_its_estimate(serve: Any, store: Store) -> N
     assert answer.status_code == 422
     assert answer.json()["estimate"]["forcing_periods"] == 25 * expected_periods(1000)
     assert answer.json()["limit"]["forcing_periods"] == 1000
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 MALFORMED: list[tuple[bytes, str]] = [
@@ -388,7 +388,7 @@ def test_malformed_json_is_400(client: TestClient, store: Store, body: bytes) ->
     assert answer.status_code == 400
     assert answer.json()["type"] == "urn:grazemap:problem:malformed-json"
     assert len(answer.content) < 1000
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
     assert client.get("/healthz").status_code == 200
 
 
@@ -397,7 +397,7 @@ def test_other_media_types_are_415(client: TestClient, store: Store, media_type:
     answer = client.post("/v1/grazing-curves", content=b'{"omega": [0.1, 0.2]}', headers={"Content-Type": media_type})
     assert answer.status_code == 415
     assert answer.headers["content-type"] == "application/problem+json"
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 def test_json_dialects_are_taken(client: TestClient) -> None:
@@ -465,7 +465,7 @@ def test_a_body_full_of_unknown_names_is_refused_at_once(client: TestClient, sto
     assert time.process_time() - began < 0.4  # naming each of them took 0.8 to 1.0 s
     assert answer.status_code == 400
     assert answer.json()["type"] == "urn:grazemap:problem:malformed-json"
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 @pytest.mark.parametrize(
@@ -492,7 +492,7 @@ def test_an_exception_is_a_problem_without_internals(
     def broken(job_id: str) -> None:
         raise ValueError(MARKER)
 
-    monkeypatch.setattr(client.app.state.context.store, "job", broken)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "get", broken)  # type: ignore[attr-defined]
     answer = client.get("/v1/jobs/" + "0" * 64)
     assert answer.status_code == 500
     assert answer.json()["type"] == "urn:grazemap:problem:internal-error"

@@ -71,7 +71,7 @@ def test_any_json_is_answered(client: TestClient, store: Store, process: str) ->
         json.loads(answer.content)
         if answer.status_code >= 400:
             assert answer.headers["content-type"] == "application/problem+json"
-            assert store.jobs() == ([], None)
+            assert store.jobs.page() == ([], None)
         else:
             parse_request(process, body)
             store.redis.flushall()

@@ -31,7 +31,7 @@ def test_with_keys_only_open_paths_need_none(serve: Any, worker: Any, store: Sto
         assert answer.status_code == 401
         assert answer.headers["www-authenticate"] == "Bearer"
         assert answer.json()["type"] == "urn:grazemap:problem:key-required"
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
     for key in ("first-key", "second-key"):
         answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Authorization": f"bearer {key}"})
         assert answer.status_code in {200, 201}
@@ -170,7 +170,7 @@ def test_a_declared_large_body_is_413_before_it_is_sent(live_url: str, store: St
     assert answer.status == 413
     assert json.loads(answer.body)["type"] == "urn:grazemap:problem:body-too-large"
     assert answer.seconds < 1
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 def test_a_chunked_large_body_is_413_as_soon_as_it_is_too_large(live_url: str, store: Store) -> None:
@@ -179,7 +179,7 @@ def test_a_chunked_large_body_is_413_as_soon_as_it_is_too_large(live_url: str, s
     assert answer.status == 413
     assert json.loads(answer.body)["status"] == 413
     assert answer.seconds < 1
-    assert store.jobs() == ([], None)
+    assert store.jobs.page() == ([], None)
 
 
 def test_a_body_at_the_limit_is_read(serve: Any) -> None:

@@ -17,6 +17,7 @@ from starlette.testclient import TestClient
 from grazemap.codec import encode_npz
 from grazemap_service import representations
 from grazemap_worker.store import Store
+from grazemap_worker.store.jobs import Jobs
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 
@@ -43,8 +44,8 @@ def test_an_event_stream_does_not_read_the_question_again_and_again(
     client = serve()
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     reads = []
-    whole = Store.job
-    monkeypatch.setattr(Store, "job", lambda self, identity: reads.append(identity) or whole(self, identity))
+    whole = Jobs.get
+    monkeypatch.setattr(Jobs, "get", lambda self, identity: reads.append(identity) or whole(self, identity))
     finisher = threading.Thread(target=lambda: (time.sleep(0.5), worker.finish(job["id"])))
     finisher.start()
     assert "event: done" in client.get(f"/v1/jobs/{job['id']}/events").text
@@ -99,7 +100,7 @@ def test_looking_at_a_result_keeps_it(client: TestClient, worker: Any) -> None:
 
     def finish(place: int) -> None:
         worker.begin(ids[place])
-        assert small.commit_result(ids[place], data[place], "f00d", 0.0)
+        assert small.results.commit(ids[place], data[place], "f00d", 0.0)
 
     finish(0)
     finish(1)
@@ -108,7 +109,7 @@ def test_looking_at_a_result_keeps_it(client: TestClient, worker: Any) -> None:
     # from now on only a condition, a HEAD or the service's own copy: still it is used
     assert client.get(f"/v1/jobs/{ids[0]}/result", headers={"If-None-Match": etag}).status_code == 304
     finish(2)
-    assert [small.result(identity) is not None for identity in ids] == [True, False, True]
+    assert [small.results.data(identity) is not None for identity in ids] == [True, False, True]
 
 
 def connect_to(url: str) -> socket.socket:

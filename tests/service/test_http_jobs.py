@@ -92,8 +92,8 @@ def test_events_tell_a_map_to_its_end(client: TestClient, store: Store, worker: 
         for tile in range(total):
             time.sleep(0.002)
             worker.begin(job["id"], tile)
-            store.commit_tile(job["id"], tile, data, "f00d", 0.0)
-        store.commit_result(job["id"], data, "f00d", 0.0)
+            store.tiles.commit(job["id"], tile, data, "f00d", 0.0)
+        store.results.commit(job["id"], data, "f00d", 0.0)
 
     thread = Thread(target=work)
     thread.start()

@@ -44,7 +44,7 @@ def test_ready_with_a_worker(client: TestClient, worker: Any) -> None:
 
 
 def test_workers_of_another_release_do_not_make_it_ready(client: TestClient, store: Store) -> None:
-    store.register_worker("other", "f", 60, "another")
+    store.workers.register("other", "f", 60, "another")
     assert client.get("/readyz").status_code == 503
 
 
@@ -89,7 +89,7 @@ def test_every_address_that_can_be_read_can_be_looked_at(client: TestClient, wor
     job = client.post("/v1/unfolding-maps", json=MAP).json()
     path = f"/v1/jobs/{job['id']}"
     worker.begin(job["id"], 1)
-    store.commit_tile(job["id"], 1, encode_npz({"kind": np.zeros((2, 2))}, {}), "f00d", 0.0)
+    store.tiles.commit(job["id"], 1, encode_npz({"kind": np.zeros((2, 2))}, {}), "f00d", 0.0)
     for address in ("/v1", "/v1/jobs", path, f"{path}/result/tiles", f"{path}/result/tiles/1", "/metrics", "/healthz"):
         whole, head = client.get(address), client.head(address)
         assert (whole.status_code, head.status_code, head.content) == (200, 200, b""), address
@@ -107,7 +107,7 @@ def test_a_redis_that_takes_nothing_is_503(client: TestClient, monkeypatch: pyte
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError(f"{code} of some reason")
 
-    monkeypatch.setattr(client.app.state.context.store, "submit", refuse)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     answer = client.post("/v1/grazing-curves", json=CURVE)
     assert answer.status_code == 503
     assert answer.json()["type"] == "urn:grazemap:problem:store-unavailable"
@@ -119,7 +119,7 @@ def test_a_redis_that_refuses_the_password_is_said_so_in_the_log(
     def refuse(*_: object) -> None:
         raise redis.exceptions.AuthenticationError("WRONGPASS")
 
-    monkeypatch.setattr(client.app.state.context.store, "submit", refuse)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 503
     assert "Redis refuses the password" in [entry["event"] for entry in logs]
 
@@ -128,7 +128,7 @@ def test_another_error_of_redis_is_ours(client: TestClient, monkeypatch: pytest.
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError("WRONGTYPE Operation against a key holding the wrong kind of value")
 
-    monkeypatch.setattr(client.app.state.context.store, "submit", refuse)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 500
 
 

@@ -11,8 +11,9 @@ import pytest
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
-from grazemap.wire import Problem
-from grazemap_worker.store import Store
+from grazemap.wire import Problem, parse_request
+from grazemap_worker.planning import Plan
+from grazemap_worker.store import Store, core_version
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -98,7 +99,7 @@ def test_results_are_immutable_to_caches(
     def unexpected(job_id: str) -> bytes:
         raise AssertionError("a condition that holds must not load the result")
 
-    monkeypatch.setattr(client.app.state.context.store, "result", unexpected)  # type: ignore[attr-defined]
+    monkeypatch.setattr(client.app.state.context.store.results, "data", unexpected)  # type: ignore[attr-defined]
     for condition in (etag, f'"other", {etag}', f"W/{etag}", "*"):
         answer = client.get(path, headers={"If-None-Match": condition})
         assert (answer.status_code, answer.content) == (304, b"")
@@ -144,7 +145,7 @@ def test_an_unfinished_job_has_no_result(client: TestClient, worker: Any) -> Non
 def test_the_result_of_a_failed_job_is_its_problem(client: TestClient, store: Store) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     problem = Problem(type="urn:grazemap:problem:computation-refused", title="Computation refused", status=422)
-    assert store.fail(job["id"], problem)
+    assert store.jobs.fail(job["id"], problem)
     answer = client.get(f"/v1/jobs/{job['id']}/result")
     assert answer.status_code == 422
     assert answer.headers["content-type"] == "application/problem+json"
@@ -157,7 +158,7 @@ def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     path = f"/v1/jobs/{job['id']}/result"
     data = worker.finish(job["id"])
-    for key in worker.store.redis.keys("grazemap:result:*"):
+    for key in worker.store.redis.keys("grazemap:2:result:*"):
         worker.store.redis.delete(key)
     answer = client.get(path)
     assert answer.status_code == 202
@@ -173,15 +174,15 @@ def test_nothing_is_computed_for_who_has_it_or_only_looks(client: TestClient, wo
     path = f"/v1/jobs/{job['id']}/result"
     worker.finish(job["id"])
     etag = client.get(path).headers["etag"]
-    for key in worker.store.redis.keys("grazemap:result:*"):
+    for key in worker.store.redis.keys("grazemap:2:result:*"):
         worker.store.redis.delete(key)
     answer = client.get(path, headers={"If-None-Match": etag})
     assert (answer.status_code, answer.content, answer.headers["etag"]) == (304, b"", etag)
     head = client.head(path)
     assert (head.status_code, head.content) == (202, b"")
-    assert worker.store.status(job["id"]) == "successful"
+    assert worker.store.jobs.status(job["id"]) == "successful"
     assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 202
-    assert worker.store.status(job["id"]) == "accepted"
+    assert worker.store.jobs.status(job["id"]) == "accepted"
 
 
 def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> None:
@@ -190,9 +191,9 @@ def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> No
         job = client.post("/v1/grazing-curves", json=CURVE).json()
         worker.begin(job["id"])
         data = encode_npz({"omega": np.zeros(2)}, {"numerics": {"fingerprint": numerics}})
-        assert worker.store.commit_result(job["id"], data, "f00d", 0.0)
+        assert worker.store.results.commit(job["id"], data, "f00d", 0.0)
         etags.add(client.get(f"/v1/jobs/{job['id']}/result").headers["etag"])
-        for key in worker.store.redis.keys("grazemap:result:*"):
+        for key in worker.store.redis.keys("grazemap:2:result:*"):
             worker.store.redis.delete(key)
     assert len(etags) == 2
 
@@ -205,9 +206,9 @@ def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store:
     assert (empty["total"], empty["tiles"]) == (total, [])
     worker.begin(job["id"], 1)
     data = encode_npz({"kind": np.zeros((2, 2), np.int8)}, {})
-    assert store.commit_tile(job["id"], 1, data, "f00d", 0.0) == total - 1
+    assert store.tiles.commit(job["id"], 1, data, "f00d", 0.0) == total - 1
     (tile,) = client.get(path).json()["tiles"]
-    row_start, row_stop, column_start, column_stop = store.plan_of(job["id"]).tile(1)  # type: ignore[union-attr]
+    row_start, row_stop, column_start, column_stop = store.jobs.plan_of(job["id"]).tile(1)  # type: ignore[union-attr]
     assert (tile["index"], tile["rows"], tile["columns"]) == (1, [row_start, row_stop], [column_start, column_stop])
     assert client.get(tile["href"], headers={"Accept": NPZ}).content == data
     assert client.get(tile["href"]).json()["kind"] == [[0, 0], [0, 0]]
@@ -255,3 +256,18 @@ def test_large_json_is_made_in_short_pieces() -> None:
         assert parsed[name] == whole[name].tolist()  # type: ignore[attr-defined]
     assert parsed["inner"] == {"flags": [True] * 3000, "names": ["a", "b"]}
     assert parsed["points"] == whole["points"]
+
+
+def test_a_result_of_another_version_is_computed_anew(client: TestClient, worker: Any) -> None:
+    request = parse_request("grazing-curves", CURVE)
+    job, _ = worker.store.jobs.submit("grazing-curves", request, "0.1.0", Plan(), 100)
+    data = worker.finish(job.id)
+    assert worker.store.results.data(job.id) == data
+    path = f"/v1/jobs/{job.id}/result"
+    assert client.head(path).status_code == 202
+    for _ in range(2):
+        answer = client.get(path, headers={"If-None-Match": "*"})
+        assert answer.status_code == 202
+        assert answer.json()["core_version"] == core_version()
+        assert answer.json()["id"] != job.id
+    assert client.get(f"{path}/tiles/0").json()["type"] == "urn:grazemap:problem:outdated-job"

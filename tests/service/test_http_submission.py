@@ -13,7 +13,11 @@ import pytest
 from rq import Queue
 from starlette.testclient import TestClient
 
-from grazemap_worker.store import Store, queue_name
+from grazemap.wire import UnfoldingDiagramsRequest, canonical
+from grazemap_service.strict_json import JsonRequest
+from grazemap_worker.store import Store, jobs, queue_name
+from grazemap_worker.store.jobs import Jobs
+from tests import parsing
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -106,18 +110,18 @@ def test_fifty_at_once_are_one_computation(live_url: str, store: Store, worker: 
     queue = Queue(queue_name("f00d"), connection=store.redis)
     assert tiles > 1
     assert queue.count == tiles
-    assert len(store.jobs()[0]) == 1
+    assert len(store.jobs.page()[0]) == 1
 
 
 def test_without_a_worker_a_job_waits_unbound(client: TestClient, store: Store) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
-    assert store.fingerprint_of(job["id"]) is None
+    assert store.jobs.fingerprint_of(job["id"]) is None
     assert not store.redis.keys("rq:queue:*")
 
 
 def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
-    assert store.fingerprint_of(job["id"]) == "f00d"
+    assert store.jobs.fingerprint_of(job["id"]) == "f00d"
     entries = Queue(queue_name("f00d"), connection=store.redis).get_job_ids()
     assert [entry.rpartition("-")[0] for entry in entries] == [f"{job['id']}-0"]
 
@@ -138,8 +142,8 @@ def test_waiting_does_not_read_the_question_again_and_again(
     client: TestClient, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reads = []
-    whole = type(store).job
-    monkeypatch.setattr(type(store), "job", lambda self, identity: reads.append(identity) or whole(self, identity))
+    whole = Jobs.get
+    monkeypatch.setattr(Jobs, "get", lambda self, identity: reads.append(identity) or whole(self, identity))
     client.post("/v1/grazing-curves", json=CURVE, headers={"Prefer": "wait=1"})
     assert len(reads) <= 2  # once as submitted, once at the end; it was 100 times in this second
 
@@ -173,7 +177,7 @@ def test_a_full_queue_is_429_and_leaves_nothing(serve: Any, store: Store) -> Non
     assert answer.status_code == 429
     assert answer.json()["type"] == "urn:grazemap:problem:queue-full"
     assert int(answer.headers["retry-after"]) >= 1
-    assert len(store.jobs()[0]) == 1
+    assert len(store.jobs.page()[0]) == 1
     # what is there already is still answered
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 200
 
@@ -210,3 +214,24 @@ def test_a_strange_request_id_is_replaced(client: TestClient, sent: str) -> None
     given = client.get("/healthz", headers={"X-Request-Id": sent}).headers["x-request-id"]
     assert given != sent
     assert len(given) == 16
+
+
+def test_a_request_is_parsed_canonicalised_and_hashed_once(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    bodies, hashes = [], []
+    read, hashed = JsonRequest.json, jobs.canonical_id
+    monkeypatch.setattr(JsonRequest, "json", lambda self: bodies.append(1) or read(self))
+    monkeypatch.setattr(jobs, "canonical_id", lambda *arguments: hashes.append(1) or hashed(*arguments))
+    counts = parsing.count(monkeypatch)
+    window = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+    assert client.post("/v1/unfolding-diagrams", json=window).status_code == 201
+    assert counts == {"parsed": 0, "canonicalised": 1}  # the body is parsed by the route
+    assert (len(bodies), len(hashes)) == (1, 1)
+
+
+def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
+    window = {"omega": {"start": 0.26, "stop": 0.3, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+    request = UnfoldingDiagramsRequest.model_validate(window)
+    for name in ("unfolding_map", "grazing_curve", "codimension_two_points", "bifurcation_curves"):
+        assert getattr(request, name) is getattr(request, name)
+    assert canonical(request) == canonical(UnfoldingDiagramsRequest.model_validate(window))
+    assert request == UnfoldingDiagramsRequest.model_validate(window)

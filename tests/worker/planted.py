@@ -16,12 +16,12 @@ from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker import logs, tasks
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.processes.unfolding_maps import assemble
 from grazemap_worker.queue import leased_worker  # noqa: F401
 from grazemap_worker.settings import WorkerSettings
-from grazemap_worker.store import Plan, Tile
 from grazemap_worker.supervision.supervisor import Supervisor
 
 BUSY_SECONDS = 0.1

@@ -8,8 +8,9 @@ import pytest
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.planning import Plan
 from grazemap_worker.queue import entries
-from grazemap_worker.store import Plan, QueueFull, Store
+from grazemap_worker.store import QueueFull, Store
 from grazemap_worker.supervision.reconciler import Reconciler
 
 LEASE = 5.0
@@ -17,12 +18,12 @@ FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
 
 
 def submit(store: Store, number: int, most: int = 10**6) -> Job:
-    return store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), most)[0]
+    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), most)[0]
 
 
 def submit_map(store: Store, number: int = 0) -> Job:
     request = UnfoldingMapsRequest(omega=[1, 2 + number], clearance=[1, 2])
-    return store.submit("unfolding-maps", request, "1", FOUR, 10**6)[0]
+    return store.jobs.submit("unfolding-maps", request, "1", FOUR, 10**6)[0]
 
 
 def commands(store: Store, step: Callable[[], object]) -> int:
@@ -35,63 +36,63 @@ def commands(store: Store, step: Callable[[], object]) -> int:
 @pytest.fixture
 def backlog(store: Store) -> list[Job]:
     """Some hundred jobs that wait, a few of them claimed."""
-    store.register_worker("w", "f", LEASE, "1")
+    store.workers.register("w", "f", LEASE, "1")
     jobs = [submit(store, number) for number in range(300)]
     for job in jobs[:3]:
-        store.claim(job.id, 0, "w", "f", LEASE)
+        store.tiles.claim(job.id, 0, "w", "f", LEASE)
     return jobs
 
 
 def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Store, backlog: list[Job]) -> None:
     expected = sorted((job.id, 0, "w") for job in backlog[:3])
-    assert sorted(store.claims_of("w")) == expected
-    assert commands(store, lambda: store.claims_of("w")) < 20
-    assert commands(store, store.lost_claims) < 20
-    store.release(backlog[0].id, 0, "w")
-    store.commit_result(backlog[1].id, b"", "f", 0.0)
-    assert store.claims_of("w") == [(backlog[2].id, 0, "w")]
-    store.remove_worker("w")
-    assert store.lost_claims() == [(backlog[2].id, 0, "w")]
-    store.record_failure(backlog[2].id, 0, "lost", holder="w")
-    assert store.lost_claims() == []
-    assert list(store.redis.scan_iter("grazemap:held*")) == []
+    assert sorted(store.tiles.claims_of("w")) == expected
+    assert commands(store, lambda: store.tiles.claims_of("w")) < 20
+    assert commands(store, store.tiles.lost_claims) < 20
+    store.tiles.record_failure(backlog[0].id, 0, "exception", "w")
+    store.results.commit(backlog[1].id, b"", "f", 0.0)
+    assert store.tiles.claims_of("w") == [(backlog[2].id, 0, "w")]
+    store.workers.remove("w")
+    assert store.tiles.lost_claims() == [(backlog[2].id, 0, "w")]
+    store.tiles.record_failure(backlog[2].id, 0, "lost", holder="w")
+    assert store.tiles.lost_claims() == []
+    assert list(store.redis.scan_iter("grazemap:2:held*")) == []
 
 
 def test_a_claim_that_another_took_over_is_no_longer_ones_own(store: Store) -> None:
     job = submit(store, 0)
-    store.claim(job.id, 0, "one", "f", LEASE)
-    store.remove_worker("one")
-    store.claim(job.id, 0, "two", "f", LEASE)
-    assert store.claims_of("one") == store.lost_claims() == []
-    assert store.claims_of("two") == [(job.id, 0, "two")]
-    store.remove_worker("two", return_claims=True)
-    assert store.claims_of("two") == store.lost_claims() == []
-    assert list(store.redis.scan_iter("grazemap:held*")) == []
+    store.tiles.claim(job.id, 0, "one", "f", LEASE)
+    store.workers.remove("one")
+    store.tiles.claim(job.id, 0, "two", "f", LEASE)
+    assert store.tiles.claims_of("one") == store.tiles.lost_claims() == []
+    assert store.tiles.claims_of("two") == [(job.id, 0, "two")]
+    store.workers.remove("two", return_claims=True)
+    assert store.tiles.claims_of("two") == store.tiles.lost_claims() == []
+    assert list(store.redis.scan_iter("grazemap:2:held*")) == []
 
 
 def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> None:
-    store.register_worker("w", "f", LEASE, "1")
+    store.workers.register("w", "f", LEASE, "1")
     job = submit_map(store)
     submit_map(store, 1)
     submit(store, 0)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_tile(job.id, 0, b"", "f", 0.0)
-    store.commit_tile(job.id, 0, b"", "f", 0.0)
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    store.tiles.commit(job.id, 0, b"", "f", 0.0)
+    store.tiles.commit(job.id, 0, b"", "f", 0.0)
     assert store.counts().pending_tiles == 3 + 4 + 1
     for _ in range(3):
-        store.claim(job.id, 3, "w", "f", LEASE)
-        store.record_failure(job.id, 3, "exception", holder="w")
+        store.tiles.claim(job.id, 3, "w", "f", LEASE)
+        store.tiles.record_failure(job.id, 3, "exception", holder="w")
     assert store.counts().pending_tiles == 4 + 1
     assert submit_map(store).status == "accepted"  # goes on from the tile that it has
     assert store.counts().pending_tiles == 3 + 4 + 1
-    store.redis.delete("grazemap:fingerprint:f")
-    assert job.id in store.bind("g", "1")  # and starts over with other numerics
+    store.redis.delete("grazemap:2:fingerprint:f")
+    assert job.id in store.jobs.bind("g", "1")  # and starts over with other numerics
     assert store.counts().pending_tiles == 4 + 4 + 1
     with pytest.raises(QueueFull):
         submit(store, 1, most=9)
     submit(store, 1, most=10)
-    for found in store.jobs()[0]:
-        store.dismiss(found.id)
+    for found in store.jobs.page()[0]:
+        store.jobs.dismiss(found.id)
     assert store.counts().pending_tiles == 0
 
 
@@ -101,9 +102,9 @@ def test_forgetting_old_records_does_not_look_through_those_that_wait(
     before = commands(store, lambda: submit(store, 999))
     monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORDS", 100)
     assert commands(store, lambda: submit(store, 1000)) < before + 10
-    store.dismiss(backlog[0].id)
+    store.jobs.dismiss(backlog[0].id)
     submit(store, 1001)
-    assert store.job(backlog[0].id) is None
+    assert store.jobs.get(backlog[0].id) is None
 
 
 def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
@@ -124,10 +125,10 @@ def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
 
 def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
-    monkeypatch.setattr(store, "some_unfinished", lambda cursor, about: (cursor, []))  # before its turn comes
+    monkeypatch.setattr(store.jobs, "some_unfinished", lambda cursor, about: (cursor, []))  # before its turn comes
     job = submit(store, 0)
-    store.claim(job.id, 0, "dead", "f", LEASE)
-    store.remove_worker("dead")
+    store.tiles.claim(job.id, 0, "dead", "f", LEASE)
+    store.workers.remove("dead")
     Reconciler(store, Numerics("0", "0", "0", "0", "planted", "none", "f"), "me").reconcile()
     assert entries.queued(store.redis, "f") == {(job.id, 0)}
 

@@ -12,9 +12,10 @@ from rq.timeouts import JobTimeoutException
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import tasks
+from grazemap_worker.planning import Plan, plan
 from grazemap_worker.processes import Process
 from grazemap_worker.queue import entries, leased_worker
-from grazemap_worker.store import Plan, QueueFull, ResultTooLarge, Store, core_version, plan
+from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
 
 LEASE = 5.0
 
@@ -24,12 +25,12 @@ def curve(first: float = 1.0, length: int = 2) -> GrazingCurvesRequest:
 
 
 def submit(store: Store, request: GrazingCurvesRequest | None = None) -> Job:
-    return store.submit("grazing-curves", request or curve(), core_version(), Plan(), 1000)[0]
+    return store.jobs.submit("grazing-curves", request or curve(), core_version(), Plan(), 1000)[0]
 
 
 def finish(store: Store, job: Job, data: bytes = b"12") -> None:
-    assert store.claim(job.id, 0, "w", "f", LEASE)
-    assert store.commit_result(job.id, data, "f", 0.0)
+    assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    assert store.results.commit(job.id, data, "f", 0.0)
 
 
 @pytest.fixture
@@ -40,7 +41,7 @@ def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
 
 
 def problem_of(store: Store, job: Job) -> tuple[str, int]:
-    failed = store.job(job.id)
+    failed = store.jobs.get(job.id)
     assert failed is not None
     assert failed.problem is not None
     return failed.problem.type.rpartition(":")[2], failed.problem.status
@@ -48,14 +49,14 @@ def problem_of(store: Store, job: Job) -> tuple[str, int]:
 
 def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("grazemap_worker.store.results.MOST_RESULT_BYTES", 10)
-    monkeypatch.setattr("grazemap_worker.store.ledger.MOST_RESULT_BYTES", 10)
+    monkeypatch.setattr("grazemap_worker.store.tiles.MOST_RESULT_BYTES", 10)
     job = submit(store)
-    assert store.claim(job.id, 0, "w", "f", LEASE)
+    assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
-        store.commit_result(job.id, bytes(11), "f", 0.0)
+        store.results.commit(job.id, bytes(11), "f", 0.0)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
-        store.commit_tile(job.id, 0, bytes(11), "f", 0.0)
-    assert store.commit_result(job.id, bytes(10), "f", 0.0)
+        store.tiles.commit(job.id, 0, bytes(11), "f", 0.0)
+    assert store.results.commit(job.id, bytes(10), "f", 0.0)
 
 
 def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
@@ -69,8 +70,8 @@ def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatc
 def test_an_error_of_redis_that_will_come_back_is_counted(worker: pytest.MonkeyPatch, store: Store) -> None:
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
-    store.redis.set(f"grazemap:result:{job.id}:planted", "1")
-    store.redis.set("grazemap:results", "not a sorted set")
+    store.redis.set(f"grazemap:2:result:{job.id}:planted", "1")
+    store.redis.set("grazemap:2:results", "not a sorted set")
     for _ in range(3):
         tasks.run_tile(job.id, 0)
     assert problem_of(store, job) == ("computation-failed", 500)
@@ -91,7 +92,7 @@ def test_a_work_horse_that_had_to_be_killed_at_its_time_limit_is_not_lost(
 ) -> None:
     worker = leased_worker.LeasedWorker(store, NUMERICS, "w")
     job = submit(store)
-    assert store.claim(job.id, 0, "w", NUMERICS.fingerprint, LEASE)
+    assert store.tiles.claim(job.id, 0, "w", NUMERICS.fingerprint, LEASE)
     queue = entries.queue(store.redis, NUMERICS.fingerprint)
     entry = queue.create_job(entries.RUN_TILE, args=(job.id, 0), timeout=1)
 
@@ -126,7 +127,7 @@ def test_records_are_under_a_byte_budget(store: Store, monkeypatch: pytest.Monke
     waiting = submit(store, curve(1, 500))
     for number in range(2, 9):
         finish(store, submit(store, curve(number, 500)))
-    kept = [job.id for job in store.jobs()[0]]
+    kept = [job.id for job in store.jobs.page()[0]]
     assert 2 <= len(kept) <= 4
     assert waiting.id in kept  # what is unfinished is not forgotten
     assert store.counts().result_bytes == 2 * (len(kept) - 1)
@@ -142,10 +143,10 @@ def test_unfinished_requests_over_the_byte_budget_are_refused(store: Store, monk
     with pytest.raises(QueueFull) as caught:
         fill()
     assert caught.value.retry_after >= 1
-    left = store.jobs()[0]
+    left = store.jobs.page()[0]
     assert 1 <= len(left) < 8
     for job in left:
-        store.dismiss(job.id)
+        store.jobs.dismiss(job.id)
     assert submit(store, curve(20, 1000)).status == "accepted"
 
 
@@ -153,22 +154,22 @@ def test_a_question_asked_again_counts_once(store: Store, monkeypatch: pytest.Mo
     monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORD_BYTES", 20_000)
     other = submit(store)
     for _ in range(10):
-        store.dismiss(submit(store, curve(5, 500)).id)
-    assert len(store.jobs()[0]) == 2
-    assert store.job(other.id) is not None
+        store.jobs.dismiss(submit(store, curve(5, 500)).id)
+    assert len(store.jobs.page()[0]) == 2
+    assert store.jobs.get(other.id) is not None
 
 
 def test_a_page_of_jobs_costs_what_it_shows(store: Store) -> None:
     for number in range(1, 8):
         submit(store, curve(number, 4000))
     read = int(store.redis.info("stats")["total_net_output_bytes"])
-    page, cursor = store.jobs(limit=3)
+    page, cursor = store.jobs.page(limit=3)
     assert len(page) == 3
     assert cursor is not None
     assert all(job.request is None for job in page)
     assert int(store.redis.info("stats")["total_net_output_bytes"]) - read < 10_000
-    assert len(store.jobs(limit=7, process="grazing-curves")[0]) == 7
-    assert store.jobs(process="trajectories") == ([], None)
+    assert len(store.jobs.page(limit=7, process="grazing-curves")[0]) == 7
+    assert store.jobs.page(process="trajectories") == ([], None)
 
 
 def test_looking_at_a_result_makes_it_the_last_to_go(store: Store) -> None:
@@ -176,19 +177,19 @@ def test_looking_at_a_result_makes_it_the_last_to_go(store: Store) -> None:
     jobs = [submit(small, curve(number)) for number in (1, 2, 3)]
     for job in jobs[:2]:
         finish(small, job, bytes(100))
-    assert small.result_info(jobs[0].id)
+    assert small.results.info(jobs[0].id)
     finish(small, jobs[2], bytes(100))
-    assert [small.result_info(job.id) is not None for job in jobs] == [True, False, True]
+    assert [small.results.info(job.id) is not None for job in jobs] == [True, False, True]
 
 
 def test_the_etag_of_an_evicted_result_is_remembered(store: Store) -> None:
     job = submit(store)
-    assert store.etag(job.id) is None
+    assert store.results.etag(job.id) is None
     finish(store, job)
-    info = store.result_info(job.id)
+    info = store.results.info(job.id)
     assert info is not None
-    store.redis.delete(*store.redis.keys("grazemap:result:*"))
-    assert store.result_info(job.id) is None
-    assert store.etag(job.id) == info.etag
-    assert store.status(job.id) == "successful"
-    assert store.status("0" * 64) is None
+    store.redis.delete(*store.redis.keys("grazemap:2:result:*"))
+    assert store.results.info(job.id) is None
+    assert store.results.etag(job.id) == info.etag
+    assert store.jobs.status(job.id) == "successful"
+    assert store.jobs.status("0" * 64) is None

@@ -8,49 +8,50 @@ import pytest
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
+from grazemap_worker.planning import Plan
 from grazemap_worker.queue import entries, leftovers
-from grazemap_worker.store import Plan, Store, WorkerInfo, connect
+from grazemap_worker.store import Store, WorkerInfo, connect
 
 LEASE = 5.0
 ID = "a" * 64
 
 
 def submit(store: Store, number: int = 0) -> Job:
-    return store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), 1000)[0]
+    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), 1000)[0]
 
 
 @pytest.mark.parametrize("end", ["successful", "dismissed"])
 def test_the_events_of_a_finished_job_go_after_a_while(store: Store, end: str) -> None:
     job = submit(store)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    events = f"grazemap:job:{job.id}:events"
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    events = f"grazemap:2:job:{job.id}:events"
     assert store.redis.ttl(events) == -1
     if end == "successful":
-        store.commit_result(job.id, b"", "f", 0.0)
+        store.results.commit(job.id, b"", "f", 0.0)
     else:
-        store.dismiss(job.id)
+        store.jobs.dismiss(job.id)
     assert 3500 < store.redis.ttl(events) <= 3600
-    assert store.events(job.id)[-1].data == {"status": end}
+    assert store.jobs.events(job.id)[-1].data == {"status": end}
     if end == "dismissed":
         submit(store)
         assert store.redis.ttl(events) == -1
 
 
 def test_workers_that_are_gone_leave_rqs_lists(store: Store) -> None:
-    for name in ("rq:workers", "rq:workers:grazemap:f", "rq:workers:grazemap:g"):
+    for name in ("rq:workers", "rq:workers:grazemap:2:f", "rq:workers:grazemap:2:g"):
         store.redis.sadd(name, "rq:worker:gone", "rq:worker:here")
     store.redis.hset("rq:worker:here", "birth", "now")
-    store.redis.sadd("rq:queues", "rq:queue:grazemap:g", "rq:queue:of somebody else")
+    store.redis.sadd("rq:queues", "rq:queue:grazemap:2:g", "rq:queue:of somebody else")
     store.redis.sadd("rq:workers:of somebody else", "rq:worker:gone")
-    store.register_worker("w", "g", LEASE, "1")
+    store.workers.register("w", "g", LEASE, "1")
     leftovers.sweep(store.redis, "f")
-    for name in ("rq:workers", "rq:workers:grazemap:f", "rq:workers:grazemap:g"):
+    for name in ("rq:workers", "rq:workers:grazemap:2:f", "rq:workers:grazemap:2:g"):
         assert store.redis.smembers(name) == {b"rq:worker:here"}
     assert store.redis.scard("rq:workers:of somebody else") == 1
 
 
 def test_the_queue_of_numerics_that_are_gone_goes_too(store: Store) -> None:
-    store.register_worker("w", "here", LEASE, "1")
+    store.workers.register("w", "here", LEASE, "1")
     for fingerprint in ("here", "gone", "f"):
         entries.enqueue(store.redis, ID, range(3), fingerprint)
     entries.enqueue(store.redis, ID, [0], "gone")
@@ -58,17 +59,17 @@ def test_the_queue_of_numerics_that_are_gone_goes_too(store: Store) -> None:
     leftovers.sweep(store.redis, "f")
     assert len(list(store.redis.scan_iter("rq:job:*"))) == 6
     assert store.redis.smembers("rq:queues") == {
-        b"rq:queue:grazemap:here",
-        b"rq:queue:grazemap:f",
+        b"rq:queue:grazemap:2:here",
+        b"rq:queue:grazemap:2:f",
         b"rq:queue:of somebody else",
     }
     assert list(store.redis.scan_iter("*gone*")) == []
 
 
 def test_a_worker_of_a_later_release_may_say_more_of_itself(store: Store) -> None:
-    store.register_worker("w", "f", LEASE, "1")
-    store.redis.hset("grazemap:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
-    assert [asdict(worker) for worker in store.workers()] == [asdict(WorkerInfo("w", "f", "2"))]
+    store.workers.register("w", "f", LEASE, "1")
+    store.redis.hset("grazemap:2:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
+    assert [asdict(worker) for worker in store.workers.live()] == [asdict(WorkerInfo("w", "f", "2"))]
 
 
 def test_room_is_made_before_a_result_is_stored(own_redis_server: RedisServer) -> None:
@@ -78,9 +79,9 @@ def test_room_is_made_before_a_result_is_stored(own_redis_server: RedisServer) -
 
     def peak(number: int) -> int:
         job = submit(store, number)
-        store.claim(job.id, 0, "w", "f", LEASE)
+        store.tiles.claim(job.id, 0, "w", "f", LEASE)
         client.config_resetstat()
-        assert store.commit_result(job.id, bytes(size), "f", 0.0)
+        assert store.results.commit(job.id, bytes(size), "f", 0.0)
         return int(client.info("memory")["used_memory_peak"])
 
     alone = peak(0)
@@ -92,11 +93,11 @@ def test_room_is_made_before_a_result_is_stored(own_redis_server: RedisServer) -
 def test_the_tiles_of_a_map_are_read_in_a_few_steps(store: Store) -> None:
     request = UnfoldingMapsRequest(omega={"start": 1, "stop": 2, "points": 10}, clearance=[1, 2])
     cut = Plan(rows=2, columns=10, tile_rows=1, tile_columns=1)
-    job, _ = store.submit("unfolding-maps", request, "1", cut, 1000)
+    job, _ = store.jobs.submit("unfolding-maps", request, "1", cut, 1000)
     for tile in (*range(15), 19):
-        store.claim(job.id, tile, "w", "f", LEASE)
-        store.commit_tile(job.id, tile, b"%d" % tile, "f", 0.0)
+        store.tiles.claim(job.id, tile, "w", "f", LEASE)
+        store.tiles.commit(job.id, tile, b"%d" % tile, "f", 0.0)
     store.redis.config_resetstat()
-    assert list(store.tiles(job.id, range(15))) == [b"%d" % tile for tile in range(15)]
-    assert list(store.tiles(job.id, [19, 15, 3])) == [b"19", None, b"3"]
+    assert list(store.tiles.many(job.id, range(15))) == [b"%d" % tile for tile in range(15)]
+    assert list(store.tiles.many(job.id, [19, 15, 3])) == [b"19", None, b"3"]
     assert store.redis.info("commandstats")["cmdstat_hmget"]["calls"] == 2

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from benchmarks.estimates import QUESTIONS
 from grazemap.wire import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
-from grazemap_worker.store import plan
-from grazemap_worker.store.plan import (
+from grazemap_worker.planning import plan
+from grazemap_worker.planning.costs import spectral_bound
+from grazemap_worker.planning.rates import (
     MAP_PERIODS_PER_SECOND,
     PERIODS_PER_SECOND,
     TILE_SECONDS,
     WORST_TILE_SECONDS,
-    spectral_bound,
 )
 
 DEFAULT = Oscillator()

@@ -12,9 +12,9 @@ from grazemap.wire import Oscillator, ProcessRequest, canonical, job_id, parse_r
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
+from grazemap_worker.planning import Plan, plan
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer
-from grazemap_worker.store import Plan, plan
 
 MAP = {
     "omega": {"start": 0.28, "stop": 0.29, "points": 4},

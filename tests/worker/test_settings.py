@@ -47,7 +47,7 @@ def run(module: str, **environment: str) -> subprocess.CompletedProcess[str]:
 )
 def test_a_wrong_setting_is_refused_by_name(module: str, name: str, value: str) -> None:
     answer = run(module, **{f"GRAZEMAP_{name}": value})
-    assert answer.returncode == (1 if module.endswith("alive") else 2)
+    assert answer.returncode == (1 if module.endswith("healthcheck") else 2)
     assert f"GRAZEMAP_{name}" in answer.stderr
     assert "Traceback" not in answer.stderr
     assert "cret" not in answer.stderr

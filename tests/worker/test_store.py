@@ -21,7 +21,8 @@ from grazemap.wire import (
     parse_request,
 )
 from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
-from grazemap_worker.store import ASSEMBLY, Plan, QueueFull, Store, connect, plan
+from grazemap_worker.planning import Plan, plan
+from grazemap_worker.store import ASSEMBLY, QueueFull, Store, connect
 
 LEASE = 5.0
 FOUR = Plan(rows=4, columns=4, tile_rows=2, tile_columns=2)
@@ -53,28 +54,28 @@ def curve_request(points: int = 5) -> GrazingCurvesRequest:
 
 
 def submit_map(store: Store, points: int = 4) -> Job:
-    job, created = store.submit("unfolding-maps", map_request(points), "1", FOUR, 1000)
+    job, created = store.jobs.submit("unfolding-maps", map_request(points), "1", FOUR, 1000)
     assert created
     return job
 
 
 def submit_curve(store: Store, points: int = 5) -> Job:
     request = curve_request(points)
-    job, created = store.submit("grazing-curves", request, "1", plan("grazing-curves", request), 1000)
+    job, created = store.jobs.submit("grazing-curves", request, "1", plan("grazing-curves", request), 1000)
     assert created
     return job
 
 
 def names(store: Store, identity: str) -> list[str]:
-    return [event.name for event in store.events(identity)]
+    return [event.name for event in store.jobs.events(identity)]
 
 
 def test_same_question_is_one_job(store: Store) -> None:
     request = parse_request("grazing-curves", {"omega": [1, 2]})
     same = parse_request("grazing-curves", {"max_order": 8, "omega": [1.0, 2.0], "oscillator": {"restitution": 0.8}})
     cut = plan("grazing-curves", request)
-    first, created = store.submit("grazing-curves", request, "1", cut, 10)
-    second, again = store.submit("grazing-curves", same, "1", cut, 10)
+    first, created = store.jobs.submit("grazing-curves", request, "1", cut, 10)
+    second, again = store.jobs.submit("grazing-curves", same, "1", cut, 10)
     assert (created, again) == (True, False)
     assert first == second
     assert first.id == job_id("grazing-curves", request, "1")
@@ -85,38 +86,38 @@ def test_same_question_is_one_job(store: Store) -> None:
 def test_fifty_at_once_start_one_computation(redis_server: object, store: Store) -> None:
     request = map_request()
     with ThreadPoolExecutor(20) as pool:
-        answers = list(pool.map(lambda _: store.submit("unfolding-maps", request, "1", FOUR, 1000), range(50)))
+        answers = list(pool.map(lambda _: store.jobs.submit("unfolding-maps", request, "1", FOUR, 1000), range(50)))
     assert sum(created for _, created in answers) == 1
     assert len({job.id for job, _ in answers}) == 1
-    assert store.unfinished() == {answers[0][0].id: 4}
+    assert store.jobs.unfinished() == {answers[0][0].id: 4}
 
 
 def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
-    store.register_worker("w", "f", LEASE, "1")
+    store.workers.register("w", "f", LEASE, "1")
     job = submit_map(store)
-    assert store.fingerprint_of(job.id) == "f"
-    assert list(store.pending("f")) == [(job.id, tile) for tile in range(4)]
-    assert store.claim(job.id, ASSEMBLY, "w", "f", LEASE) is None  # not before the tiles
+    assert store.jobs.fingerprint_of(job.id) == "f"
+    assert list(store.tiles.pending("f")) == [(job.id, tile) for tile in range(4)]
+    assert store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE) is None  # not before the tiles
     for tile in range(4):
-        claim = store.claim(job.id, tile, "w", "f", LEASE)
+        claim = store.tiles.claim(job.id, tile, "w", "f", LEASE)
         assert claim is not None
         assert claim.rectangle == FOUR.tile(tile)
         assert claim.request == map_request()
-        running = store.job(job.id)
+        running = store.jobs.get(job.id)
         assert running is not None
         assert running.status == "running"
-        assert store.commit_tile(job.id, tile, b"tile %d" % tile, "f", 0.5) == 3 - tile
-        assert store.tile_index(job.id) == list(range(tile + 1))
-    assert store.tile(job.id, 2) == b"tile 2"
-    assert store.result(job.id) is None
-    assert list(store.pending("f")) == [(job.id, ASSEMBLY)]
-    claim = store.claim(job.id, ASSEMBLY, "w", "f", LEASE)
+        assert store.tiles.commit(job.id, tile, b"tile %d" % tile, "f", 0.5) == 3 - tile
+        assert store.tiles.finished(job.id) == list(range(tile + 1))
+    assert store.tiles.data(job.id, 2) == b"tile 2"
+    assert store.results.data(job.id) is None
+    assert list(store.tiles.pending("f")) == [(job.id, ASSEMBLY)]
+    claim = store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE)
     assert claim is not None
     assert claim.assembly
-    assert list(store.pending("f")) == []
-    assert store.commit_result(job.id, b"whole", "f", 0.25)
-    assert not store.commit_result(job.id, b"other", "f", 8.0)
-    done = store.job(job.id)
+    assert list(store.tiles.pending("f")) == []
+    assert store.results.commit(job.id, b"whole", "f", 0.25)
+    assert not store.results.commit(job.id, b"other", "f", 8.0)
+    done = store.jobs.get(job.id)
     assert done is not None
     assert done.status == "successful"
     assert done.progress.done == done.progress.total == 4
@@ -126,12 +127,12 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
     assert done.started
     assert done.finished
     assert done.created <= done.started <= done.finished
-    assert store.result(job.id) == b"whole"
-    info = store.result_info(job.id)
+    assert store.results.data(job.id) == b"whole"
+    info = store.results.info(job.id)
     assert info is not None
     assert info.size == 5
     assert len(info.etag) == 64
-    events = store.events(job.id)
+    events = store.jobs.events(job.id)
     assert [event.name for event in events] == [
         "progress", "progress", *["tile", "progress"] * 4, "progress", "done",
     ]  # fmt: skip
@@ -139,132 +140,124 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
     assert events[2].data == {"index": 0, "rows": [0, 2], "columns": [0, 2]}
     assert events[3].data["done"] == 1
     assert events[3].data["eta_seconds"] >= 0
-    assert [event.id for event in store.events(job.id, after=events[4].id)] == [event.id for event in events[5:]]
-    assert len(store.events(job.id, limit=3)) == 3
-    assert store.unfinished() == {}
+    assert [event.id for event in store.jobs.events(job.id, after=events[4].id)] == [event.id for event in events[5:]]
+    assert len(store.jobs.events(job.id, limit=3)) == 3
+    assert store.jobs.unfinished() == {}
 
 
 def test_first_writer_of_a_tile_wins(store: Store) -> None:
     job = submit_map(store)
-    assert store.claim(job.id, 0, "one", "f", LEASE)
-    assert store.commit_tile(job.id, 0, b"first", "f", 1.0) == 3
-    assert store.commit_tile(job.id, 0, b"second", "f", 8.0) == 3
-    assert store.tile(job.id, 0) == b"first"
-    found = store.job(job.id)
+    assert store.tiles.claim(job.id, 0, "one", "f", LEASE)
+    assert store.tiles.commit(job.id, 0, b"first", "f", 1.0) == 3
+    assert store.tiles.commit(job.id, 0, b"second", "f", 8.0) == 3
+    assert store.tiles.data(job.id, 0) == b"first"
+    found = store.jobs.get(job.id)
     assert found is not None
     assert found.cpu_seconds == 1.0
-    assert store.claim(job.id, 0, "two", "f", LEASE) is None
+    assert store.tiles.claim(job.id, 0, "two", "f", LEASE) is None
     assert names(store, job.id).count("tile") == 1
 
 
 def test_a_held_tile_is_nobody_elses_until_the_lease_runs_out(store: Store) -> None:
     job = submit_map(store)
-    store.register_worker("one", "f", LEASE, "1")
-    assert store.claim(job.id, 0, "one", "f", 0.15)
-    assert store.claim(job.id, 0, "two", "f", LEASE) is None
-    assert (job.id, 0) not in list(store.pending("f"))
-    assert store.renew("one", 0.15)
+    store.workers.register("one", "f", LEASE, "1")
+    assert store.tiles.claim(job.id, 0, "one", "f", 0.15)
+    assert store.tiles.claim(job.id, 0, "two", "f", LEASE) is None
+    assert (job.id, 0) not in list(store.tiles.pending("f"))
+    assert store.workers.renew("one", 0.15)
     time.sleep(0.25)
-    assert not store.renew("one", LEASE)
-    assert store.lost_claims() == [(job.id, 0, "one")]
-    assert (job.id, 0) in list(store.pending("f"))
-    assert store.claim(job.id, 0, "two", "f", LEASE)
-    assert store.lost_claims() == []
-
-
-def test_release_gives_back_only_ones_own(store: Store) -> None:
-    job = submit_map(store)
-    assert store.claim(job.id, 1, "one", "f", LEASE)
-    assert not store.release(job.id, 1, "two")
-    assert store.release(job.id, 1, "one")
-    assert store.claim(job.id, 1, "two", "f", LEASE)
+    assert not store.workers.renew("one", LEASE)
+    assert store.tiles.lost_claims() == [(job.id, 0, "one")]
+    assert (job.id, 0) in list(store.tiles.pending("f"))
+    assert store.tiles.claim(job.id, 0, "two", "f", LEASE)
+    assert store.tiles.lost_claims() == []
 
 
 def test_other_numerics_take_no_tiles(store: Store) -> None:
     job = submit_map(store)
-    assert store.fingerprint_of(job.id) is None
-    assert list(store.pending("f")) == []
-    assert store.bind("f", "another core") == []
-    assert store.bind("f", "1") == [job.id]
-    assert store.claim(job.id, 0, "w", "g", LEASE) is None
-    assert store.commit_tile(job.id, 0, b"", "g", 0.0) == -1
-    assert store.claim(job.id, 0, "w", "f", LEASE)
+    assert store.jobs.fingerprint_of(job.id) is None
+    assert list(store.tiles.pending("f")) == []
+    assert store.jobs.bind("f", "another core") == []
+    assert store.jobs.bind("f", "1") == [job.id]
+    assert store.tiles.claim(job.id, 0, "w", "g", LEASE) is None
+    assert store.tiles.commit(job.id, 0, b"", "g", 0.0) == -1
+    assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
 
 
 def test_a_job_goes_to_the_numerics_that_most_workers_have(store: Store) -> None:
     for name, fingerprint, version in [("a", "x", "1"), ("b", "y", "1"), ("c", "y", "1"), ("d", "z", "2")]:
-        store.register_worker(name, fingerprint, LEASE, version)
-    assert [worker.name for worker in store.workers()] == ["a", "b", "c", "d"]
-    assert store.fingerprint_of(submit_curve(store).id) == "y"
-    store.remove_worker("b")
-    assert [worker.name for worker in store.workers()] == ["a", "c", "d"]
+        store.workers.register(name, fingerprint, LEASE, version)
+    assert [worker.name for worker in store.workers.live()] == ["a", "b", "c", "d"]
+    assert store.jobs.fingerprint_of(submit_curve(store).id) == "y"
+    store.workers.remove("b")
+    assert [worker.name for worker in store.workers.live()] == ["a", "c", "d"]
 
 
 def test_a_job_whose_numerics_are_gone_starts_over_with_others(store: Store) -> None:
-    store.register_worker("old", "x", LEASE, "1")
+    store.workers.register("old", "x", LEASE, "1")
     job = submit_map(store)
-    store.claim(job.id, 0, "old", "x", LEASE)
-    store.commit_tile(job.id, 0, b"from x", "x", 2.0)
-    assert store.bind("y", "1") == []
-    store.redis.delete("grazemap:fingerprint:x")  # a minute later
-    assert store.bind("y", "1") == [job.id]
-    assert store.tile_index(job.id) == []
-    again = store.job(job.id)
+    store.tiles.claim(job.id, 0, "old", "x", LEASE)
+    store.tiles.commit(job.id, 0, b"from x", "x", 2.0)
+    assert store.jobs.bind("y", "1") == []
+    store.redis.delete("grazemap:2:fingerprint:x")  # a minute later
+    assert store.jobs.bind("y", "1") == [job.id]
+    assert store.tiles.finished(job.id) == []
+    again = store.jobs.get(job.id)
     assert again is not None
     assert again.cpu_seconds == 0.0
-    assert list(store.pending("y")) == [(job.id, tile) for tile in range(4)]
+    assert list(store.tiles.pending("y")) == [(job.id, tile) for tile in range(4)]
 
 
 def test_dismissing_frees_everything_and_is_idempotent(store: Store) -> None:
     job = submit_map(store)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_tile(job.id, 0, b"", "f", 0.0)
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    store.tiles.commit(job.id, 0, b"", "f", 0.0)
     for _ in range(2):
-        dismissed = store.dismiss(job.id)
+        dismissed = store.jobs.dismiss(job.id)
         assert dismissed is not None
         assert dismissed.status == "dismissed"
     assert names(store, job.id).count("done") == 1
-    assert store.commit_tile(job.id, 1, b"", "f", 0.0) == -1
-    assert store.claim(job.id, 1, "w", "f", LEASE) is None
-    assert not store.commit_result(job.id, b"", "f", 0.0)
-    assert store.tile_index(job.id) == []
-    assert store.unfinished() == {}
-    assert store.dismiss("0" * 64) is None
+    assert store.tiles.commit(job.id, 1, b"", "f", 0.0) == -1
+    assert store.tiles.claim(job.id, 1, "w", "f", LEASE) is None
+    assert not store.results.commit(job.id, b"", "f", 0.0)
+    assert store.tiles.finished(job.id) == []
+    assert store.jobs.unfinished() == {}
+    assert store.jobs.dismiss("0" * 64) is None
     submit_map(store)
     assert names(store, job.id) == ["progress"]
 
 
 def test_a_finished_job_is_not_dismissed(store: Store) -> None:
     job = submit_curve(store)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_result(job.id, b"r", "f", 0.0)
-    left = store.dismiss(job.id)
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    store.results.commit(job.id, b"r", "f", 0.0)
+    left = store.jobs.dismiss(job.id)
     assert left is not None
     assert left.status == "successful"
-    assert store.result(job.id) == b"r"
+    assert store.results.data(job.id) == b"r"
 
 
 def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> None:
     job = submit_map(store)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_tile(job.id, 0, b"kept", "f", 2.0)
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    store.tiles.commit(job.id, 0, b"kept", "f", 2.0)
     verdicts = []
     for _ in range(3):
-        assert store.claim(job.id, 3, "w", "f", LEASE)
-        verdicts.append(store.record_failure(job.id, 3, "exception", "secret", "w"))
+        assert store.tiles.claim(job.id, 3, "w", "f", LEASE)
+        verdicts.append(store.tiles.record_failure(job.id, 3, "exception", "w"))
     assert verdicts == ["retry", "retry", "failed"]
-    failed = store.job(job.id)
+    failed = store.jobs.get(job.id)
     assert failed is not None
     assert failed.status == "failed"
     assert failed.problem is not None
     assert "clearance 2:4, omega 2:4" in failed.problem.detail
     assert "secret" not in failed.problem.model_dump_json()
-    assert store.tile(job.id, 0) == b"kept"
+    assert store.tiles.data(job.id, 0) == b"kept"
     # Asked again, with the same numerics alive: it goes on from what it has.
-    store.register_worker("w", "f", LEASE, "1")
+    store.workers.register("w", "f", LEASE, "1")
     submit_map(store)
-    assert [tile for _, tile in store.pending("f")] == [1, 2, 3]
-    again = store.job(job.id)
+    assert [tile for _, tile in store.tiles.pending("f")] == [1, 2, 3]
+    again = store.jobs.get(job.id)
     assert again is not None
     assert again.cpu_seconds == 2.0
 
@@ -272,11 +265,11 @@ def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> Non
 def test_lost_workers_are_counted_apart_and_only_once(store: Store) -> None:
     job = submit_map(store)
     for count in range(10):
-        assert store.claim(job.id, 2, f"w{count}", "f", LEASE)
-        assert store.record_failure(job.id, 2, "lost", holder="somebody else") == "retry"
-        verdict = store.record_failure(job.id, 2, "lost", holder=f"w{count}")
+        assert store.tiles.claim(job.id, 2, f"w{count}", "f", LEASE)
+        assert store.tiles.record_failure(job.id, 2, "lost", holder="somebody else") == "retry"
+        verdict = store.tiles.record_failure(job.id, 2, "lost", holder=f"w{count}")
         assert verdict == ("failed" if count == 9 else "retry")
-    failed = store.job(job.id)
+    failed = store.jobs.get(job.id)
     assert failed is not None
     assert failed.problem is not None
     assert failed.problem.type == "urn:grazemap:problem:worker-lost"
@@ -285,21 +278,21 @@ def test_lost_workers_are_counted_apart_and_only_once(store: Store) -> None:
 def test_a_problem_of_the_core_fails_the_job(store: Store) -> None:
     job = submit_curve(store)
     problem = Problem(type="urn:x", title="X", status=422, detail="no")
-    assert store.fail(job.id, problem)
-    assert not store.fail(job.id, problem)
-    failed = store.job(job.id)
+    assert store.jobs.fail(job.id, problem)
+    assert not store.jobs.fail(job.id, problem)
+    failed = store.jobs.get(job.id)
     assert failed is not None
     assert (failed.status, failed.problem) == ("failed", problem)
 
 
 def test_a_full_queue_takes_nothing_and_leaves_nothing(store: Store) -> None:
-    store.submit("unfolding-maps", map_request(), "1", FOUR, 7)
+    store.jobs.submit("unfolding-maps", map_request(), "1", FOUR, 7)
     with pytest.raises(QueueFull) as caught:
-        store.submit("unfolding-maps", map_request(5), "1", FOUR, 7)
+        store.jobs.submit("unfolding-maps", map_request(5), "1", FOUR, 7)
     assert caught.value.retry_after >= 1
-    assert store.job(job_id("unfolding-maps", map_request(5), "1")) is None
-    assert len(store.jobs()[0]) == 1
-    _, created = store.submit("unfolding-maps", map_request(), "1", FOUR, 4)
+    assert store.jobs.get(job_id("unfolding-maps", map_request(5), "1")) is None
+    assert len(store.jobs.page()[0]) == 1
+    _, created = store.jobs.submit("unfolding-maps", map_request(), "1", FOUR, 4)
     assert not created  # what is there already needs no room
 
 
@@ -307,38 +300,38 @@ def test_results_used_longest_ago_go_first(redis_server: object, store: Store) -
     small = Store(store.redis, result_bytes=250)
     jobs = [submit_curve(small, points) for points in (5, 6, 7)]
     for job in jobs[:2]:
-        small.claim(job.id, 0, "w", "f", LEASE)
-        assert small.commit_result(job.id, bytes(100), "f", 0.0)
-    assert small.result(jobs[0].id)  # now the second one is the older
-    small.claim(jobs[2].id, 0, "w", "f", LEASE)
-    assert small.commit_result(jobs[2].id, bytes(100), "f", 0.0)
-    assert [small.result_info(job.id) is not None for job in jobs] == [True, False, True]
-    assert small.result(jobs[1].id) is None
+        small.tiles.claim(job.id, 0, "w", "f", LEASE)
+        assert small.results.commit(job.id, bytes(100), "f", 0.0)
+    assert small.results.data(jobs[0].id)  # now the second one is the older
+    small.tiles.claim(jobs[2].id, 0, "w", "f", LEASE)
+    assert small.results.commit(jobs[2].id, bytes(100), "f", 0.0)
+    assert [small.results.info(job.id) is not None for job in jobs] == [True, False, True]
+    assert small.results.data(jobs[1].id) is None
     assert small.counts().result_bytes == 200
     submit_curve(small, 6)  # evicted: started again
-    again = small.job(jobs[1].id)
+    again = small.jobs.get(jobs[1].id)
     assert again is not None
     assert again.status == "accepted"
-    _, created = small.submit("grazing-curves", curve_request(5), "1", Plan(), 1000)
+    _, created = small.jobs.submit("grazing-curves", curve_request(5), "1", Plan(), 1000)
     assert not created
 
 
 def test_pages_of_jobs_are_newest_first_and_do_not_shift(store: Store) -> None:
     jobs = [submit_curve(store, points) for points in range(5, 12)]
-    page, cursor = store.jobs(limit=3)
+    page, cursor = store.jobs.page(limit=3)
     assert [job.id for job in page] == [job.id for job in reversed(jobs[4:])]
     submit_map(store)
-    page, cursor = store.jobs(limit=3, cursor=cursor)
+    page, cursor = store.jobs.page(limit=3, cursor=cursor)
     assert [job.id for job in page] == [job.id for job in reversed(jobs[1:4])]
-    page, cursor = store.jobs(limit=3, cursor=cursor)
+    page, cursor = store.jobs.page(limit=3, cursor=cursor)
     assert [job.id for job in page] == [jobs[0].id]
     assert cursor is None
-    store.dismiss(jobs[3].id)
-    assert [job.id for job in store.jobs(status="dismissed")[0]] == [jobs[3].id]
-    assert len(store.jobs(process="unfolding-maps")[0]) == 1
-    assert store.jobs(status="failed") == ([], None)
+    store.jobs.dismiss(jobs[3].id)
+    assert [job.id for job in store.jobs.page(status="dismissed")[0]] == [jobs[3].id]
+    assert len(store.jobs.page(process="unfolding-maps")[0]) == 1
+    assert store.jobs.page(status="failed") == ([], None)
     with pytest.raises(ValueError, match="cursor"):
-        store.jobs(cursor="1; DROP")
+        store.jobs.page(cursor="1; DROP")
     counts = store.counts()
     assert counts.jobs == {"accepted": 7, "running": 0, "successful": 0, "failed": 0, "dismissed": 1}
     assert counts.pending_tiles == 10
@@ -346,37 +339,37 @@ def test_pages_of_jobs_are_newest_first_and_do_not_shift(store: Store) -> None:
 
 def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
     job = submit_curve(store)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    assert store.progress(job.id, 3, 12)
-    running = store.job(job.id)
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    assert store.jobs.progress(job.id, 3, 12)
+    running = store.jobs.get(job.id)
     assert running is not None
     assert (running.progress.done, running.progress.total, running.progress.unit) == (3, 12, "steps")
-    assert store.events(job.id)[-1].data["done"] == 3
-    store.commit_result(job.id, b"", "f", 0.0)
-    assert store.events(job.id)[-2].data == {"done": 12, "total": 12, "unit": "steps", "eta_seconds": None}
-    assert not store.progress(job.id, 4, 12)
+    assert store.jobs.events(job.id)[-1].data["done"] == 3
+    store.results.commit(job.id, b"", "f", 0.0)
+    assert store.jobs.events(job.id)[-2].data == {"done": 12, "total": 12, "unit": "steps", "eta_seconds": None}
+    assert not store.jobs.progress(job.id, 4, 12)
     with pytest.raises(ValueError, match="event"):
-        store.events(job.id, after="+")
+        store.jobs.events(job.id, after="+")
 
 
 def test_steps_after_the_tiles_go_on_from_them_never_back_and_not_to_the_end(store: Store) -> None:
     cut = FOUR.model_copy(update={"after": 10})
-    job, _ = store.submit("unfolding-maps", map_request(), "1", cut, 1000)
+    job, _ = store.jobs.submit("unfolding-maps", map_request(), "1", cut, 1000)
     assert (job.progress.done, job.progress.total, job.progress.unit) == (0, 14, "steps")
     for tile in range(4):
-        store.claim(job.id, tile, "w", "f", LEASE)
-        store.commit_tile(job.id, tile, b"tile", "f", 0.0)
-        assert store.events(job.id)[-1].data["done"] == tile + 1
-    assert store.claim(job.id, ASSEMBLY, "w", "f", LEASE)
+        store.tiles.claim(job.id, tile, "w", "f", LEASE)
+        store.tiles.commit(job.id, tile, b"tile", "f", 0.0)
+        assert store.jobs.events(job.id)[-1].data["done"] == tile + 1
+    assert store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE)
     time.sleep(0.02)
     for said, seen in ((6, 6), (5, 6), (14, 13)):  # the second: begun again by another worker
-        assert store.progress(job.id, said, 14)
-        running = store.job(job.id)
+        assert store.jobs.progress(job.id, said, 14)
+        running = store.jobs.get(job.id)
         assert running is not None
         assert (running.progress.done, running.progress.total) == (seen, 14)
     assert running.progress.eta_seconds == pytest.approx(0.0, abs=5.0)
-    store.commit_result(job.id, b"", "f", 0.0)
-    told = [event.data["done"] for event in store.events(job.id) if event.name == "progress"]
+    store.results.commit(job.id, b"", "f", 0.0)
+    told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
     assert told == sorted(told)
     assert told[-2:] == [13, 14]
 
@@ -386,9 +379,9 @@ def test_the_record_of_old_finished_jobs_is_bounded(store: Store, monkeypatch: p
     first = submit_map(store)  # unfinished: never forgotten
     for points in range(5, 10):
         job = submit_curve(store, points)
-        store.claim(job.id, 0, "w", "f", LEASE)
-        store.commit_result(job.id, b"12", "f", 0.0)
-    kept = [job.id for job in store.jobs()[0]]
+        store.tiles.claim(job.id, 0, "w", "f", LEASE)
+        store.results.commit(job.id, b"12", "f", 0.0)
+    kept = [job.id for job in store.jobs.page()[0]]
     assert len(kept) == 3
     assert first.id in kept
     assert store.counts().result_bytes == 4
@@ -401,11 +394,11 @@ def test_a_restarted_redis_still_knows_everything(own_redis_server: object) -> N
     client = connect(own_redis_server.url)
     store = Store(client)
     job = submit_map(store)
-    store.claim(job.id, 0, "w", "f", LEASE)
-    store.commit_tile(job.id, 0, b"\x00\xff", "f", 0.0)
+    store.tiles.claim(job.id, 0, "w", "f", LEASE)
+    store.tiles.commit(job.id, 0, b"\x00\xff", "f", 0.0)
     own_redis_server.stop()
     own_redis_server.start()
     own_redis_server.wait()
-    assert store.tile(job.id, 0) == b"\x00\xff"
-    assert store.commit_tile(job.id, 1, b"", "f", 0.0) == 2  # the scripts are loaded again by themselves
+    assert store.tiles.data(job.id, 0) == b"\x00\xff"
+    assert store.tiles.commit(job.id, 1, b"", "f", 0.0) == 2  # the scripts are loaded again by themselves
     client.close()

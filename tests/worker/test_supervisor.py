@@ -23,8 +23,9 @@ from watching import living, until
 from grazemap.codec import decode_npz
 from grazemap.wire import Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
+from grazemap_worker.planning import Plan
 from grazemap_worker.queue import entries
-from grazemap_worker.store import Plan, Store, connect, core_version
+from grazemap_worker.store import Store, connect, core_version
 
 PLANTED = Path(__file__).with_name("planted.py")
 REQUEST = UnfoldingMapsRequest.model_validate(
@@ -72,32 +73,32 @@ def descendants(pid: int) -> list[psutil.Process]:
 
 
 def submit(store: Store, plan: Plan = SIX) -> Job:
-    job, created = store.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
+    job, created = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
     assert created
-    fingerprint = store.fingerprint_of(job.id)
+    fingerprint = store.jobs.fingerprint_of(job.id)
     if fingerprint:
         entries.enqueue(store.redis, job.id, range(plan.count), fingerprint)
     return job
 
 
 def status(store: Store, identity: str) -> str:
-    job = store.job(identity)
+    job = store.jobs.get(identity)
     assert job is not None
     return job.status
 
 
 def assert_whole(store: Store, identity: str, tiles: int = SIX.count) -> None:
     until(lambda: status(store, identity) not in ("accepted", "running"), 25)
-    job = store.job(identity)
+    job = store.jobs.get(identity)
     assert job is not None
     assert job.status == "successful", job.problem
-    data = store.result(identity)
+    data = store.results.data(identity)
     assert data is not None
     document, meta = decode_npz(data)
     expected = grid_values(REQUEST.clearance)[:, None] * grid_values(REQUEST.omega)
     np.testing.assert_array_equal(document["product"], expected)
     assert meta["numerics"]["fingerprint"] == "planted"
-    assert [event.name for event in store.events(identity)].count("tile") == tiles
+    assert [event.name for event in store.jobs.events(identity)].count("tile") == tiles
 
 
 def test_a_job_submitted_before_any_worker_is_found(start: Start, store: Store) -> None:
@@ -159,7 +160,7 @@ def test_dismissing_stops_the_work_within_two_seconds(start: Start, store: Store
     supervisor = start("endless")
     job = submit(store)
     until(lambda: len(horses(supervisor)) == 2, 5)
-    store.dismiss(job.id)
+    store.jobs.dismiss(job.id)
     entries.cancel(store.redis, job.id, "planted")
     assert until(lambda: not horses(supervisor), 2) < 2
     assert entries.queued(store.redis, "planted") == set()
@@ -170,7 +171,7 @@ def test_a_dismissed_job_stops_without_the_stop_command_too(start: Start, store:
     supervisor = start("endless")
     job = submit(store)
     until(lambda: len(horses(supervisor)) == 2, 5)
-    store.dismiss(job.id)
+    store.jobs.dismiss(job.id)
     until(lambda: not horses(supervisor), 3)
 
 
@@ -178,7 +179,7 @@ def test_a_tile_that_raises_fails_the_job_after_three_tries(start: Start, store:
     start("raises")
     job = submit(store)
     until(lambda: status(store, job.id) == "failed", 10)
-    failed = store.job(job.id)
+    failed = store.jobs.get(job.id)
     assert failed is not None
     assert failed.problem is not None
     assert failed.problem.type == "urn:grazemap:problem:computation-failed"
@@ -190,14 +191,14 @@ def test_a_tile_that_kills_its_worker_is_tried_again_and_counted_as_lost(start: 
     job = submit(store)
 
     def lost() -> int:
-        failures = store.redis.hgetall(f"grazemap:job:{job.id}:failures")
+        failures = store.redis.hgetall(f"grazemap:2:job:{job.id}:failures")
         assert isinstance(failures, dict)
         assert not any(b"exception" in name for name in failures)
         return max((int(count) for count in failures.values()), default=0)
 
     until(lambda: lost() >= 2, 10)
     assert status(store, job.id) == "running"
-    store.dismiss(job.id)
+    store.jobs.dismiss(job.id)
 
 
 def test_redis_may_restart_under_a_running_map(start: Start, own_redis_server: RedisServer) -> None:
@@ -205,7 +206,7 @@ def test_redis_may_restart_under_a_running_map(start: Start, own_redis_server: R
     own = Store(client)
     supervisor = start("slow", url=own_redis_server.url)
     job = submit(own)
-    until(lambda: own.tile_index(job.id), 10)
+    until(lambda: own.tiles.finished(job.id), 10)
     own_redis_server.stop()
     time.sleep(0.5)
     own_redis_server.start()
@@ -223,9 +224,9 @@ def test_a_supervisor_that_is_told_to_stop_gives_its_tiles_back(start: Start, st
     supervisor.send_signal(signal.SIGTERM)
     assert supervisor.wait(4) == 0
     assert living(everything) == []
-    assert store.workers() == []
-    assert len(list(store.pending("planted"))) == SIX.count
-    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+    assert store.workers.live() == []
+    assert len(list(store.tiles.pending("planted"))) == SIX.count
+    assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
 
 
 def test_what_is_not_ours_is_not_performed(start: Start, store: Store, tmp_path: Path) -> None:

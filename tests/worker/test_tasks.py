@@ -7,12 +7,14 @@ import pytest
 from planted import BUSY_SECONDS, NUMERICS, planted
 
 from grazemap.codec import Document, decode_npz
-from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
+from grazemap_worker.planning import Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
-from grazemap_worker.store import ASSEMBLY, Plan, Store, core_version
+from grazemap_worker.store import ASSEMBLY, Store, core_version
+from tests import parsing
 
 REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
 TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3)
@@ -28,11 +30,11 @@ def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
 
 
 def submit(store: Store, plan: Plan = TWO) -> Job:
-    return store.submit("unfolding-maps", REQUEST, core_version(), plan, 100)[0]
+    return store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100)[0]
 
 
 def whole(store: Store, identity: str) -> bytes:
-    data = store.result(identity)
+    data = store.results.data(identity)
     assert data is not None
     return data
 
@@ -40,8 +42,8 @@ def whole(store: Store, identity: str) -> bytes:
 def test_the_last_tile_puts_the_map_together(worker: object, store: Store) -> None:
     job = submit(store)
     tasks.run_tile(job.id, 1)
-    assert store.result(job.id) is None
-    tile, meta = decode_npz(store.tile(job.id, 1) or b"")
+    assert store.results.data(job.id) is None
+    tile, meta = decode_npz(store.tiles.data(job.id, 1) or b"")
     np.testing.assert_array_equal(tile["product"], [[2, 4, 6]])
     assert meta["tile"] == {"index": 1, "rows": [1, 2], "columns": [0, 3]}
     tasks.run_tile(job.id, 0)
@@ -57,7 +59,7 @@ def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPa
     job = submit(store)
     for tile in (0, 1):
         tasks.run_tile(job.id, tile)
-    done = store.job(job.id)
+    done = store.jobs.get(job.id)
     assert done is not None
     assert done.status == "successful"
     assert done.cpu_seconds is not None
@@ -79,13 +81,13 @@ def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> Non
 def test_when_the_assembler_dies_another_assembles(worker: object, store: Store) -> None:
     job = submit(store)
     tasks.run_tile(job.id, 0)
-    assert store.claim(job.id, 1, "dead", "planted", 5)
-    assert store.commit_tile(job.id, 1, store.tile(job.id, 0) or b"", "planted", 0.0) == 0
-    assert store.claim(job.id, ASSEMBLY, "dead", "planted", 5)
+    assert store.tiles.claim(job.id, 1, "dead", "planted", 5)
+    assert store.tiles.commit(job.id, 1, store.tiles.data(job.id, 0) or b"", "planted", 0.0) == 0
+    assert store.tiles.claim(job.id, ASSEMBLY, "dead", "planted", 5)
     tasks.run_tile(job.id, ASSEMBLY)
-    assert store.result(job.id) is None  # it is held
-    store.remove_worker("dead")
-    assert store.lost_claims() == [(job.id, ASSEMBLY, "dead")]
+    assert store.results.data(job.id) is None  # it is held
+    store.workers.remove("dead")
+    assert store.tiles.lost_claims() == [(job.id, ASSEMBLY, "dead")]
     tasks.run_tile(job.id, ASSEMBLY)
     assert whole(store, job.id)
 
@@ -96,7 +98,7 @@ def test_a_doubled_entry_does_nothing(worker: pytest.MonkeyPatch, store: Store) 
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("raises")})
     tasks.run_tile(job.id, 0)
     tasks.run_tile("0" * 64, 0)
-    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+    assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
 
 
 def test_what_the_core_refuses_is_the_clients_to_mend(worker: pytest.MonkeyPatch, store: Store) -> None:
@@ -104,9 +106,9 @@ def test_what_the_core_refuses_is_the_clients_to_mend(worker: pytest.MonkeyPatch
         raise ParameterError("damping", "must be greater than 0 at a resonance")
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=refuse)})
-    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
+    job, _ = store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
     tasks.run_tile(job.id, 0)
-    failed = store.job(job.id)
+    failed = store.jobs.get(job.id)
     assert failed is not None
     assert failed.status == "failed"
     assert failed.problem is not None
@@ -121,9 +123,9 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
         return {"x": np.zeros(1)}
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
-    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
+    job, _ = store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
     tasks.run_tile(job.id, 0)
-    reported = [event.data for event in store.events(job.id) if event.name == "progress"]
+    reported = [event.data for event in store.jobs.events(job.id) if event.name == "progress"]
     assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
 
 
@@ -146,7 +148,7 @@ def test_an_assembly_fills_the_steps_behind_the_tiles(worker: pytest.MonkeyPatch
     job = submit(store, TWO.model_copy(update={"after": 10}))
     for tile in (0, 1):
         tasks.run_tile(job.id, tile)
-    told = [event.data["done"] for event in store.events(job.id) if event.name == "progress"]
+    told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
     assert [one for one in told if one > 2] == list(range(3, 13))
     assert told == sorted(told)
     # whose plan has none is told of tiles alone
@@ -154,7 +156,7 @@ def test_an_assembly_fills_the_steps_behind_the_tiles(worker: pytest.MonkeyPatch
     job = submit(store)
     for tile in (0, 1):
         tasks.run_tile(job.id, tile)
-    units = {event.data["unit"] for event in store.events(job.id) if event.name == "progress"}
+    units = {event.data["unit"] for event in store.jobs.events(job.id) if event.name == "progress"}
     assert units == {"tiles"}
 
 
@@ -162,20 +164,30 @@ def test_what_nobody_waits_for_is_not_computed_further(worker: pytest.MonkeyPatc
     reached: list[str] = []
 
     def steps(request: GrazingCurvesRequest, report: Report) -> Document:
-        store.dismiss(job.id)
+        store.jobs.dismiss(job.id)
         report(1, 4)
         reached.append("behind")
         return {"x": np.zeros(1)}
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
-    job, _ = store.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
+    job, _ = store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
     tasks.run_tile(job.id, 0)
     assert reached == []
-    assert store.status(job.id) == "dismissed"
-    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+    assert store.jobs.status(job.id) == "dismissed"
+    assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
 
 
 def test_no_tile_without_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tasks, "_context", None)
     with pytest.raises(RuntimeError, match="worker"):
         tasks.run_tile("0" * 64, 0)
+
+
+def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:
+    job = submit(store)
+    counts = parsing.count(worker)
+    tasks.run_tile(job.id, 1)
+    assert counts == {"parsed": 1, "canonicalised": 0}
+    tasks.run_tile(job.id, 0)  # and the assembly
+    assert counts == {"parsed": 3, "canonicalised": 0}
+    assert decode_npz(whole(store, job.id))[1]["request"] == canonical(REQUEST)

@@ -1,4 +1,4 @@
-"""What the environment of a computing process must hold before numpy and numba are imported.
+"""The environment variables of a computing process, set before numpy and numba are imported.
 
 Parallelism comes from processes: one thread each, because threads of OpenMP do not survive a fork and because the
 bytes of a result must not depend on how many cores a machine has.

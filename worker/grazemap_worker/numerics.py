@@ -1,4 +1,4 @@
-"""The numerics fingerprint: what, besides the request, the bytes of a result depend on."""
+"""The numerics and their fingerprint: everything besides the request that the bytes of a result depend on."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Numerics:
     fingerprint: str
 
     def as_meta(self) -> dict[str, str]:
-        """Return what a result's meta says about them."""
+        """Return them as a result's metadata has them."""
         return asdict(self)
 
 

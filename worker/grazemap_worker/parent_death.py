@@ -47,7 +47,7 @@ def tied(signal_number: int = signal.SIGKILL) -> Callable[[], None]:
 
 
 def adopt_orphans() -> None:
-    """Become the parent of what its dead children leave behind, so that it can be waited for and leaves no zombie.
+    """Become the parent of the orphans of this process's children, so that it can wait for them and none is a zombie.
 
     Nothing happens elsewhere than on Linux, where init does it.
 

@@ -169,7 +169,7 @@ def answer(
 
 
 def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
-    """Return a job's result; one that the service has dropped is computed again and waited for.
+    """Return a job's result; one that was evicted, or is of another version, is computed and waited for.
 
     Raises
     ------
@@ -188,7 +188,10 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
         if response.status_code == 304 and cached:
             return decode_result(cached.data)
         if response.status_code == 202:
-            _require_success(Follower(connection, job_path(job_id)).run(listen))
+            job = read_model(Job, response)
+            _require_success(Follower(connection, job_path(job.id)).run(listen))
+            if job.id != job_id:  # the result is of another version, and this job computes it anew
+                return fetch(connection, job.id, listen)
             continue
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")

@@ -24,7 +24,7 @@ from grazemap.wire.orbits import (
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.process import ProcessRequest, canonical, job_id
+from grazemap.wire.process import ProcessRequest, canonical, canonical_id, job_id
 from grazemap.wire.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.wire.requests import (
     PROCESSES,
@@ -73,6 +73,7 @@ __all__ = [
     "UnfoldingDiagramsRequest",
     "UnfoldingMapsRequest",
     "canonical",
+    "canonical_id",
     "grid_points",
     "grid_values",
     "job_id",

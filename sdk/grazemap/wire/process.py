@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -34,9 +35,14 @@ def canonical(request: ProcessRequest) -> dict[str, Any]:
 
 
 def job_id(process: str, request: ProcessRequest, core_version: str) -> str:
-    """Return the content-addressed id: the sha256, in hex, of process, core version and canonical request."""
+    """Return the content-addressed id of a request's job."""
+    return canonical_id(process, canonical(request), core_version)
+
+
+def canonical_id(process: str, values: Mapping[str, Any], core_version: str) -> str:
+    """Return the id of a canonical request's job: the sha256, in hex, of process, core version and request."""
     text = json.dumps(
-        {"process": process, "core_version": core_version, "request": canonical(request)},
+        {"process": process, "core_version": core_version, "request": values},
         sort_keys=True,
         separators=(",", ":"),
         allow_nan=False,

@@ -7,6 +7,7 @@ text (`process.canonical`). To add a process, add its model here and to PROCESSE
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -209,27 +210,27 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     borders: Annotated[bool, Listable] = False
     """Whether every border of the map's regions is explained; this takes a few times as long, or many times."""
 
-    @property
+    @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:
         """The request for the map alone."""
         names = ("oscillator", "omega", "clearance", "max_periods", "max_period")
         return UnfoldingMapsRequest(**{name: getattr(self, name) for name in names})
 
-    @property
+    @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:
         """The request for the curve alone, finer than the map."""
         window, points = _window(self.omega), max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
         values = Range(start=window.start, stop=window.stop, points=points)
         return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
 
-    @property
+    @cached_property
     def codimension_two_points(self) -> CodimensionTwoPointsRequest:
         """The request for the points alone."""
         names = ("oscillator", "max_order", "max_multiple")
         values = {name: getattr(self, name) for name in names}
         return CodimensionTwoPointsRequest(omega=_window(self.omega), **values)
 
-    @property
+    @cached_property
     def bifurcation_curves(self) -> BifurcationCurvesRequest:
         """The request for the curves in closed form alone."""
         return BifurcationCurvesRequest(

@@ -65,8 +65,8 @@ async def get_events(
     while True:
         try:
             # the state is read before the events: an end that is seen has its event in what is read next
-            status = await context.ask(store.status, job.id)
-            events = await context.ask(store.events, job.id, after)
+            status = await context.ask(store.jobs.status, job.id)
+            events = await context.ask(store.jobs.events, job.id, after)
         except redis.exceptions.RedisError:
             get_logger().warning("events wait for the store", exc_info=True)
             await anyio.sleep(_AWAY_SECONDS)

@@ -45,9 +45,8 @@ async def get_health() -> Health:
 @router.head("/readyz", include_in_schema=False)
 async def get_readiness(context: CurrentContext) -> Readiness:
     """Answer 200 when Redis answers and at least one worker of this release is alive."""
-    workers = [
-        worker for worker in await context.ask(context.store.workers) if worker.core_version == context.core_version
-    ]
+    live = await context.ask(context.store.workers.live)
+    workers = [worker for worker in live if worker.core_version == context.core_version]
     if not workers:
         raise ProblemException("not-ready", headers={"Retry-After": str(_RETRY_SECONDS)})
     return Readiness(workers=len(workers))

@@ -40,7 +40,7 @@ async def list_jobs(
         raise _refused("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
 
     def listed() -> bytes:
-        found, following = context.store.jobs(status, process, limit, cursor)
+        found, following = context.store.jobs.page(status, process, limit, cursor)
         page = JobList(jobs=[with_links(job) for job in found], links=_links(status, process, limit, following))
         return page.model_dump_json().encode()
 
@@ -85,8 +85,8 @@ async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
     """Stop a job that is not finished; leave one that is as it is. Doing it twice does no harm."""
 
     def dismiss() -> Job | None:
-        dismissed = context.store.dismiss(job.id)
-        fingerprint = context.store.fingerprint_of(job.id)
+        dismissed = context.store.jobs.dismiss(job.id)
+        fingerprint = context.store.jobs.fingerprint_of(job.id)
         if dismissed is not None and dismissed.status == "dismissed" and fingerprint is not None:
             entries.cancel(context.store.redis, job.id, fingerprint)
         return dismissed

@@ -1,6 +1,6 @@
 """Results: whole ones, and the tiles of a map while the rest is still computed.
 
-A result never changes under its id, so a client that has it is told so (304). One that was evicted is computed
+A result never changes under its id, so a client that has it gets 304. One that was evicted is computed
 again when it is asked for: 202 and the job.
 """
 
@@ -67,9 +67,9 @@ _RESULT_DOCS: dict[str, Any] = {
     "response_class": Response,
     "responses": {
         200: {"description": "The result.", "content": _FORMS},
-        202: {"model": Job, "description": "The result was evicted and is computed again."},
+        202: {"model": Job, "description": "The result was evicted, or is of another version: this job computes it."},
         304: {"description": "The client has it already."},
-        **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job"),
+        **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job", "outdated-job"),
     },
 }
 
@@ -90,22 +90,24 @@ async def get_result(
         return problem_response(job.problem)
     if job.status != "successful":
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
-    info = await context.ask(context.store.result_info, job.id)
-    # the job remembers the tag of a result that was evicted: who has it needs no other
-    etag = info.etag if info is not None else await context.ask(context.store.etag, job.id)
+    if job.core_version != context.core_version:
+        return await _computed_again(request, context, job)
+    info = await context.ask(context.store.results.info, job.id)
+    # the job keeps the tag of a result that was evicted: a client with a copy needs no other
+    etag = info.etag if info is not None else await context.ask(context.store.results.etag, job.id)
     headers = cache_headers(etag_of(etag or "", name))
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if info is None:
-        if request.method == "HEAD":  # only a GET has it computed again
-            return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
-        return await _computed_again(context, job)
+        return await _computed_again(request, context, job)
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
-    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: context.store.result(job.id))
+    content = await context.renderings.give(
+        headers["ETag"], name, info.size, lambda: context.store.results.data(job.id)
+    )
     if content is None:
-        return await _computed_again(context, job)
+        return await _computed_again(request, context, job)
     if isinstance(content, bytes):
         return Response(content, media_type=MEDIA_TYPES[name], headers=headers)
     return StreamingResponse(content, media_type=MEDIA_TYPES[name], headers=headers)
@@ -120,8 +122,8 @@ async def get_result(
 @router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     """List the tiles that are finished by now; a job of one tile has none, and an assembled map soon forgets its."""
-    finished = await context.ask(context.store.tile_index, job.id)
-    plan = await context.ask(context.store.plan_of, job.id)
+    finished = await context.ask(context.store.tiles.finished, job.id)
+    plan = await context.ask(context.store.jobs.plan_of, job.id)
     if plan is None:
         raise ProblemException("unknown-job")
     path = f"{job_path(job.id)}/result/tiles"
@@ -147,7 +149,7 @@ async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     response_class=Response,
     responses={
         200: {"description": "The tile's part of the arrays.", "content": _FORMS},
-        **problem_responses("unknown-job", "unfinished-tile", "not-acceptable"),
+        **problem_responses("unknown-job", "unfinished-tile", "not-acceptable", "outdated-job"),
     },
 )
 @router.head("/v1/jobs/{job_id}/result/tiles/{index}", include_in_schema=False, response_class=Response)
@@ -160,16 +162,21 @@ async def get_tile(
 ) -> Response:
     """Give a finished tile."""
     name = negotiate(", ".join(accept or ()), form)
-    # short: what has more digits is no tile's number
+    if job.core_version != context.core_version:
+        raise ProblemException("outdated-job")
+    # a tile's number has few digits
     number = int(index) if index.isascii() and index.isdigit() and len(index) < 10 else -1
-    npz = await context.ask(context.store.tile, job.id, number) if number >= 0 else None
+    npz = await context.ask(context.store.tiles.data, job.id, number) if number >= 0 else None
     if npz is None:
         raise ProblemException("unfinished-tile")
     data = await run_in_threadpool(render, npz, name)
     return Response(data, media_type=MEDIA_TYPES[name], headers={"Vary": "Accept", "Cache-Control": "private"})
 
 
-async def _computed_again(context: Context, job: Job) -> Response:
+async def _computed_again(request: Request, context: Context, job: Job) -> Response:
+    """Return 202 and the job that computes a result again; a HEAD starts nothing."""
+    if request.method == "HEAD":
+        return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
     return job_response(await context.ask(submit_again, context, job), 202)
 
 

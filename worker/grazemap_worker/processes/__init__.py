@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grazemap.codec import Document
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import (
     basins,
     bifurcation_curves,
@@ -24,7 +25,6 @@ from grazemap_worker.processes import (
     unfolding_maps,
 )
 from grazemap_worker.processes.conversion import Report
-from grazemap_worker.store import Plan, Tile
 
 
 @dataclass(frozen=True)

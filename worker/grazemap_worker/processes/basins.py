@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values, motion_label
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes.conversion import Report, core_oscillator, on_the_wire, record
-from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
     from grazemap_core.maps.basins import Coordinate

@@ -8,9 +8,9 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
 from grazemap_worker.processes.conversion import Report, core_oscillator
-from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
     from grazemap_core.maps.borders.map_borders import BorderCurve, MapBorders

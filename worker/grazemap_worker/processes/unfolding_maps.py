@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes.conversion import Report, core_oscillator, on_the_wire
-from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
     from grazemap_core.maps.adaptive_map import Settings

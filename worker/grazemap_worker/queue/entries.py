@@ -32,7 +32,12 @@ MOST_OVERTAKING = 8
 
 def queue(redis: Redis, fingerprint: str) -> Queue:
     """Return the queue that workers with this fingerprint listen to."""
-    return Queue(queue_name(fingerprint), connection=redis, serializer=JSONSerializer)
+    return named_queue(redis, queue_name(fingerprint))
+
+
+def named_queue(redis: Redis, name: str) -> Queue:
+    """Return the queue of a name."""
+    return Queue(name, connection=redis, serializer=JSONSerializer)
 
 
 def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -> int:

@@ -67,8 +67,8 @@ class LeasedWorker(Worker):
     def heartbeat(self, timeout: int | None = None, pipeline: Any = None) -> None:
         """Renew RQ's heartbeat and, in the worker itself, the lease."""
         super().heartbeat(timeout, pipeline)
-        if not self.is_horse and not self._store.renew(self.name, LEASE_SECONDS):
-            self._store.register_worker(self.name, self._numerics.fingerprint, LEASE_SECONDS, core_version())
+        if not self.is_horse and not self._store.workers.renew(self.name, LEASE_SECONDS):
+            self._store.workers.register(self.name, self._numerics.fingerprint, LEASE_SECONDS, core_version())
 
     def maintain_heartbeats(self, job: Job, execution: Execution) -> None:
         """Stop the work-horse when its job is no longer wanted; RQ calls this every second while it runs.
@@ -76,7 +76,7 @@ class LeasedWorker(Worker):
         The stop command that a dismissal sends is faster; this does not depend on its arrival.
         """
         super().maintain_heartbeats(job, execution)
-        if not self._store.wanted(str(job.args[0])):
+        if not self._store.jobs.wanted(str(job.args[0])):
             self.request_stop_execution(execution.id)
 
     def kill_horse(self, sig: signal.Signals = signal.SIGKILL) -> None:
@@ -109,8 +109,8 @@ class LeasedWorker(Worker):
         super().execute_job(job, queue)
         # compiled code notices no signal: RQ kills such a work-horse some time after its limit
         kind: FailureKind = "timeout" if monotonic() - began > (job.timeout or entries.TILE_TIMEOUT) else "lost"
-        for job_id, tile, holder in self._store.claims_of(self.name):
-            self._store.record_failure(job_id, tile, kind, "work-horse ended", holder)
+        for job_id, tile, holder in self._store.tiles.claims_of(self.name):
+            self._store.tiles.record_failure(job_id, tile, kind, holder)
 
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """Enter the work-horse, tied to the worker's life."""
@@ -123,4 +123,4 @@ class LeasedWorker(Worker):
         """Leave in order."""
         super().teardown()  # type: ignore[no-untyped-call]
         if not self.is_horse:
-            self._store.remove_worker(self.name, return_claims=True)
+            self._store.workers.remove(self.name, return_claims=True)

@@ -9,8 +9,8 @@ from redis import Redis
 from rq.utils import as_text
 
 from grazemap_worker.queue import rq_keys
-from grazemap_worker.queue.entries import drop, overtaken_key, queue
-from grazemap_worker.store.keys import PREFIX
+from grazemap_worker.queue.entries import drop, named_queue, overtaken_key, queue
+from grazemap_worker.store.keys import PREFIX, queue_name
 
 # Between taking an entry and beginning it a worker only forks.
 TAKEN_SECONDS = 30.0
@@ -60,18 +60,33 @@ def _sweep_queues(connection: Redis, fingerprint: str) -> None:
     redis: Any = connection
     known = {rq_keys.fingerprint_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)}
     for found in sorted({fingerprint, *(one for one in known if one is not None)}):
-        _remove_gone(redis, rq_keys.listeners_key(found))
+        _remove_gone(redis, rq_keys.listeners_key(queue_name(found)))
         if found != fingerprint and not redis.exists(f"{PREFIX}fingerprint:{found}"):
-            _remove_queue(redis, found)
+            _remove_queue(connection, queue_name(found))
     _remove_gone(redis, rq_keys.ALL_WORKERS)
 
 
-def _remove_queue(redis: Any, fingerprint: str) -> None:
-    target = queue(redis, fingerprint)
-    taken_key = rq_keys.taken_key(target)
+def forget_queues(connection: Redis, prefix: str) -> None:
+    """Remove the queues of an earlier layout of the store, with their entries, none of which is performed.
+
+    `prefix` is that of the layout's keys; its queues have it and a fingerprint as names.
+    """
+    redis: Any = connection
+    for name in sorted(rq_keys.queue_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)):
+        if name.startswith(prefix) and ":" not in name.removeprefix(prefix):
+            _remove_queue(connection, name)
+
+
+def _remove_queue(connection: Redis, name: str) -> None:
+    redis: Any = connection
+    target = named_queue(connection, name)
+    started, taken_key = rq_keys.started_key(target), rq_keys.taken_key(target)
+    for member in redis.zrange(started, 0, -1):
+        entry, keys = rq_keys.execution_keys(connection, as_text(member))
+        redis.delete(*keys, rq_keys.entry_key(entry))
     for entry in redis.lrange(taken_key, 0, -1):
         redis.delete(rq_keys.entry_key(as_text(entry)))
-    registries = (rq_keys.started_key(target), rq_keys.failed_key(target), rq_keys.listeners_key(fingerprint))
+    registries = (started, rq_keys.failed_key(target), rq_keys.listeners_key(name))
     redis.delete(taken_key, _seen_key(taken_key), overtaken_key(target), *registries)
     target.delete()
 
@@ -96,6 +111,6 @@ def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
     description, executions = rq_keys.worker_keys(name)
     pipeline = redis.pipeline(transaction=False)
     pipeline.srem(rq_keys.ALL_WORKERS, description)
-    pipeline.srem(rq_keys.listeners_key(fingerprint), description)
+    pipeline.srem(rq_keys.listeners_key(queue_name(fingerprint)), description)
     pipeline.delete(description, executions)
     pipeline.execute()

@@ -12,7 +12,7 @@ from rq.executions import WORKER_EXECUTIONS_KEY_TEMPLATE, Execution, ExecutionRe
 from rq.job import Job
 from rq.worker_registration import WORKERS_BY_QUEUE_KEY
 
-from grazemap_worker.store.keys import QUEUE_PREFIX, queue_name
+from grazemap_worker.store.keys import QUEUE_PREFIX
 
 ALL_QUEUES = Queue.redis_queues_keys
 """Set of the keys of all queues, of whichever application."""
@@ -25,10 +25,15 @@ def entry_key(entry: str) -> str:
     return Job.key_for(entry)
 
 
+def queue_of(queue_key: str) -> str:
+    """Return the name of the queue that has this key."""
+    return queue_key.removeprefix(Queue.redis_queue_namespace_prefix)
+
+
 def fingerprint_of(queue_key: str) -> str | None:
     """Return the fingerprint whose queue has this key, or None when it is not one of ours."""
-    prefix = Queue.redis_queue_namespace_prefix + QUEUE_PREFIX
-    return queue_key.removeprefix(prefix) if queue_key.startswith(prefix) else None
+    name = queue_of(queue_key)
+    return name.removeprefix(QUEUE_PREFIX) if name.startswith(QUEUE_PREFIX) else None
 
 
 def waiting_key(target: Queue) -> str:
@@ -67,6 +72,6 @@ def worker_keys(name: str) -> tuple[str, str]:
     return Worker.redis_worker_namespace_prefix + name, WORKER_EXECUTIONS_KEY_TEMPLATE.format(name)
 
 
-def listeners_key(fingerprint: str) -> str:
-    """Return the key of the set of the workers that listen to a queue."""
-    return str(WORKERS_BY_QUEUE_KEY % queue_name(fingerprint))
+def listeners_key(name: str) -> str:
+    """Return the key of the set of the workers that listen to the queue of this name."""
+    return str(WORKERS_BY_QUEUE_KEY % name)

@@ -1,17 +1,15 @@
-"""What lives in Redis: job records, tile ledger, progress, results. Used by service and worker.
+"""Everything that grazemap keeps in Redis: job records, the ledger of tiles, results, workers.
 
-Every change is one Lua script, so that any number of services and workers agree, and the first writer wins.
+The service and the workers use it. Every change is one Lua script, so any number of them may run at once; of two that
+commit the same thing the first wins.
 """
 
 from __future__ import annotations
 
 from importlib.metadata import version
 
-from redis import Redis
-
-from grazemap_worker.store.connection import Scripts, connect, is_away, trouble
+from grazemap_worker.store.connection import connect, is_away, trouble
 from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
-from grazemap_worker.store.plan import Plan, Tile, plan
 from grazemap_worker.store.problems import refused_problem
 from grazemap_worker.store.records import (
     Claim,
@@ -23,30 +21,7 @@ from grazemap_worker.store.records import (
     StoreError,
     WorkerInfo,
 )
-from grazemap_worker.store.results import ResultStore
-
-DEFAULT_RESULT_BYTES = 2 << 30
-
-
-class Store(ResultStore):
-    """Everything that service and workers share.
-
-    Parameters
-    ----------
-    redis : Redis
-        As `connect` gives it: answers are bytes.
-    result_bytes : int
-        Byte budget of the results together.
-
-    Raises
-    ------
-    redis.exceptions.RedisError
-        From any method, when Redis is away: nothing is retried here.
-    """
-
-    def __init__(self, redis: Redis, result_bytes: int = DEFAULT_RESULT_BYTES) -> None:
-        super().__init__(Scripts(redis), result_bytes)
-        self.redis = redis
+from grazemap_worker.store.store import Store
 
 
 def core_version() -> str:
@@ -60,18 +35,15 @@ __all__ = [
     "Claim",
     "Counts",
     "Event",
-    "Plan",
     "QueueFull",
     "ResultInfo",
     "ResultTooLarge",
     "Store",
     "StoreError",
-    "Tile",
     "WorkerInfo",
     "connect",
     "core_version",
     "is_away",
-    "plan",
     "queue_name",
     "refused_problem",
     "trouble",

@@ -32,9 +32,8 @@ def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, pa
     Parameters
     ----------
     tries : int
-        1: a command fails at once when Redis is away, and whoever asks decides what then (the service). More: it is
-        sent again after 0.05, 0.1, ... 1 s (workers, which would rather wait than lose a finished tile; every step
-        of the store may be repeated).
+        1: a command fails at once when Redis is away (the service). More: it is sent again after 0.05, 0.1, ... 1 s
+        (the workers, which wait rather than lose a finished tile; every step of the store may be repeated).
     password : str, optional
         One in the URL wins.
     """
@@ -49,19 +48,19 @@ def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, pa
 
 
 def trouble(error: RedisError) -> str:
-    """Return in a few words what is the matter with Redis, for logs."""
+    """Return a short text for logs: why Redis cannot be used."""
     return "Redis refuses the password" if isinstance(error, AuthenticationError) else "Redis is away"
 
 
 @cache
 def script_text(name: str) -> str:
-    """Return the text of a script, what all scripts share in front."""
+    """Return the text of a script, preceded by what all scripts share."""
     folder = files("grazemap_worker.store").joinpath("lua")
     return "\n".join(folder.joinpath(f"{part}.lua").read_text("utf-8") for part in ("prelude", name))
 
 
 def is_away(error: RedisError) -> bool:
-    """Return whether an error says that Redis takes nothing for now; any other one would come back."""
+    """Return whether an error means that Redis takes no commands for now, so that trying again later may help."""
     if isinstance(error, ConnectionError | TimeoutError | OutOfMemoryError | ReadOnlyError):
         return True
     # an error inside a script carries the code somewhere in its text
@@ -76,7 +75,7 @@ class Scripts:
         self._scripts: dict[str, Any] = {}
 
     def run(self, name: str, *arguments: str | bytes | int | float) -> Any:
-        """Return what the script answers; `arguments` follow the key prefix."""
+        """Return the answer of a script; `arguments` follow the key prefix."""
         script = self._scripts.get(name)
         if script is None:
             script = self._scripts[name] = self.redis.register_script(script_text(name))

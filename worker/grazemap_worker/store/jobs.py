@@ -1,4 +1,4 @@
-"""Job records: submitting, reading, listing, dismissing; events; counts."""
+"""Job records: submitting, reading, listing, binding, ending; their events."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from typing import Any, get_args
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import Any
 
-from grazemap.wire import Job, Problem, ProcessRequest, Status, canonical, job_id
+from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Status, canonical, canonical_id
+from grazemap_worker.planning import TILE_SECONDS, Plan
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
     ASSEMBLY,
+    FINGERPRINT_REMEMBERED,
     LISTED_REQUEST_BYTES,
     MOST_RECORD_BYTES,
     MOST_RECORDS,
@@ -20,20 +22,30 @@ from grazemap_worker.store.keys import (
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
-from grazemap_worker.store.plan import TILE_SECONDS, Plan
-from grazemap_worker.store.records import Counts, Event, QueueFull, read_job, text_fields
-from grazemap_worker.store.workers import WorkerStore
+from grazemap_worker.store.problems import outdated_problem
+from grazemap_worker.store.records import Event, QueueFull, read_job, text_fields
+from grazemap_worker.store.workers import Workers
 
+_JOBS_A_SCRIPT = 500
 _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
 
 
-class JobStore(WorkerStore):
-    """What the service asks for and clients see."""
+class Jobs:
+    """The records of jobs, and the events that clients follow.
 
-    def __init__(self, scripts: Scripts) -> None:
-        super().__init__(scripts)
+    Parameters
+    ----------
+    scripts : Scripts
+        On the Redis that holds them.
+    workers : Workers
+        Those that compute new jobs.
+    """
+
+    def __init__(self, scripts: Scripts, workers: Workers) -> None:
+        self._scripts = scripts
         # redis-py types every answer bytes | str; by `connect` it is bytes.
         self._redis: Any = scripts.redis
+        self._workers = workers
 
     def submit(
         self, process: str, request: ProcessRequest, core_version: str, plan: Plan, max_pending_tiles: int
@@ -45,23 +57,24 @@ class JobStore(WorkerStore):
         job : Job
             Its id is the hash of process, core version and canonical request.
         created : bool
-            True when the caller has to see to it that the tiles are queued: the job is new, or it had failed, was
-            dismissed or had lost its result, and was started again.
+            True when the caller has to queue the tiles: the job is new, or it had failed, was dismissed or had lost
+            its result, and was started again.
 
         Raises
         ------
         QueueFull
             The unfinished tiles of all jobs would be more than `max_pending_tiles`, or their requests more than
-            `MOST_RECORD_BYTES`; nothing was left behind.
+            `MOST_RECORD_BYTES`; nothing was stored.
         """
-        identity = job_id(process, request, core_version)
-        live = self.workers()
+        values = canonical(request)
+        identity = canonical_id(process, values, core_version)
+        live = self._workers.live()
         fingerprint = _most_common(worker.fingerprint for worker in live if worker.core_version == core_version)
         answer = self._scripts.run(
             "submit",
             identity,
             process,
-            json.dumps(canonical(request), separators=(",", ":")),
+            json.dumps(values, separators=(",", ":")),
             core_version,
             plan.model_dump_json(exclude={"estimate"}),
             plan.estimate.model_dump_json(),
@@ -76,12 +89,13 @@ class JobStore(WorkerStore):
             excess = answer[1] + plan.count - max_pending_tiles
             wait = math.ceil(excess * TILE_SECONDS / max(1, len(live)))
             raise QueueFull(retry_after=min(120, max(1, wait)))
-        job = self.job(identity)
+        job = self.get(identity)
         if job is None:
-            raise QueueFull(retry_after=1)  # forgotten between the two steps: more than MOST_RECORDS in flight
+            # forgotten between the two steps: more than MOST_RECORDS are submitted at once
+            raise QueueFull(retry_after=1)
         return job, answer[0] == 1
 
-    def job(self, identity: str) -> Job | None:
+    def get(self, identity: str) -> Job | None:
         """Return a job, or None when there is none of this id."""
         fields = self._redis.hgetall(job_key(identity))
         return read_job(identity, text_fields(fields)) if fields else None
@@ -96,7 +110,7 @@ class JobStore(WorkerStore):
         value = self._redis.hget(job_key(identity), "fingerprint")
         return value.decode() or None if value else None
 
-    def jobs(
+    def page(
         self,
         status: Status | None = None,
         process: str | None = None,
@@ -127,7 +141,7 @@ class JobStore(WorkerStore):
     def dismiss(self, identity: str) -> Job | None:
         """End an unfinished job and free its tiles; leave a finished one as it is. None: no such job."""
         self._scripts.run("dismiss", identity)
-        return self.job(identity)
+        return self.get(identity)
 
     def fail(self, identity: str, problem: Problem) -> bool:
         """End an unfinished job with a problem, keeping its finished tiles. Returns whether this call ended it."""
@@ -135,9 +149,9 @@ class JobStore(WorkerStore):
         return bool(self._scripts.run("fail", identity, text, TILES_KEPT_AFTER_FAILURE))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
-        """Say how far a job is whose steps are counted. Returns whether it is still wanted.
+        """Report how far a job is whose steps are counted. Returns whether it is still wanted.
 
-        Clients see no less than was said before, and less than all until the result is there.
+        The progress that clients see never goes back, and is complete only with the result.
         """
         return bool(self._scripts.run("progress", identity, done, total, unit, ASSEMBLY))
 
@@ -163,23 +177,41 @@ class JobStore(WorkerStore):
         remaining = self._redis.hgetall(f"{PREFIX}unfinished")
         return {identity.decode(): int(count) for identity, count in remaining.items()}
 
-    def counts(self) -> Counts:
-        """Return what the store holds, for metrics."""
-        names: tuple[Status, ...] = get_args(Status)
-        pipeline = self._redis.pipeline(transaction=False)
-        for name in names:
-            pipeline.zcard(f"{PREFIX}status:{name}")
-        pipeline.get(f"{PREFIX}unfinished:tiles")
-        pipeline.zcard(f"{PREFIX}results")
-        pipeline.get(f"{PREFIX}results:bytes")
-        *by_status, remaining, results, result_bytes = pipeline.execute()
-        return Counts(
-            jobs=dict(zip(names, by_status, strict=True)),
-            pending_tiles=int(remaining or 0),
-            workers=len(self.workers()),
-            results=results,
-            result_bytes=int(result_bytes or 0),
-        )
+    def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
+        """Return the next cursor and about so many unfinished jobs; cursor 0 begins a pass over all, and ends it."""
+        after, found = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
+        return int(after), [identity.decode() for identity in found]
+
+    def bind(self, fingerprint: str, core_version: str, identities: Collection[str] | None = None) -> list[str]:
+        """Bind to `fingerprint` the jobs of a core version that have no live numerics; return their ids.
+
+        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails. Left out, the
+        jobs are all unfinished ones.
+        """
+        bound: list[str] = []
+        for some in in_chunks(self.unfinished() if identities is None else identities):
+            found, outdated = self._scripts.run("bind", fingerprint, core_version, FINGERPRINT_REMEMBERED, *some)
+            bound += [identity.decode() for identity in found]
+            for identity in outdated:
+                self.fail(identity.decode(), outdated_problem())
+        return bound
+
+    def plan_of(self, identity: str) -> Plan | None:
+        """Return how a job is cut into tiles, or None when there is no such job."""
+        plan, estimate = self._redis.hmget(job_key(identity), "plan", "estimate")
+        return read_plan(plan.decode(), estimate.decode()) if plan else None
+
+
+def in_chunks(identities: Iterable[str]) -> Iterator[list[str]]:
+    """Yield so many ids at a time that a script over them is short."""
+    everything = list(identities)
+    for start in range(0, len(everything), _JOBS_A_SCRIPT):
+        yield everything[start : start + _JOBS_A_SCRIPT]
+
+
+def read_plan(plan: str, estimate: str) -> Plan:
+    """Return a plan from the two fields of a record that hold it."""
+    return Plan.model_validate_json(plan).model_copy(update={"estimate": Estimate.model_validate_json(estimate)})
 
 
 def _most_common(fingerprints: Iterator[str]) -> str:

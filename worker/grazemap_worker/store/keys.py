@@ -1,6 +1,8 @@
-"""The names under which things lie in Redis, and the numbers that bound them.
+"""The names of grazemap's keys in Redis, and the numbers that bound what they hold.
 
-All keys share one prefix, so that a Redis can hold other things beside grazemap's:
+All keys share one prefix, so that a Redis can hold other things too. The number in it is that of the layout: of these
+keys, of what they hold and of the scripts that change them. Versions of grazemap with different layouts on one Redis
+never run their scripts on the same keys. `older_layouts` takes over the jobs of an earlier layout.
 
     job:<id>            hash: the record (process, request, plan, status, times, problem, counters)
     job:<id>:tiles      hash: tile number -> bytes of the finished tile
@@ -20,10 +22,13 @@ All keys share one prefix, so that a Redis can hold other things beside grazemap
     fingerprint:<f>, version:<v>   a worker had these numerics, this core version, not long ago
 """
 
-PREFIX = "grazemap:"
-QUEUE_PREFIX = "grazemap:"
+LAYOUT = 2
+PREFIX = f"grazemap:{LAYOUT}:"
+QUEUE_PREFIX = PREFIX
+# Of the layouts before this one. That of version 0.1.0 had no number.
+OLDER_PREFIXES = ("grazemap:",)
 
-# The number of the step that puts a map together once its tiles are done.
+# The number of the step that assembles a map once its tiles are done.
 ASSEMBLY = -1
 
 # Tries at a tile before its job fails. An exception will most likely come back, a lost worker will not.

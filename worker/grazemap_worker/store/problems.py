@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from grazemap.wire import Problem, ProblemError
+from grazemap_worker.planning import Plan
 from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST
-from grazemap_worker.store.plan import Plan
 from grazemap_worker.store.records import FailureKind
 
 TYPE_PREFIX = "urn:grazemap:problem:"

@@ -1,4 +1,4 @@
-"""What the store hands out: claims, events, workers, counts; and how a job is read from its hash."""
+"""What the store returns: claims, events, workers, counts; and the reading of a job from its hash."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 from typing import Any, Literal
 
 from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Progress
+from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.store.keys import ASSEMBLY
-from grazemap_worker.store.plan import Plan, Tile
 
 FailureKind = Literal["exception", "lost", "timeout"]
 Verdict = Literal["retry", "failed"]
@@ -37,13 +37,17 @@ class ResultTooLarge(StoreError):
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The right to compute one tile, for as long as the holder's lease is renewed."""
+    """The right to compute one tile, for as long as the holder's lease is renewed.
+
+    `canonical` is the request as the store holds it, `request` the same parsed.
+    """
 
     job_id: str
     tile: int
     holder: str
     fingerprint: str
     process: str
+    canonical: dict[str, Any]
     request: ProcessRequest
     core_version: str
     plan: Plan
@@ -87,7 +91,7 @@ class WorkerInfo:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the store holds: jobs by status, tiles not yet done, live workers, results and their bytes."""
+    """What the store holds: jobs by status, unfinished tiles, live workers, results and their bytes."""
 
     jobs: dict[str, int]
     pending_tiles: int
@@ -109,7 +113,7 @@ def text_fields(record: Mapping[bytes, bytes]) -> dict[str, str]:
 
 
 def read_job(job_id: str, fields: Mapping[str, str]) -> Job:
-    """Return the job that a record describes; links are the service's affair."""
+    """Return the job that a record describes, without links, which the service adds."""
     steps = fields["unit"] == "steps"
     eta, spent = fields.get("eta"), fields.get("cpu_seconds")
     problem = fields.get("problem")

@@ -1,28 +1,38 @@
 """Results: whole npz files, content-addressed, the least recently used ones forgotten over a byte budget.
 
 A result is a function of its request, the core version and the numerics fingerprint, which are all in its key;
-losing one costs time, never truth.
+one that is lost is computed again.
 """
 
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import MOST_RESULT_BYTES, TILES_KEPT_AFTER_SUCCESS, job_key
-from grazemap_worker.store.ledger import LedgerStore
 from grazemap_worker.store.records import ResultInfo, ResultTooLarge
 
 
-class ResultStore(LedgerStore):
-    """What a finished job answers with."""
+class Results:
+    """The results of finished jobs.
 
-    def __init__(self, scripts: Scripts, result_bytes: int) -> None:
-        super().__init__(scripts)
-        self._result_bytes = result_bytes
+    Parameters
+    ----------
+    scripts : Scripts
+        On the Redis that holds them.
+    budget : int
+        Bytes of all results together.
+    """
 
-    def commit_result(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
-        """Store the whole result and end the job; the first writer wins. `cpu_seconds` come on top of the tiles'.
+    def __init__(self, scripts: Scripts, budget: int) -> None:
+        self._scripts = scripts
+        # redis-py types every answer bytes | str; by `connect` it is bytes.
+        self._redis: Any = scripts.redis
+        self._budget = budget
+
+    def commit(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
+        """Store the whole result and end the job; the first commit wins. `cpu_seconds` are added to those of the tiles.
 
         Results that were used longest ago are dropped until all fit the byte budget, this one excepted.
 
@@ -46,22 +56,22 @@ class ResultStore(LedgerStore):
                 data,
                 fingerprint,
                 etag,
-                self._result_bytes,
+                self._budget,
                 TILES_KEPT_AFTER_SUCCESS,
                 cpu_seconds,
             )
         )
 
-    def result(self, identity: str) -> bytes | None:
+    def data(self, identity: str) -> bytes | None:
         """Return the npz bytes of a job's result, or None when it has none (any more)."""
         data: bytes | None = self._scripts.run("result", identity)
         return data
 
-    def result_info(self, identity: str) -> ResultInfo | None:
+    def info(self, identity: str) -> ResultInfo | None:
         """Return size and entity tag of a job's result without loading it, or None.
 
-        To ask is to use: the result becomes the most recently used one, since a client that has it, or a copy in the
-        service's memory, does not ask for the bytes.
+        The result becomes the most recently used one: a client that has it, or the service with a copy in its memory,
+        does not ask for the bytes.
         """
         answer = self._scripts.run("result_info", identity)
         return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None

@@ -18,7 +18,7 @@ from grazemap_worker.store import Store, trouble
 def main() -> int:
     """Return the exit status."""
     try:
-        workers = Store(RedisSettings().connect()).workers()
+        workers = Store(RedisSettings().connect()).workers.live()
     except ValidationError as error:
         sys.stderr.write(f"grazemap_worker.supervision.healthcheck: {refusal_text(error)}\n")
         return 1

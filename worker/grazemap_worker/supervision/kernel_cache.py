@@ -1,8 +1,8 @@
 """Compiling the kernels once, before the first fork, with a disk cache that may be broken.
 
-What lies in the cache is executed, and files that a killed machine left half written raise, or crash, when they are
-read. So the folder is private, one process at a time warms up, a mark lies in it meanwhile, and a cache that raises,
-or that two warm-ups in a row did not survive, is wiped and compiled again.
+The cache holds code that is executed, and a file that was not written to its end raises, or crashes, when it is read.
+So the folder is private, one process at a time warms up, a mark lies in it meanwhile, and a cache that raises, or two
+warm-ups in a row that did not end, have it removed and compiled again.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MOST_UNFINISHED = 2
 
 
 class CacheFolderError(RuntimeError):
-    """The folder for compiled kernels belongs to somebody else or cannot be made private."""
+    """The folder for compiled kernels belongs to another user or cannot be made private."""
 
 
 def use_folder(root: Path) -> Path:

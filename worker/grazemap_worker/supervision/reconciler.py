@@ -1,7 +1,8 @@
-"""What brings queues and ledger together again: jobs are hints, the ledger is the truth.
+"""Makes the queues agree with the ledger: the ledger decides, queues hold hints.
 
-One supervisor per fingerprint does this every second. It counts the tiles of workers that are gone as lost, binds
-jobs that were submitted while no worker was there, and queues every tile that is neither done nor held nor queued.
+One supervisor per fingerprint does this every second. It takes over the jobs of an earlier layout of the store, counts
+the tiles of workers that are gone as lost, binds jobs that were submitted while no worker was there, and queues every
+tile that is neither done nor held nor queued.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from grazemap_worker.queue import entries, leftovers
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
-# Jobs that a round looks at, about, and the time after which it queues no more: a long backlog is toured in several
+# About how many jobs a round looks at, and the time after which it queues no more: a long backlog takes several
 # rounds, so that none keeps Redis or a signal waiting.
 JOBS_A_ROUND = 1000
 ROUND_SECONDS = 0.5
@@ -24,7 +25,7 @@ _LEAD_SECONDS = 4.0
 
 
 class Reconciler:
-    """The reconciler of one supervisor; `name` tells it from the others'."""
+    """The reconciler of one supervisor; `name` distinguishes it from the others."""
 
     def __init__(self, store: Store, numerics: Numerics, name: str) -> None:
         self._store = store
@@ -35,31 +36,43 @@ class Reconciler:
     def reconcile(self) -> int:
         """Do one round; return how many tiles were queued. Raises redis.exceptions.RedisError."""
         store, log = self._store, structlog.get_logger("grazemap_worker")
-        if not store.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
+        if not store.workers.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
             return 0
+        self._adopt()
         queued = 0
         deadline = time.monotonic() + ROUND_SECONDS
-        for job_id, tile, holder in store.lost_claims():
-            verdict = store.record_failure(job_id, tile, "lost", "lease ran out", holder)
+        for job_id, tile, holder in store.tiles.lost_claims():
+            verdict = store.tiles.record_failure(job_id, tile, "lost", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
-            if verdict == "retry" and store.fingerprint_of(job_id) == self._fingerprint:
+            if verdict == "retry" and store.jobs.fingerprint_of(job_id) == self._fingerprint:
                 queued += entries.enqueue(store.redis, job_id, [tile], self._fingerprint)
-        self._cursor, jobs = store.some_unfinished(self._cursor, JOBS_A_ROUND)
-        store.bind(self._fingerprint, core_version(), jobs)
+        self._cursor, jobs = store.jobs.some_unfinished(self._cursor, JOBS_A_ROUND)
+        store.jobs.bind(self._fingerprint, core_version(), jobs)
         leftovers.sweep(store.redis, self._fingerprint)
 
         waiting = entries.queued(store.redis, self._fingerprint)
         missing: dict[str, list[int]] = defaultdict(list)
-        for job_id, tile in store.pending(self._fingerprint, 2 * entries.QUEUED_AHEAD, jobs):
+        for job_id, tile in store.tiles.pending(self._fingerprint, 2 * entries.QUEUED_AHEAD, jobs):
             if (job_id, tile) not in waiting:
                 missing[job_id].append(tile)
         per_job = Counter(job_id for job_id, _ in waiting)
         for job_id, tiles in missing.items():
-            room = max(0, entries.QUEUED_AHEAD - per_job[job_id])
-            queued += entries.enqueue(store.redis, job_id, tiles[:room], self._fingerprint)
+            free = max(0, entries.QUEUED_AHEAD - per_job[job_id])
+            queued += entries.enqueue(store.redis, job_id, tiles[:free], self._fingerprint)
             if time.monotonic() > deadline:
                 break
         if queued:
             # DEBUG: also a tile that a worker has taken and not yet claimed, and the next piece of a long map
             log.debug("tiles queued again", tiles=queued, jobs=len(missing))
         return queued
+
+    def _adopt(self) -> None:
+        """Take over the jobs that an earlier version of grazemap stored, once none of its workers is alive."""
+        for prefix in self._store.older_layouts.abandoned():
+            leftovers.forget_queues(self._store.redis, prefix)
+            adopted = self._store.older_layouts.adopt(prefix)
+            structlog.get_logger("grazemap_worker").warning(
+                "jobs of an earlier version taken over; their results are computed anew when they are asked for",
+                jobs=adopted.jobs,
+                unfinished=adopted.unfinished,
+            )

@@ -47,7 +47,7 @@ class _Slot:
 
 
 class Supervisor:
-    """Keeps `settings.workers` workers alive until it is told to stop."""
+    """Keeps `settings.workers` workers alive until it is asked to stop."""
 
     def __init__(self, settings: WorkerSettings, numerics: Numerics) -> None:
         self._settings = settings
@@ -125,7 +125,7 @@ class Supervisor:
     def _forget(self, name: str, *, return_claims: bool) -> None:
         """Give back at once what a dead worker held; if Redis is away, its lease runs out by itself."""
         try:
-            self._store.remove_worker(name, return_claims=return_claims)
+            self._store.workers.remove(name, return_claims=return_claims)
             leftovers.forget_worker(self._store.redis, name, self._numerics.fingerprint)
         except RedisError as error:
             self._log.info("a worker's lease is left to run out", worker=name, error=type(error).__name__)
@@ -160,12 +160,12 @@ def _ended_child() -> tuple[int, int] | None:
 
 
 def _be_a_worker(settings: WorkerSettings, numerics: Numerics, name: str, parent: int) -> None:
-    """Work until told to stop, in a process of its own."""
+    """Work in a process of its own until asked to stop."""
     from grazemap_worker.queue.leased_worker import LeasedWorker
 
     die_with_parent(parent)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_DFL)
-    os.setpgrp()  # an interrupt from the terminal is the supervisor's affair
+    os.setpgrp()  # an interrupt from the terminal is for the supervisor
     store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
     LeasedWorker(store, numerics, name).work(logging_level=None)

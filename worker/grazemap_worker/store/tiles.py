@@ -1,7 +1,7 @@
-"""The tile ledger: which tiles are done, who holds which, what failed how often.
+"""The ledger of tiles: which are done, which worker holds which, what failed how often.
 
-The ledger is the truth. Entries of RQ's queues are hints that a tile may be worth claiming; a second entry for the
-same tile finds it claimed or done.
+The ledger decides. Entries of RQ's queues are hints that a tile may be worth claiming; a second entry for the same
+tile finds it claimed or done.
 """
 
 from __future__ import annotations
@@ -9,30 +9,42 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
+from typing import Any
 
-from grazemap.wire import Estimate, parse_request
-from grazemap_worker.store.jobs import JobStore
+from grazemap.wire import parse_request
+from grazemap_worker.store.connection import Scripts
+from grazemap_worker.store.jobs import Jobs, in_chunks, read_plan
 from grazemap_worker.store.keys import (
     ASSEMBLY,
-    FINGERPRINT_REMEMBERED,
     MOST_EXCEPTIONS,
     MOST_LOST,
     MOST_RESULT_BYTES,
-    PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
-from grazemap_worker.store.plan import Plan
-from grazemap_worker.store.problems import failure_problem, outdated_problem
+from grazemap_worker.store.problems import failure_problem
 from grazemap_worker.store.records import Claim, FailureKind, ResultTooLarge, Verdict
 
-_JOBS_A_SCRIPT = 500
 _TILES_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST, "timeout": 1}
 
 
-class LedgerStore(JobStore):
-    """What workers and the reconciler ask for."""
+class Tiles:
+    """Claims, finished tiles and failures.
+
+    Parameters
+    ----------
+    scripts : Scripts
+        On the Redis that holds them.
+    jobs : Jobs
+        The jobs that the tiles belong to.
+    """
+
+    def __init__(self, scripts: Scripts, jobs: Jobs) -> None:
+        self._scripts = scripts
+        # redis-py types every answer bytes | str; by `connect` it is bytes.
+        self._redis: Any = scripts.redis
+        self._jobs = jobs
 
     def claim(
         self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float, core_version: str = ""
@@ -54,29 +66,27 @@ class LedgerStore(JobStore):
         answer = self._scripts.run("claim", identity, tile, holder, fingerprint, milliseconds, ASSEMBLY, core_version)
         if answer is None:
             return None
-        process, request, core_version, plan, estimate = (value.decode() for value in answer)
+        process, text, core_version, plan, estimate = (value.decode() for value in answer)
+        canonical = json.loads(text)
         return Claim(
             job_id=identity,
             tile=tile,
             holder=holder,
             fingerprint=fingerprint,
             process=process,
-            request=parse_request(process, json.loads(request)),
+            canonical=canonical,
+            request=parse_request(process, canonical),
             core_version=core_version,
-            plan=_plan(plan, estimate),
+            plan=read_plan(plan, estimate),
         )
 
-    def release(self, identity: str, tile: int, holder: str) -> bool:
-        """Give a tile back undone, without counting a failure. Returns whether it was held by `holder`."""
-        return bool(self._scripts.run("release", identity, tile, holder))
-
-    def commit_tile(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float) -> int:
-        """Store a finished tile, and the processor time of computing it; the first writer wins.
+    def commit(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float) -> int:
+        """Store a finished tile, and the processor time of computing it; the first commit wins.
 
         Returns
         -------
         int
-            Tiles that remain; 0: somebody has to claim the assembly. -1: the job no longer wants the tile
+            Tiles that remain; 0: the assembly is to be claimed. -1: the job no longer wants the tile
             (finished, gone, or bound to other numerics), nothing was stored.
 
         Raises
@@ -86,29 +96,24 @@ class LedgerStore(JobStore):
         """
         if len(data) > MOST_RESULT_BYTES:
             raise ResultTooLarge(len(data), MOST_RESULT_BYTES)
-        plan = self._plan_of(identity)
+        plan = self._jobs.plan_of(identity)
         if plan is None:
             return -1
         row_start, row_stop, column_start, column_stop = plan.tile(tile)
         event = {"index": tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
         return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, json.dumps(event), cpu_seconds))
 
-    def record_failure(
-        self, identity: str, tile: int, kind: FailureKind, detail: str = "", holder: str = ""
-    ) -> Verdict:
+    def record_failure(self, identity: str, tile: int, kind: FailureKind, holder: str = "") -> Verdict:
         """Count a failed try at a tile and free the tile; the job fails when it was one too many.
 
         Parameters
         ----------
         kind : {"exception", "lost", "timeout"}
-            Counted apart: an exception comes back (3 tries), a worker that died may have been bad luck (10), what took
-            too long would take too long again (1).
-        detail : str
-            For nobody but the log of the caller; the problem that clients see does not contain it.
+            Counted apart: 3 exceptions, 10 lost workers and 1 timeout end the job.
         holder : str
-            Who lost the tile. When somebody else holds it by now nothing is counted. Empty: whoever holds it.
+            The worker whose try failed. Nothing is counted when another one holds the tile by now. Empty: any holder.
         """
-        plan = self._plan_of(identity)
+        plan = self._jobs.plan_of(identity)
         if plan is None:
             return "failed"
         problem = failure_problem(kind, tile, plan).model_dump_json()
@@ -130,25 +135,6 @@ class LedgerStore(JobStore):
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
         return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
 
-    def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
-        """Return the next cursor and about so many unfinished jobs; cursor 0 begins a tour of all, and ends it."""
-        after, found = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
-        return int(after), [identity.decode() for identity in found]
-
-    def bind(self, fingerprint: str, core_version: str, identities: Sequence[str] | None = None) -> list[str]:
-        """Bind to `fingerprint` the jobs of a core version that have no live numerics; return their ids.
-
-        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails. Left out, the
-        jobs are all unfinished ones.
-        """
-        bound: list[str] = []
-        for some in self._in_chunks(identities):
-            found, outdated = self._scripts.run("bind", fingerprint, core_version, FINGERPRINT_REMEMBERED, *some)
-            bound += [identity.decode() for identity in found]
-            for identity in outdated:
-                self.fail(identity.decode(), outdated_problem())
-        return bound
-
     def pending(
         self, fingerprint: str, limit: int = 1 << 30, identities: Sequence[str] | None = None
     ) -> Iterator[tuple[str, int]]:
@@ -157,40 +143,22 @@ class LedgerStore(JobStore):
         At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done. Left out, the
         jobs are all unfinished ones.
         """
-        for some in self._in_chunks(identities):
+        for some in in_chunks(self._jobs.unfinished() if identities is None else identities):
             answers = self._scripts.run("pending", fingerprint, ASSEMBLY, limit, *some)
             for identity, tiles in zip(some, answers, strict=True):
                 yield from ((identity, int(tile)) for tile in tiles)
 
-    def _in_chunks(self, identities: Sequence[str] | None) -> Iterator[Sequence[str]]:
-        """Yield so many at a time that a script over them is short."""
-        everything = list(self.unfinished()) if identities is None else identities
-        for start in range(0, len(everything), _JOBS_A_SCRIPT):
-            yield everything[start : start + _JOBS_A_SCRIPT]
-
-    def tile_index(self, identity: str) -> list[int]:
+    def finished(self, identity: str) -> list[int]:
         """Return the numbers of the finished tiles, increasing; empty for jobs of one tile."""
         return sorted(int(tile) for tile in self._redis.hkeys(job_key(identity, "tiles")))
 
-    def tile(self, identity: str, index: int) -> bytes | None:
+    def data(self, identity: str, index: int) -> bytes | None:
         """Return the npz bytes of a finished tile, or None."""
         data: bytes | None = self._redis.hget(job_key(identity, "tiles"), str(index))
         return data
 
-    def tiles(self, identity: str, indices: Iterable[int]) -> Iterator[bytes | None]:
-        """Yield the npz bytes of finished tiles, or None, some of them read at a time."""
+    def many(self, identity: str, indices: Iterable[int]) -> Iterator[bytes | None]:
+        """Yield the npz bytes of finished tiles, or None where one is missing; a few are read at a time."""
         numbers = iter(indices)
         while some := [str(index) for index in islice(numbers, _TILES_A_STEP)]:
             yield from self._redis.hmget(job_key(identity, "tiles"), some)
-
-    def plan_of(self, identity: str) -> Plan | None:
-        """Return how a job is cut into tiles, or None when there is no such job."""
-        return self._plan_of(identity)
-
-    def _plan_of(self, identity: str) -> Plan | None:
-        plan, estimate = self._redis.hmget(job_key(identity), "plan", "estimate")
-        return _plan(plan.decode(), estimate.decode()) if plan else None
-
-
-def _plan(plan: str, estimate: str) -> Plan:
-    return Plan.model_validate_json(plan).model_copy(update={"estimate": Estimate.model_validate_json(estimate)})

@@ -1,0 +1,9 @@
+"""How a request is cut into tiles, and what it is expected to cost: pure functions of it, without the core."""
+
+from __future__ import annotations
+
+from grazemap_worker.planning.plan import Plan, Tile
+from grazemap_worker.planning.planner import borders_seconds, curves_seconds, plan
+from grazemap_worker.planning.rates import TILE_SECONDS
+
+__all__ = ["TILE_SECONDS", "Plan", "Tile", "borders_seconds", "curves_seconds", "plan"]

@@ -1,0 +1,60 @@
+"""A plan: a grid cut into rectangular tiles, with its estimate."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+from grazemap.wire import Estimate
+
+Tile = tuple[int, int, int, int]
+
+
+class Plan(BaseModel):
+    """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`.
+
+    `after` is what putting the tiles together counts in a job's progress, beside 1 for each tile; with 0 it counts
+    nothing, and the progress is that of the tiles.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    rows: int = 1
+    columns: int = 1
+    tile_rows: int = 1
+    tile_columns: int = 1
+    after: int = 0
+    estimate: Estimate = Estimate()
+
+    @property
+    def down(self) -> int:
+        """Number of tiles along clearance."""
+        return -(-self.rows // self.tile_rows)
+
+    @property
+    def across(self) -> int:
+        """Number of tiles along omega."""
+        return -(-self.columns // self.tile_columns)
+
+    @property
+    def count(self) -> int:
+        """Number of tiles."""
+        return self.down * self.across
+
+    def tile(self, index: int) -> Tile:
+        """Return (row_start, row_stop, col_start, col_stop) of a tile in the grid [clearance, omega].
+
+        Raises
+        ------
+        IndexError
+            There is no such tile.
+        """
+        if not 0 <= index < self.count:
+            raise IndexError(index)
+        row = index // self.across * self.tile_rows
+        column = index % self.across * self.tile_columns
+        return row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns)
+
+    @property
+    def tiles(self) -> list[Tile]:
+        """All tiles, row by row; a list position is a tile's number."""
+        return [self.tile(index) for index in range(self.count)]

@@ -1,0 +1,69 @@
+"""Jobs that an earlier version of grazemap stored: their records are taken over, everything else of it is removed.
+
+A job that was finished stays so. Its result belongs to another version of the core, so it is not kept; it is computed
+anew when it is asked for. A job that was not finished fails, with a problem that says why.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from grazemap_worker.store.connection import Scripts
+from grazemap_worker.store.keys import OLDER_PREFIXES
+from grazemap_worker.store.problems import outdated_problem
+
+_JOBS_A_SCRIPT = 200
+_KEYS_A_STEP = 500
+_NUMBER = re.compile(rb"\d+:")
+
+
+@dataclass(frozen=True, slots=True)
+class Adopted:
+    """How many jobs were taken over, and how many of them had not been finished."""
+
+    jobs: int
+    unfinished: int
+
+
+class OlderLayouts:
+    """What earlier layouts left in a Redis."""
+
+    def __init__(self, scripts: Scripts) -> None:
+        self._scripts = scripts
+        # redis-py types every answer bytes | str; by `connect` it is bytes.
+        self._redis: Any = scripts.redis
+
+    def abandoned(self) -> list[str]:
+        """Return the key prefixes of the earlier layouts that are there and have no live worker."""
+        found = [prefix for prefix in OLDER_PREFIXES if self._redis.exists(_mark(prefix))]
+        return [prefix for prefix in found if not self._has_workers(prefix)]
+
+    def adopt(self, prefix: str) -> Adopted:
+        """Take over the jobs of a layout and remove its keys. An interrupted call may be made again."""
+        problem, jobs, unfinished, remaining = outdated_problem().model_dump_json(), 0, 0, 1
+        while remaining:
+            moved, ended, remaining = self._scripts.run("adopt", prefix, _JOBS_A_SCRIPT, problem)
+            jobs, unfinished = jobs + moved, unfinished + ended
+        self._remove(prefix)
+        return Adopted(jobs, unfinished)
+
+    def _has_workers(self, prefix: str) -> bool:
+        leases = [f"{prefix}worker:{name.decode()}" for name in self._redis.hkeys(f"{prefix}workers")]
+        return bool(leases) and self._redis.exists(*leases) > 0
+
+    def _remove(self, prefix: str) -> None:
+        """Remove every key of a layout; the one by which it is recognised last."""
+        mark, length = _mark(prefix).encode(), len(prefix)
+        keys = self._redis.scan_iter(f"{prefix}*", count=_KEYS_A_STEP)
+        # what goes on with a number is of another layout
+        removed = [key for key in keys if key != mark and not _NUMBER.match(key, length)]
+        for start in range(0, len(removed), _KEYS_A_STEP):
+            self._redis.unlink(*removed[start : start + _KEYS_A_STEP])
+        self._redis.unlink(mark)
+
+
+def _mark(prefix: str) -> str:
+    """Return the key that every layout has as long as a job was ever submitted to it."""
+    return f"{prefix}sequence"

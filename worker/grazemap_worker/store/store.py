@@ -1,0 +1,81 @@
+"""The store: jobs, tiles, results and workers on one Redis."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from redis import Redis
+
+from grazemap.wire import Status
+from grazemap_worker.store.connection import Scripts
+from grazemap_worker.store.jobs import Jobs
+from grazemap_worker.store.keys import PREFIX
+from grazemap_worker.store.older_layouts import OlderLayouts
+from grazemap_worker.store.records import Counts
+from grazemap_worker.store.results import Results
+from grazemap_worker.store.tiles import Tiles
+from grazemap_worker.store.workers import Workers
+
+DEFAULT_RESULT_BYTES = 2 << 30
+
+
+class Store:
+    """Everything that the service and the workers share.
+
+    Parameters
+    ----------
+    redis : Redis
+        As `connect` gives it: answers are bytes.
+    result_bytes : int
+        Byte budget of all results together.
+
+    Attributes
+    ----------
+    jobs : Jobs
+        Records and events.
+    tiles : Tiles
+        The ledger of tiles: claims, finished tiles, failures.
+    results : Results
+        The npz files of finished jobs.
+    workers : Workers
+        The leases of workers.
+    older_layouts : OlderLayouts
+        What an earlier version of grazemap stored.
+
+    Raises
+    ------
+    redis.exceptions.RedisError
+        From any method, when Redis is away: nothing is retried here.
+    """
+
+    def __init__(self, redis: Redis, result_bytes: int = DEFAULT_RESULT_BYTES) -> None:
+        scripts = Scripts(redis)
+        self.redis = redis
+        self.workers = Workers(scripts)
+        self.jobs = Jobs(scripts, self.workers)
+        self.tiles = Tiles(scripts, self.jobs)
+        self.results = Results(scripts, result_bytes)
+        self.older_layouts = OlderLayouts(scripts)
+
+    def ping(self) -> bool:
+        """Return True, or raise redis.exceptions.RedisError when Redis is away or still loading."""
+        return bool(self.redis.ping())
+
+    def counts(self) -> Counts:
+        """Return what the store holds, for metrics."""
+        redis: Any = self.redis  # redis-py types every answer bytes | str; by `connect` it is bytes
+        names: tuple[Status, ...] = get_args(Status)
+        pipeline = redis.pipeline(transaction=False)
+        for name in names:
+            pipeline.zcard(f"{PREFIX}status:{name}")
+        pipeline.get(f"{PREFIX}unfinished:tiles")
+        pipeline.zcard(f"{PREFIX}results")
+        pipeline.get(f"{PREFIX}results:bytes")
+        *by_status, remaining, results, result_bytes = pipeline.execute()
+        return Counts(
+            jobs=dict(zip(names, by_status, strict=True)),
+            pending_tiles=int(remaining or 0),
+            workers=len(self.workers.live()),
+            results=results,
+            result_bytes=int(result_bytes or 0),
+        )
