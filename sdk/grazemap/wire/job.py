@@ -1,4 +1,4 @@
-"""Jobs, motions and problems as the service answers them."""
+"""Jobs, labels of motions and problems as the service answers them."""
 
 from __future__ import annotations
 
@@ -84,25 +84,6 @@ class JobList(Response):
 
 INFINITE = -2
 """Stands for infinitely many impacts in a count of them."""
-
-
-class Motion(Response):
-    """The type of motion n-p_r-q_l that a trajectory settled to.
-
-    `impacts_right` and `impacts_left` count contacts per `period` with stops A and C; -1: the stop is not touched,
-    0: it is touched at zero velocity, INFINITE: infinitely often, in complete chatter. `sticking` says whether mass 1
-    rests on a stop some time in the period. All of them are None when the motion is unresolved, and `reason` says why.
-    """
-
-    kind: Literal["periodic", "quasi-periodic", "chaotic", "unresolved"]
-    period: int | None = None
-    impacts_right: int | None = None
-    impacts_left: int | None = None
-    symmetric: bool | None = None
-    sticking: bool | None = None
-    label: str | None = None
-    certified: bool = False
-    reason: str | None = None
 
 
 def motion_label(period: int, impacts_right: int, impacts_left: int) -> str:
