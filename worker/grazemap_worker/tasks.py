@@ -16,6 +16,7 @@ from redis.exceptions import RedisError
 from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
+from grazemap.schema import VERSION
 from grazemap.wire import canonical
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
@@ -169,6 +170,7 @@ def _meta(claim: Claim, context: Context) -> dict[str, Any]:
     """Return what a result says about itself; no timings, so that the same question gives the same bytes."""
     return {
         "process": claim.process,
+        "schema": VERSION,
         "request": canonical(claim.request),
         "core_version": claim.core_version,
         "numerics": context.numerics.as_meta(),

@@ -122,3 +122,19 @@ UNFOLDING_MAPS = ResultSchema(
     roles={"vertical": "clearance", "horizontal": "omega"},
     derived=(field("label", "str", "The name of the motion, or its kind.", " ".join(PLANE)),),
 )
+
+TILE_OF_BASINS = ResultSchema(
+    "TileOfBasins",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are told apart.",
+    (
+        *(
+            one.in_result(index_of="")
+            for one in UNFOLDING_MAPS.fields
+            if one.dims == PLANE and not one.replaces and one.name != "computed"
+        ),
+        field("mean_position", "float", "As of an attractor.", " ".join(PLANE), null=True),
+        field("mean_velocity", "float", "As of an attractor.", " ".join(PLANE), null=True),
+    ),
+    process="basins",
+    form="of a tile",
+)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values, motion_label
-from grazemap_worker.processes.conversion import Report, core_oscillator, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, record, verified_named
+from grazemap_worker.processes.process import Process
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
 
     row_start, row_stop, column_start, column_stop = tile
     initial = request.initial
-    return dict(
+    return verified_named(
         basin_tile(
             core_oscillator(request.oscillator),
             request.omega,
@@ -49,12 +50,13 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
             if name not in whole:
                 whole[name] = np.empty((plan.rows, plan.columns), dtype=part.dtype)
             whole[name][row_start:row_stop, column_start:column_stop] = part
-    label, found = attractors(whole)
+    # TODO core: the array is called verified there too
+    label, found = attractors({**whole, "certified": whole["verified"]})
     return {
         "horizontal": grid_values(request.horizontal.values),
         "vertical": grid_values(request.vertical.values),
         "label": label,
-        "attractors": [_named(record(attractor)) for attractor in found],
+        "attractors": [_named(verified_named(record(attractor))) for attractor in found],
         "settled_after": whole["settled_after"],
         "lyapunov": whole["lyapunov"],
         "reason": whole["reason"],
@@ -73,3 +75,6 @@ def _named(attractor: dict[str, Any]) -> dict[str, Any]:
     counts: list[Any] = [attractor.get(name) for name in ("period", "impacts_right", "impacts_left")]
     unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(attractor[name])}
     return attractor | unknown | {"label": motion_label(*counts) if None not in counts else None}
+
+
+PROCESS = Process(tile=compute_tile, assembled=assemble)

@@ -8,7 +8,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from grazemap.codec import Document
 from grazemap.wire import Oscillator, ProcessRequest
 
 if TYPE_CHECKING:
@@ -58,3 +60,31 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
         return f"/initial/{name}"
     of_many = re.fullmatch(r"states\[(\d+)\]\.(\w+)", name or "")
     return f"/initial/{of_many[1]}/{of_many[2]}" if of_many else None
+
+
+def pairs(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return complex numbers (...) as real and imaginary parts, (..., 2): JSON has no others."""
+    return np.stack([values.real, values.imag], axis=-1)
+
+
+def evidence(found: Any, *, least: Any) -> Document:
+    """Return isolated, admissible, stable and verified of an orbit, or of the orbits of a branch.
+
+    `least` says whether the period is the least one.
+    """
+    # TODO core: an orbit's `certified` is called isolated, and a branch has both; then these are four attributes
+    isolated = getattr(found, "isolated", getattr(found, "certified", np.zeros_like(found.stable)))
+    shown = {"isolated": isolated, "admissible": found.admissible, "stable": found.stable}
+    verified = getattr(found, "verified", isolated & found.admissible & found.stable & least)
+    return {**shown, "verified": verified}
+
+
+def no_evidence() -> Document:
+    """Return the same of an orbit that was not found."""
+    return dict.fromkeys(("isolated", "admissible", "stable", "verified"), False)
+
+
+def verified_named(values: dict[str, Any]) -> dict[str, Any]:
+    """Return arrays or a record of the core with `verified` called so."""
+    # TODO core: it is called so there too
+    return {"verified" if name == "certified" else name: value for name, value in values.items()}

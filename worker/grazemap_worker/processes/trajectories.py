@@ -9,7 +9,8 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import InitialState, TrajectoriesRequest, motion_label
-from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.conversion import core_oscillator, record, verified_named
+from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.simulation.motion import Motion
@@ -84,7 +85,7 @@ def _document(found: Trajectory) -> Document:
 
 def motion_document(found: Motion) -> Document:
     """Return a motion of the core as clients see it, with its label; what is not known is None."""
-    motion: Any = record(found)
+    motion: Any = verified_named(record(found))
     named = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
     return {
         "kind": motion["kind"],
@@ -94,6 +95,9 @@ def motion_document(found: Motion) -> Document:
         "symmetric": motion.get("symmetric"),
         "sticking": motion.get("sticking"),
         "label": motion_label(*named) if None not in named else None,
-        "certified": motion.get("certified", False),
+        "verified": motion.get("verified", False),
         "reason": motion.get("reason"),
     }
+
+
+PROCESS = Process(whole=compute)

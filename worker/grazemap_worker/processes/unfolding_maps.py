@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
-from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, verified_named
+from grazemap_worker.processes.process import Process
 from grazemap_worker.store import Plan, Tile
 
 if TYPE_CHECKING:
@@ -41,11 +42,13 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     oscillator, settings = core_oscillator(request.oscillator), _settings(request)
     arrays: Document
     if request.adaptive:
-        arrays = _without_figures_of_inferred(adaptive_map_tile(oscillator, omega, clearance, **settings))
+        arrays = _without_figures_of_inferred(
+            verified_named(adaptive_map_tile(oscillator, omega, clearance, **settings))
+        )
         assert len(reasons) == NOT_COMPUTED
         reasons.append(NOT_COMPUTED_REASON)
     else:
-        arrays = dict(unfolding_map_tile(oscillator, omega, clearance, **settings))
+        arrays = verified_named(unfolding_map_tile(oscillator, omega, clearance, **settings))
     return {
         "omega": omega,
         "clearance": clearance,
@@ -114,6 +117,7 @@ def _closed(
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
         **_settings(request),
     )
+    fresh = verified_named(fresh)
     if report is not None:
         report(1, 2)
     figures: Document = {}
@@ -125,3 +129,6 @@ def _closed(
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]
     return figures
+
+
+PROCESS = Process(tile=compute_tile, assembled=assemble)
