@@ -116,7 +116,7 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
 
 
 def _correct(responses: dict[str, Any], *, everywhere: bool) -> None:
-    """Take out what is not OpenAPI 3.1, and the framework's own 422, which never happens; add what may happen anywhere."""
+    """Take out what is not OpenAPI 3.1, and the framework's own 422; add what may happen anywhere."""
     for response in responses.values():
         for content in response.get("content", {}).values():
             if "itemSchema" in content:  # of OpenAPI 3.2

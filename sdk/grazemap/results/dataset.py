@@ -113,7 +113,7 @@ class _Columns:
         assert isinstance(of.type, Record)
         (along,) = of.dims
         for one in _shown(of.type):
-            values = [None if item is None else getattr(item, one.name) for item in items]
+            values: list[Any] = [None if item is None else getattr(item, one.name) for item in items]
             name = prefix + (one.variable or one.name)
             if one.type is MOTION:
                 self.add(one, name, (along,), np.array([value.label or value.kind for value in values]), of.type)
@@ -159,7 +159,8 @@ class _Columns:
         self.variables[f"{dim}_{along}"] = ((dim,), np.repeat(owners, lengths))
 
     def _add_padded(self, one: Field, name: str, along: str, values: list[Any]) -> None:
-        longest = max((value for value in values if value is not None), key=lambda value: value.shape[-1], default=None)
+        given = [value for value in values if value is not None]
+        longest: Any = max(given, key=lambda value: value.shape[-1], default=None)
         shape = [self._sizes[dim] for dim in one.dims] if longest is None else longest.shape
         if one.dims == (name,):  # a coordinate of all
             self._add(one, name, one.dims, longest)
