@@ -11,7 +11,7 @@ ARITHMETIC := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: help tables run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -80,6 +80,9 @@ bench-quick: $(BENCH_STAMP)  ## the same in a minute, with rougher figures, into
 performance: $(STAMP)  ## docs/performance.md and its picture, from the last out/bench.json
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
+
+tables: $(STAMP)  ## the tables of results' fields in docs/api.md and docs/sdk.md, from the schemas
+	$(BIN)/python docs/field_tables.py
 
 lint: $(STAMP)  ## style, spelling, import contracts, compose file
 	$(BIN)/ruff check .

@@ -151,6 +151,6 @@ def _property(one: Field) -> Schema:
 def _description(one: Field) -> str:
     dims = f" [{', '.join(one.dims)}]" if one.dims else ""
     unit = f" {one.unit} in SI." if one.unit else ""
-    when = f" Present {one.when}." if one.when else ""
+    when = f" Only {one.when}." if one.when else ""
     index = f" A position in `{one.index_of}`." if one.index_of else ""
     return one.description + index + unit + when + dims

@@ -28,6 +28,6 @@ def _type(one: Field) -> str:
 
 def _text(one: Field) -> str:
     unit = f" {one.unit} in SI." if one.unit else ""
-    when = f" Present {one.when}." if one.when else ""
+    when = f" Only {one.when}." if one.when else ""
     index = f" Position in `{one.index_of}`." if one.index_of else ""
     return one.description + index + unit + when

@@ -158,7 +158,7 @@ UNFOLDING_DIAGRAMS = ResultSchema(
             "borders",
             MAP_BORDERS,
             "What every border of the map's regions is.",
-            when="with borders only",
+            when="with borders",
             prefix="border_",
         ),
     ),

@@ -117,7 +117,7 @@ GRAZING_CURVES = ResultSchema(
         ),
         XI.in_result(
             dims=("omega", "order"),
-            when="with sequence only",
+            when="with sequence",
             description="xi_m for m = 1 .. max_order of a graze at A, equations (33)-(40): an impact recurs at the "
             "first m with (-1)^m xi_m < 0.",
         ),

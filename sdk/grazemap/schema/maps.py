@@ -6,12 +6,14 @@ from grazemap.schema.common import CLEARANCE, IMPACTS_LEFT, IMPACTS_RIGHT, OMEGA
 from grazemap.schema.fields import Field, Record, ResultSchema, deprecated, field
 
 PLANE = ("vertical", "horizontal")
-_FULL, _ADAPTIVE, _PREVIEW, _ENSEMBLE = (
-    "of maps that are not adaptive",
-    "of adaptive maps",
-    "not of previews",
-    "of ensembles",
-)
+_FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
+_PREVIEW, _ENSEMBLE = "of maps that are no previews", "of ensembles"
+# When a figure is a field of the map itself.
+_WHEN_FULL = {
+    "": _FULL,
+    _PREVIEW: "of maps that are neither previews nor adaptive",
+    _ENSEMBLE: "of ensembles that are not adaptive",
+}
 
 
 def _of_plane(one: Field, **more: object) -> Field:
@@ -98,7 +100,7 @@ UNFOLDING_MAPS = ResultSchema(
         _of_plane(IMPACTS_LEFT, dtype="int32"),
         _of_plane(SYMMETRIC),
         _of_plane(STICKING),
-        *(_of_plane(one, when="; ".join(filter(None, (one.when, _FULL)))) for one in _FIGURES),
+        *(_of_plane(one, when=_WHEN_FULL[one.when]) for one in _FIGURES),
         deprecated("certified", _VERIFIED),
         field(
             "reason",
