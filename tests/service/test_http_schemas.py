@@ -122,7 +122,7 @@ def test_a_generated_client_submits_a_map_and_reads_it(
     made = subprocess.run(
         [sys.executable, "-m", "openapi_python_client", "generate", "--path", str(tmp_path / "openapi.json"),
          "--output-path", str(folder), "--meta", "none"],
-        capture_output=True, text=True, timeout=120, check=True, env={"PATH": str(Path(sys.executable).parent)},
+        capture_output=True, text=True, timeout=200, check=True, env={"PATH": str(Path(sys.executable).parent)},
     )  # fmt: skip
     assert "arning" not in made.stdout + made.stderr
     monkeypatch.syspath_prepend(tmp_path)
