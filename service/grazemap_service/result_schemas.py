@@ -29,7 +29,7 @@ def reference(name: str) -> Schema:
 
 
 def result_components() -> dict[str, Schema]:
-    """Return the components of all results and tiles: `Result` and `Tile` are one of them, told by `process`."""
+    """Return the components of all results and tiles: `Result` and `Tile` are one of them, distinguished by `process`."""
     components: dict[str, Schema] = {"Numerics": _object("What computed a result.", dict.fromkeys(_NUMERICS, _TEXT))}
     results: dict[str, list[str]] = {}
     for schema in SCHEMAS:
@@ -49,7 +49,7 @@ def result_components() -> dict[str, Schema]:
 
 
 def job_components(job: Schema) -> dict[str, Schema]:
-    """Return the components of all jobs, from the schema of any: `Job` is one of them, told by `process`."""
+    """Return the components of all jobs, from the schema of any: `Job` is one of them, distinguished by `process`."""
     components: dict[str, Schema] = {}
     names = {process: f"{_stem(process)}Job" for process in PROCESSES}
     for process, model in PROCESSES.items():
@@ -68,7 +68,7 @@ def job_name(process: str) -> str:
 
 
 def one_of(names: Mapping[str, str]) -> Schema:
-    """Return the schema of what is one of some components, told by `process`."""
+    """Return the schema of what is one of some components, distinguished by `process`."""
     mapping = {process: reference(name)["$ref"] for process, name in names.items()}
     return {
         "oneOf": [reference(name) for name in names.values()],

@@ -59,7 +59,7 @@ class UnfoldingMap(Verifiable, Result):
 
     @property
     def preview(self) -> bool:
-        """Whether motions were told by their returns alone."""
+        """Whether motions are named by their returns alone."""
         return bool(self.meta["request"].get("preview"))
 
     def motions(self) -> list[MotionShare]:

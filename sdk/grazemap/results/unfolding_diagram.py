@@ -42,7 +42,7 @@ class BorderCurve:
 
     @property
     def label(self) -> str:
-        """The motion, told from a symmetric one with as many impacts."""
+        """The motion; an asymmetric one with as many impacts on either stop says so."""
         return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
 
 
@@ -173,12 +173,12 @@ class UnfoldingDiagram(Result):
         shares = {motion.kind: 0 for motion in umap.motions()}
         for motion in umap.motions():
             shares[motion.kind] += motion.pixels
-        told = umap.kind.size - shares.get("chaotic", 0)
+        others = umap.kind.size - shares.get("chaotic", 0)
         unresolved = shares.get("unresolved", 0)
         lines = [
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
-            f"unresolved: {unresolved} of the {told} points that are not chaotic ({unresolved / max(1, told):.2%})",
+            f"unresolved: {unresolved} of the {others} points that are not chaotic ({unresolved / max(1, others):.2%})",
         ]
         if self.borders is None:
             return "\n".join(lines)

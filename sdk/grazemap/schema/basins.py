@@ -10,7 +10,7 @@ _VERIFIED = VERIFIED.in_result(description="Whether a periodic motion is verifie
 
 ATTRACTOR = Record(
     "Attractor",
-    "A motion that initial states lead to; those that are not periodic are told apart by their kind only.",
+    "A motion that initial states lead to; those that are not periodic are distinguished by their kind only.",
     (
         field("kind", "str", "What sort of motion it is.", values=KINDS[:-1]),
         field("label", "str", "The name n-p_r-q_l as plain text.", when=_KNOWN),

@@ -81,7 +81,7 @@ POINT = Record(
         field(
             "status",
             "str",
-            "near-double: two zeros too close to be told apart, or a near touch that may be none.",
+            "near-double: two zeros too close to be separated, or a near touch that may be none.",
             when="where it was computed",
             values=("simple", "near-double"),
         ),

@@ -127,7 +127,7 @@ UNFOLDING_MAPS = ResultSchema(
 
 TILE_OF_BASINS = ResultSchema(
     "TileOfBasins",
-    "The motions that the initial states of a part of the rectangle lead to, before attractors are told apart.",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished.",
     (
         *(
             one.in_result(index_of="")

@@ -1,6 +1,6 @@
 """Results: whole ones, and the tiles of a map while the rest is still computed.
 
-A result never changes under its id, so a client that has it is told so (304). One that was evicted is computed
+A result never changes under its id, so a client that has it gets 304 instead. One that was evicted is computed
 again when it is asked for: 202 and the job.
 """
 
