@@ -29,7 +29,7 @@ def reference(name: str) -> Schema:
 
 
 def result_components() -> dict[str, Schema]:
-    """Return the components of all results and tiles: `Result` and `Tile` are one of them, distinguished by `process`."""
+    """Return the components of results and tiles: `Result` and `Tile` are one of them, distinguished by `process`."""
     components: dict[str, Schema] = {"Numerics": _object("What computed a result.", dict.fromkeys(_NUMERICS, _TEXT))}
     results: dict[str, list[str]] = {}
     for schema in SCHEMAS:
