@@ -109,6 +109,9 @@ performance: $(STAMP)  ## docs/performance.md and its picture, from the last out
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
+tables: $(STAMP)  ## the tables of results' fields in docs/api.md and docs/sdk.md, from the schemas
+	$(BIN)/python docs/field_tables.py
+
 lint: $(STAMP)  ## style, spelling, import contracts, import circles, compose file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

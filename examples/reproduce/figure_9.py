@@ -105,7 +105,7 @@ def _proofs(samples: list[Sample]) -> str:
 
 def _lacking(orbit: PeriodicOrbit) -> str:
     """Say what is missing for a proof."""
-    if not orbit.certified:
+    if not orbit.isolated:
         return f"the bound, which may be 1/2, is {orbit.kantorovich:.1e}"
     return f"contacts with a stop besides the impacts: {orbit.contacts}"
 

@@ -82,7 +82,7 @@ class Sample:
     def proven(self) -> bool:
         """Whether the orbit is isolated, touches the stops at its impacts only, and is stable."""
         orbit = self.orbit
-        return orbit is not None and orbit.certified and orbit.admissible and orbit.stable
+        return orbit is not None and orbit.isolated and orbit.admissible and orbit.stable
 
     @property
     def row(self) -> list[str]:

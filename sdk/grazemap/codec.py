@@ -9,7 +9,7 @@ records, or is a list or an array, is ragged: ``name.values`` and ``name.offsets
 ``values[offsets[i]:offsets[i + 1]]``. Arrays of several dimensions are laid out in C order, and ``name.shape`` has
 their shapes, one row for each record that has the field. ``meta`` is a JSON string. The same document gives the same
 bytes.
-JSON: NaN and infinities are null.
+JSON: NaN and infinities are null, and what the meta says of the process and of the layout's version comes first.
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 
 def iter_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> Iterator[bytes]:
     """Yield the bytes of `encode_json` in short pieces, between which other threads get their turn."""
-    for piece in _pieces({**document, "meta": meta}):
+    named = {name: meta[name] for name in ("process", "schema") if name in meta}
+    for piece in _pieces({**named, **document, "meta": meta}):
         yield piece.encode()
 
 

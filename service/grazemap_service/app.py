@@ -12,48 +12,13 @@ from grazemap_service.dependencies import Context
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.request_log import Observe
-from grazemap_service.routers import (
-    basins,
-    bifurcation_curves,
-    bifurcation_diagrams,
-    codimension_two_points,
-    discontinuity_mappings,
-    docs,
-    events,
-    grazing_curves,
-    health,
-    jobs,
-    orbit_branches,
-    periodic_orbits,
-    results,
-    root,
-    trajectories,
-    unfolding_diagrams,
-    unfolding_maps,
-)
+from grazemap_service.routers import docs, events, health, jobs, processes, results, root
 from grazemap_service.settings import VERSION, Settings
 from grazemap_worker.store import Store, core_version
 
 # A Redis that hangs is reported to clients almost as soon as one that is away, before all threads wait for it.
 STORE_SECONDS = 1.0
-_ROUTERS = (
-    grazing_curves,
-    codimension_two_points,
-    discontinuity_mappings,
-    trajectories,
-    bifurcation_diagrams,
-    unfolding_maps,
-    unfolding_diagrams,
-    basins,
-    periodic_orbits,
-    orbit_branches,
-    bifurcation_curves,
-    jobs,
-    events,
-    results,
-    root,
-    health,
-)
+_ROUTERS = (processes, jobs, events, results, root, health)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:

@@ -8,9 +8,11 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from grazemap.wire import PROCESSES
 from grazemap_service.links import PREFIX
 from grazemap_service.middleware import OPEN_PATHS
 from grazemap_service.problems import KINDS, MEDIA_TYPE, make_problem
+from grazemap_service.result_schemas import JOB, job_components, job_name, reference, result_components
 
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
 # What any operation that asks the store, or is not open, may answer.
@@ -95,6 +97,7 @@ def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
             if keys and path not in OPEN_PATHS:
                 operation["security"] = [{"key": []}]
     components = schema.setdefault("components", {})
+    _type_jobs_and_results(schema)
     for unused in ("HTTPValidationError", "ValidationError"):
         components.get("schemas", {}).pop(unused, None)
     if keys:
@@ -102,8 +105,23 @@ def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
     return schema
 
 
+def _type_jobs_and_results(schema: dict[str, Any]) -> None:
+    """Put a schema for each process in the place of one for all jobs, and add those of results."""
+    schemas = schema["components"]["schemas"]
+    schemas |= job_components(schemas.pop(JOB)) | result_components()
+    for process in PROCESSES:
+        responses = schema["paths"][f"{PREFIX}/{process}"]["post"]["responses"]
+        for status in ("200", "201"):
+            responses[status]["content"]["application/json"]["schema"] = reference(job_name(process))
+
+
 def _correct(responses: dict[str, Any], *, everywhere: bool) -> None:
-    """Take out the framework's own 422, which never happens, and add what may happen anywhere."""
+    """Take out what is not OpenAPI 3.1, and the framework's own 422; add what may happen anywhere."""
+    for response in responses.values():
+        for content in response.get("content", {}).values():
+            if "itemSchema" in content:  # of OpenAPI 3.2
+                content["schema"] = {"type": "string", "description": "Server-sent events."}
+                del content["itemSchema"]
     if _is_framework(responses.get("422", {})):
         del responses["422"]
     if everywhere:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from grazemap.codec import encode_npz
+from grazemap.schema import VERSION, schema_of
+from grazemap.schema.documents import with_deprecated
 from grazemap.wire import canonical, parse_request
 
 REQUESTS: dict[str, dict[str, Any]] = {
@@ -118,8 +120,16 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
     """Return a result as the service sends it."""
     name = process.split()[0]
     request = canonical(parse_request(name, REQUESTS[process]))
-    meta = {"process": name, "request": request, "core_version": "1", "numerics": {}, "units": "nondimensional"}
-    return encode_npz({**document(process), **(extra or {})}, meta)
+    meta = {
+        "process": name,
+        "schema": VERSION,
+        "request": request,
+        "core_version": "1",
+        "numerics": {},
+        "units": "nondimensional",
+    }
+    full = with_deprecated(schema_of(name, document(process)), document(process))
+    return encode_npz({**full, **(extra or {})}, meta)
 
 
 def _mapping() -> dict[str, Any]:
@@ -181,27 +191,37 @@ def _orbit() -> dict[str, Any]:
         "residual": 1e-16,
         "kantorovich": 1e-12,
         "radius": 1e-15,
-        "certified": True,
-        "multipliers": np.array([[0.5, 0.25], [0.5, -0.25], [-1.5, 0.0]]),
-        "stable": False,
-        "physical": True,
+        "isolated": True,
         "admissible": True,
+        "stable": False,
+        "verified": False,
+        "multipliers": np.array([[0.5, 0.25], [0.5, -0.25], [-1.5, 0.0]]),
+        "physical": True,
         "contacts": "none",
         "excess": -0.5,
         "excess_phase": 2.0,
         "excess_stop": -1,
         "start": {"displacement": np.array([1.0, 0.0, 0.0]), "velocity": np.array([0.1, 0.2, 0.3]), "phase": 0.0},
-        "motion": {**motion, "sticking": False, "label": "1-1r-1l", "certified": True, "reason": None},
+        "motion": {**motion, "sticking": False, "label": "1-1r-1l", "verified": False, "reason": None},
     }
 
 
 def _rested() -> dict[str, Any]:
     rests = {"start": np.array([3.0, 14.0]), "stop_time": np.array([5.0, 16.0]), "stop": np.array([1, -1])}
     unknown = dict.fromkeys(("kantorovich", "radius", "excess", "excess_phase"), np.nan)
-    said = {"certified": False, "reason": "found by simulation"}
+    said = {"verified": False, "reason": "found by simulation"}
     orbit = _orbit()
     motion = {**orbit["motion"], "sticking": True, **said}
-    return {**orbit, "found_by": "simulation", "sticking": rests, "stable": True, **unknown, **said, "motion": motion}
+    return {
+        **orbit,
+        "found_by": "simulation",
+        "sticking": rests,
+        "isolated": False,
+        "stable": True,
+        **unknown,
+        **said,
+        "motion": motion,
+    }
 
 
 def _branch() -> dict[str, Any]:
@@ -226,8 +246,10 @@ def _branch() -> dict[str, Any]:
         "phases": np.array([[0.5], [0.6], [0.7], [0.8]]) + np.array([0.0, np.pi]),
         "velocities": np.array([[0.3], [0.25], [0.1], [-0.05]]) * np.array([1.0, -1.0]),
         "multipliers": np.ones((4, 6, 2)),
-        "stable": np.array([True, True, False, False]),
+        "isolated": np.array([True, True, True, True]),
         "admissible": np.array([True, True, True, False]),
+        "stable": np.array([True, True, False, False]),
+        "verified": np.array([True, True, False, False]),
         "excess": np.array([-0.1, -0.1, -0.05, 0.1]),
         "residual": np.full(4, 1e-16),
         "special_points": [
@@ -303,14 +325,14 @@ def _diagram() -> dict[str, Any]:
                 "velocity": np.array([0.2, 0.2, 0.2]),
                 "impact_velocity": np.array([0.5, 0.5, 0.5]),
                 "impact_stop": np.array([1, 1, 1], dtype=np.int8),
-                "motion": {**periodic, "sticking": False, "label": "1-1r-0l", "certified": False, "reason": None},
+                "motion": {**periodic, "sticking": False, "label": "1-1r-0l", "verified": False, "reason": None},
             },
             {
                 "displacement": np.array([0.3, 0.4, 0.5]),
                 "velocity": np.array([0.6, 0.7, 0.8]),
                 "impact_velocity": np.array([]),
                 "impact_stop": np.array([], dtype=np.int8),
-                "motion": {**unknown, "kind": "unresolved", "certified": False, "reason": "not closed"},
+                "motion": {**unknown, "kind": "unresolved", "verified": False, "reason": "not closed"},
             },
         ],
     }
@@ -354,7 +376,8 @@ _ONE_STOP = {"motion": "1-1r-(-1)l", "period": 1, "impacts_right": 1, "impacts_l
 
 def _basins() -> dict[str, Any]:
     periodic = {"kind": "periodic", "symmetric": False, "sticking": False, "multiplier": 0.5, "lyapunov": -0.7}
-    one = {**periodic, "label": "1-2r-1l", "period": 1, "impacts_right": 2, "impacts_left": 1}
+    chaos = {"kind": "chaotic", "label": None, "multiplier": None, "lyapunov": 0.1, "verified": False}
+    one = {"verified": True, **periodic, "label": "1-2r-1l", "period": 1, "impacts_right": 2, "impacts_left": 1}
     return {
         "horizontal": np.array([-1.0, 0.0, 1.0]),
         "vertical": np.array([-0.5, 0.5]),
@@ -362,7 +385,7 @@ def _basins() -> dict[str, Any]:
         "attractors": [
             {**one, "mean_position": 0.25, "mean_velocity": 0.0, "states": 3, "share": 0.5},
             {**one, "mean_position": -0.25, "mean_velocity": 0.0, "states": 1, "share": 1 / 6},
-            {"kind": "chaotic", "label": None, "multiplier": None, "lyapunov": 0.1, "states": 1, "share": 1 / 6},
+            {**chaos, "states": 1, "share": 1 / 6},
         ],
         "settled_after": np.array([[9, 8, 7], [-1, -1, 6]], dtype=np.int32),
         "lyapunov": np.array([[-0.7, -0.7, -0.7], [0.1, np.nan, -0.7]]),
@@ -402,8 +425,9 @@ def _trajectory() -> dict[str, Any]:
             "impacts_right": 1,
             "impacts_left": 1,
             "symmetric": True,
+            "sticking": False,
             "label": "1-1r-1l",
-            "certified": False,
+            "verified": False,
             "reason": None,
         },
         "undecided": 0,
@@ -421,7 +445,7 @@ def _trajectories() -> dict[str, Any]:
         "velocity": whole["velocity"][:, :2],
         "impacts": {name: values[:1] for name, values in whole["impacts"].items()},
         "sticking": {"start": np.array([7.0]), "stop_time": np.array([9.0]), "stop": np.array([1], dtype=np.int8)},
-        "motion": {**dict.fromkeys(whole["motion"]), "kind": "unresolved", "certified": False, "reason": "too stiff"},
+        "motion": {**dict.fromkeys(whole["motion"]), "kind": "unresolved", "verified": False, "reason": "too stiff"},
         "undecided": 2,
     }
     none = {
@@ -450,7 +474,7 @@ def _map() -> dict[str, Any]:
         "sticking": np.array([[False, False, False], [False, True, False]]),
         "least_impact_velocity": np.array([[0.1, 0.2, 0.3], [0.4, np.nan, np.nan]]),
         "settled_after": np.array([[50, -1, 70], [80, -1, 20]], dtype=np.int32),
-        "certified": np.array([[True, False, True], [True, False, False]]),
+        "verified": np.array([[True, False, True], [True, False, False]]),
         "reason": np.array([[0, 1, 0], [0, 1, 2]], dtype=np.int8),
         "reasons": np.array(["", "not closed", "rests"]),
     }
@@ -460,7 +484,7 @@ def _adaptive_map() -> dict[str, Any]:
     """The same map with four computed points; the two of the last clearance and first omegas are inferred."""
     whole = _map()
     computed = np.array([[True, True, True], [False, False, True]])
-    figures = ("least_impact_velocity", "settled_after", "certified")
+    figures = ("least_impact_velocity", "settled_after", "verified")
     whole["reason"] = np.array([[0, 1, 0], [3, 3, 2]], dtype=np.int8)
     whole["reasons"] = np.array(["", "not closed", "rests", "not computed"])
     at_computed = {name: whole.pop(name)[computed] for name in figures} | {

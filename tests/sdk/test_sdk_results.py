@@ -93,7 +93,8 @@ def test_a_periodic_orbit_has_complex_multipliers_and_a_state_to_start_from(tmp_
     path = decode_result(npz("periodic-orbits")).save(tmp_path / "orbit.json")
     for result in (decode_result(npz("periodic-orbits")), load(path)):
         assert result.multipliers.tolist() == [0.5 + 0.25j, 0.5 - 0.25j, -1.5]
-        assert (result.motion.label, result.stable, result.certified) == ("1-1r-1l", False, True)
+        assert (result.motion.label, result.stable, result.isolated) == ("1-1r-1l", False, True)
+        assert (result.admissible, result.verified, result.motion.verified) == (True, False, False)
         assert result.start.velocity.tolist() == [0.1, 0.2, 0.3]
         assert result.stops.tolist() == [1, -1]
 
@@ -110,7 +111,7 @@ def test_an_orbit_that_was_not_found_says_why(tmp_path):
 def test_a_motion_with_rests_says_how_it_was_found(tmp_path):
     path = decode_result(npz("periodic-orbits by simulation")).save(tmp_path / "orbit.json")
     for result in (decode_result(npz("periodic-orbits by simulation")), load(path)):
-        assert (result.found_by, result.certified, result.reason) == ("simulation", False, "found by simulation")
+        assert (result.found_by, result.verified, result.reason) == ("simulation", False, "found by simulation")
         assert result.sticking.start.tolist() == [3.0, 14.0]
         assert result.sticking.stop.tolist() == [1, -1]
         assert repr(result) == "<PeriodicOrbit: 1-1r-1l, stable, by simulation>"
@@ -265,7 +266,7 @@ def _with(diagram, **values):
     """Return the document of a diagram's map with some of its arrays filled with a value."""
     umap = diagram.unfolding_map
     names = ("omega", "clearance", "kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking",
-             "least_impact_velocity", "settled_after", "certified", "reason")  # fmt: skip
+             "least_impact_velocity", "settled_after", "verified", "reason")  # fmt: skip
     arrays = {name: getattr(umap, name).copy() for name in names}
     for name, value in values.items():
         arrays[name][:] = value
@@ -412,7 +413,7 @@ def test_a_preview_says_that_it_is_one(preview):
     umap = UnfoldingMap.from_document(whole, {**meta, "request": {**meta["request"], "preview": preview}})
     assert umap.preview is preview
     assert ("a preview" in repr(umap)) is preview
-    assert ("certified" in repr(umap)) is not preview
+    assert ("verified" in repr(umap)) is not preview
     assert umap.plot().get_title().startswith("Preview" if preview else "Unfolding map")
 
 
@@ -548,7 +549,7 @@ def test_a_dataset_has_coordinates_units_and_labels():
     assert made["settled_after"].attrs["units"] == "forcing periods"
     assert made["reason"].sel(omega=0.25, clearance=1.6).item() == "not closed"
     assert made["reason"].sel(omega=0.3, clearance=1.6).item() == "rests"
-    assert made["certified"].values.tolist() == [[True, False, True], [True, False, False]]
+    assert made["verified"].values.tolist() == [[True, False, True], [True, False, False]]
     assert decode_result(npz("trajectories")).to_xarray()["velocity"].sel(mass=2, time=10.0) == 1.0
 
 

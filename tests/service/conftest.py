@@ -118,8 +118,12 @@ class PlayedWorker:
     def begin(self, job_id: str, tile: int = 0) -> None:
         assert self.store.tiles.claim(job_id, tile, WORKER, FINGERPRINT, 60) is not None
 
-    def finish(self, job_id: str, document: dict[str, Any] | None = None) -> bytes:
-        data = encode_npz(document or example_document(), {"process": "grazing-curves"})
+    def finish(self, job_id: str, document: dict[str, Any] | None = None, meta: dict[str, Any] | None = None) -> bytes:
+        numerics = dict.fromkeys(
+            ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint"), "played"
+        )
+        full = {**meta, "numerics": numerics} if meta else {"process": "grazing-curves"}
+        data = encode_npz(document or example_document(), full)
         self.begin(job_id)
         assert self.store.results.commit(job_id, data, FINGERPRINT, 0.0)
         return data

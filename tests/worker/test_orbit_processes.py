@@ -47,7 +47,7 @@ def test_what_lies_beyond_a_special_point_is_a_request(
         asked = beyond["request"]
         orbit = whole("periodic-orbits", asked)
         assert (orbit["motion"]["label"], orbit["found_by"]) == (label, "equations")
-        assert orbit["certified"]
+        assert orbit["isolated"]
         assert (orbit["admissible"], beyond["admissible"]) == (True, True)
         assert abs(asked["clearance"] - near) < 1e-2
         # the same with a range is its branch, which passes through the point
@@ -75,7 +75,7 @@ def test_what_lies_beyond_a_point_of_a_branch_over_restitution_has_its_own() -> 
         assert 0.0 < abs(asked["oscillator"]["restitution"] - graze["restitution"]) < 1e-2
         assert (asked["omega"], asked["clearance"]) == (0.27, 1.63)
         orbit = whole("periodic-orbits", asked)
-        assert (orbit["certified"], orbit["admissible"]) == (True, True)
+        assert (orbit["isolated"], orbit["admissible"]) == (True, True)
 
 
 def test_a_branch_that_leaves_the_range_at_once_has_its_orbit_and_its_ends() -> None:
@@ -165,10 +165,10 @@ def test_a_motion_with_rests_is_found_by_simulation() -> None:
         "transient_periods": 200,
     }
     document = whole("periodic-orbits", {**slow, "initial": {"phase": 0.5}})
-    assert (document["converged"], document["found_by"], document["certified"]) == (True, "simulation", False)
+    assert (document["converged"], document["found_by"], document["verified"]) == (True, "simulation", False)
     assert "simulation" in document["reason"]
     motion = document["motion"]
-    assert (motion["kind"], motion["label"], motion["certified"]) == ("periodic", "1-∞r-∞l", False)
+    assert (motion["kind"], motion["label"], motion["verified"]) == ("periodic", "1-∞r-∞l", False)
     assert (motion["period"], motion["sticking"], document["period"]) == (1, True, 1)
     assert document["residual"] < 1e-12
     assert np.isnan(document["kantorovich"])

@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from grazemap.codec import decode_npz, encode_npz
+from grazemap.schema import schema_of
+from grazemap.schema.documents import problems
+from grazemap.schema.maps import TILE_OF_BASINS
 from grazemap.wire import Oscillator, ProcessRequest, canonical, job_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -31,6 +34,7 @@ def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
     compute = PROCESSES[process].whole
     assert compute is not None
     document = compute(parse_request(process, body), silent)
+    assert problems(schema_of(process, document), document) == []
     return decode_npz(encode_npz(document, {}))[0]
 
 
@@ -38,7 +42,12 @@ def tiled(request: ProcessRequest, cut: Plan, name: str = "unfolding-maps") -> d
     process = PROCESSES[name]
     assert process.tile is not None
     assert process.assembled is not None
-    return process.assembled(request, cut, [process.tile(request, tile) for tile in cut.tiles], silent)
+    tiles = [process.tile(request, tile) for tile in cut.tiles]
+    of_tile = TILE_OF_BASINS if name == "basins" else schema_of("unfolding-maps", tiles[0])
+    assert [problems(of_tile, tile) for tile in tiles] == [[]] * len(tiles)
+    document = process.assembled(request, cut, tiles, silent)
+    assert problems(schema_of(name, document), document) == []
+    return document
 
 
 def test_a_grazing_curve_has_its_arrays_and_the_points_on_it() -> None:
@@ -147,9 +156,11 @@ ORBIT = {"omega": 0.27, "clearance": 1.85}
 def test_a_periodic_orbit_is_the_same_wherever_it_is_looked_for(beginning: dict[str, Any]) -> None:
     document = whole("periodic-orbits", {**ORBIT, **beginning})
     assert document["converged"]
-    assert document["certified"]
+    assert document["isolated"]
     assert document["admissible"]
-    assert document["motion"]["certified"]
+    assert document["verified"]
+    assert document["certified"]
+    assert document["motion"]["verified"]
     # the mirror image counts as the same
     assert document["motion"]["label"] in ("1-1r-(-1)l", "1-(-1)r-1l")
     side = document["stops"][0]
@@ -372,7 +383,7 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
         assert array.tobytes() == full[name][computed].tobytes(), name
     reasons = document["reasons"][document["reason"][~computed]]
     assert (reasons != "").all()
-    assert figures["certified"].any()
+    assert figures["verified"].any()
     # closing the seams has computed more than the tiles had
     process = PROCESSES["unfolding-maps"].tile
     assert process is not None

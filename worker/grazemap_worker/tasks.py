@@ -16,6 +16,7 @@ from redis.exceptions import RedisError
 from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
+from grazemap.schema import VERSION
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
@@ -168,6 +169,7 @@ def _meta(claim: Claim, context: Context) -> dict[str, Any]:
     """Return the metadata of a result: no timings, so that the same request gives the same bytes."""
     return {
         "process": claim.process,
+        "schema": VERSION,
         "request": claim.canonical,
         "core_version": claim.core_version,
         "numerics": context.numerics.as_meta(),

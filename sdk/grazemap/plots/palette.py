@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 from grazemap.wire.job import INFINITE
 
 if TYPE_CHECKING:
-    from grazemap.results import MotionShare
-    from grazemap.wire import Motion
+    from grazemap.results import Motion, MotionShare
 
 UNRESOLVED = "#909090"
 OTHER = "#DCDCDC"

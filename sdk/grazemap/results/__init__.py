@@ -4,15 +4,15 @@ A result keeps the document it was made from, so that what is saved is what the 
 service included. npz is the service's own format (`codec.py`); JSON is the same document as text, its null a NaN.
 """
 
-from grazemap.results.base import Result
+from grazemap.results.base import RESULTS, Result
 from grazemap.results.basins import Attractor, Basins
 from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
-from grazemap.results.files import RESULTS, decode_result, load, result_from
-from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+from grazemap.results.files import decode_result, load, result_from
+from grazemap.results.grazing import CodimensionTwoPoint, CodimensionTwoPoints, Family, GrazingCurve, Unfolding
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
-from grazemap.results.records import CodimensionTwoPoint, Family, Impacts, MotionShare, State, Sticking, Unfolding
+from grazemap.results.records import Impacts, Motion, MotionShare, State, Sticking
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.results.unfolding_diagram import Border, BorderCurve, MapBorders, UnfoldingDiagram
@@ -36,6 +36,7 @@ __all__ = [
     "GrazingCurve",
     "Impacts",
     "MapBorders",
+    "Motion",
     "MotionShare",
     "NextContact",
     "OrbitBranch",

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.codec import Document
-from grazemap.results.base import Result, floats, integers
-from grazemap.results.records import FloatArray, IntArray
-from grazemap.wire import Motion
+from grazemap.results.base import Result
+from grazemap.results.records import FloatArray, IntArray, Motion, described
+from grazemap.schema.trajectories import SECTION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,18 +18,10 @@ QUANTITIES = ("displacement", "velocity", "impact_velocity")
 """What a diagram shows."""
 
 
+@described(SECTION)
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The motion at one value of the parameter.
-
-    Attributes
-    ----------
-    displacement, velocity : ndarray of shape (k,)
-        Of mass 1 once a forcing period, where the forcing's phase is 0.
-    impact_velocity, impact_stop : ndarray of shape (i,)
-        Of every impact recorded: its signed velocity before, and +1 for stop A, -1 for C.
-    motion : Motion
-    """
+    """The motion at one value of the parameter."""
 
     displacement: FloatArray
     velocity: FloatArray
@@ -41,33 +32,10 @@ class Section:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationDiagram(Result):
-    """Settled motions along clearance or omega.
-
-    Attributes
-    ----------
-    parameter : ndarray of shape (n,)
-        The values of the one that varies, increasing.
-    sections : tuple of n Section
-    """
-
-    process: ClassVar[str] = "bifurcation-diagrams"
+    """Settled motions along clearance or omega."""
 
     parameter: FloatArray
     sections: tuple[Section, ...]
-
-    @classmethod
-    def _fields(cls, document: Document) -> dict[str, Any]:
-        return {
-            "parameter": floats(document["parameter"]),
-            "sections": tuple(
-                Section(
-                    **{name: floats(record[name]) for name in ("displacement", "velocity", "impact_velocity")},
-                    impact_stop=integers(record["impact_stop"]),
-                    motion=Motion.model_validate(record["motion"]),
-                )
-                for record in document["sections"]
-            ),
-        }
 
     @property
     def vary(self) -> str:

@@ -8,40 +8,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from grazemap.codec import CodecError, Document, decode_npz
 from grazemap.errors import ResultFormatError
-from grazemap.results.base import Result
-from grazemap.results.basins import Basins
-from grazemap.results.curves import BifurcationCurves
-from grazemap.results.diagrams import BifurcationDiagram
-from grazemap.results.discontinuity import DiscontinuityMapping
-from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.orbits import OrbitBranch, PeriodicOrbit
-from grazemap.results.trajectory import Trajectories, Trajectory
-from grazemap.results.unfolding import UnfoldingMap
-from grazemap.results.unfolding_diagram import UnfoldingDiagram
-
-_CLASSES: tuple[type[Result], ...] = (
-    GrazingCurve,
-    CodimensionTwoPoints,
-    DiscontinuityMapping,
-    Trajectory,
-    BifurcationDiagram,
-    UnfoldingMap,
-    UnfoldingDiagram,
-    Basins,
-    PeriodicOrbit,
-    OrbitBranch,
-    BifurcationCurves,
-)
-RESULTS: dict[str, type[Result]] = {cls.process: cls for cls in _CLASSES}
+from grazemap.results.base import RESULTS, Result
+from grazemap.schema import schema_of
+from grazemap.schema.documents import from_json
 
 
 def result_class(process: str, document: Document) -> type[Result]:
     """Return the class of a process's result; trajectories come one by one or as a list. KeyError: no such process."""
-    return Trajectories if process == Trajectories.process and "trajectories" in document else RESULTS[process]
+    return RESULTS[schema_of(process, document).name]
 
 
 def result_from(document: Document, meta: Mapping[str, Any]) -> Result:
@@ -86,19 +62,10 @@ def _read(data: bytes) -> Result:
     try:
         document = json.loads(data)
         meta = document.pop("meta")
-        arrays = {name: _arrays(name, value) for name, value in document.items()}
-    except (ValueError, KeyError, RecursionError, OverflowError) as error:
+        # these say in JSON what the meta says
+        for name in ("process", "schema"):
+            document.pop(name, None)
+        arrays = from_json(schema_of(meta["process"], document), document)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError) as error:
         raise ResultFormatError("not a grazemap result") from error
     return result_from(arrays, meta)
-
-
-def _arrays(name: str, value: Any) -> Any:
-    """Return a JSON value with its lists of numbers as arrays, as a document of the codec has them."""
-    if isinstance(value, dict):
-        return {key: _arrays(key, item) for key, item in value.items()}
-    if not isinstance(value, list) or name in ("points", "attractors", "beyond"):
-        return value
-    if value and isinstance(value[0], dict):
-        return [_arrays(name, item) for item in value]
-    array = np.asarray(value)
-    return np.asarray(value, dtype=np.float64) if array.dtype == object else array

@@ -3,42 +3,69 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
-from grazemap.codec import Document
-from grazemap.results.base import Result, floats, integers
-from grazemap.results.records import CodimensionTwoPoint, FloatArray, IntArray
+from grazemap.results.base import Result
+from grazemap.results.records import FloatArray, IntArray, described
+from grazemap.schema.grazing import FAMILY, POINT, UNFOLDING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def _points(document: Document) -> tuple[CodimensionTwoPoint, ...]:
-    return tuple(CodimensionTwoPoint.from_record(record) for record in document["points"])
+@described(FAMILY)
+@dataclass(frozen=True, slots=True)
+class Family:
+    """One of the paper's families of double grazing motions: case 1 to 4 and n, equation (42)."""
+
+    case: int
+    n: int
+
+
+@described(UNFOLDING)
+@dataclass(frozen=True, slots=True)
+class Unfolding:
+    """What leaves the grazing curve at a resonant point, to leading order in the distance x from it in omega.
+
+    The curve of its bifurcation is b = A(omega) + slope x + quadratic x^2, on one side of the point.
+    """
+
+    orbits_before: int
+    orbits_after: int
+    curve_omega: int
+    curve_clearance: int
+    contact: str
+    slope: float
+    quadratic: float | None
+    velocity_slope: float
+    transversality: float
+    admissible: bool | None
+    margin: float | None
+
+
+@described(POINT)
+@dataclass(frozen=True, slots=True)
+class CodimensionTwoPoint:
+    """One codimension-two point of the grazing curve; what its kind has not is None."""
+
+    kind: str
+    omega: float
+    clearance: float
+    order: int | None
+    active: bool | None
+    families: tuple[Family, ...]
+    multiple: int | None
+    symmetric: bool | None
+    bifurcation: str | None
+    residual: float | None
+    status: str | None
+    omega_error: float | None
+    unfolding: Unfolding | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GrazingCurve(Result):
-    """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19)).
-
-    Attributes
-    ----------
-    omega, clearance : ndarray of shape (points,)
-        rad/s and m in SI.
-    phase : ndarray of shape (points,)
-        Phase of the forcing at the contact with stop A, in (-pi, pi].
-    first_recurrence : ndarray of int, shape (points,)
-        The first half period after which the graze recurs; 0: none up to the order asked for.
-    recurrence_stop : ndarray of int, shape (points,)
-        The stop of that recurrence: +1 A, -1 C; 0: none.
-    points : tuple of CodimensionTwoPoint
-        The codimension-two points inside the range.
-    xi : ndarray of shape (points, max_order) or None
-        xi_m for m = 1 .. max_order of a graze at A, equations (33)-(40), where the sequence was asked for: an impact
-        recurs at the first m with (-1)^m xi_m < 0.
-    """
-
-    process: ClassVar[str] = "grazing-curves"
+    """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19))."""
 
     omega: FloatArray
     clearance: FloatArray
@@ -46,16 +73,7 @@ class GrazingCurve(Result):
     first_recurrence: IntArray
     recurrence_stop: IntArray
     points: tuple[CodimensionTwoPoint, ...]
-    xi: FloatArray | None = None
-
-    @classmethod
-    def _fields(cls, document: Document) -> dict[str, Any]:
-        return {
-            "xi": floats(document["xi"]) if "xi" in document else None,
-            **{name: floats(document[name]) for name in ("omega", "clearance", "phase")},
-            **{name: integers(document[name]) for name in ("first_recurrence", "recurrence_stop")},
-            "points": _points(document),
-        }
+    xi: FloatArray | None
 
     def plot(self, ax: Axes | None = None, *, points: CodimensionTwoPoints | None = None) -> Axes:
         """Draw clearance over omega with the codimension-two points (its own ones, or `points`)."""
@@ -69,21 +87,9 @@ class GrazingCurve(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CodimensionTwoPoints(Result):
-    """Every codimension-two point of the grazing curve over an interval of omega.
-
-    Attributes
-    ----------
-    points : tuple of CodimensionTwoPoint
-        In increasing omega, as the service sends them.
-    """
-
-    process: ClassVar[str] = "codimension-two-points"
+    """Every codimension-two point of the grazing curve over an interval of omega."""
 
     points: tuple[CodimensionTwoPoint, ...]
-
-    @classmethod
-    def _fields(cls, document: Document) -> dict[str, Any]:
-        return {"points": _points(document)}
 
     def plot(self, ax: Axes | None = None, *, curve: GrazingCurve | None = None) -> Axes:
         """Draw the points in the plane of omega and clearance, on a grazing curve if one is given."""

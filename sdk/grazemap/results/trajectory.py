@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Self
 
 from grazemap.codec import Document
-from grazemap.results.base import Result, floats, integers
-from grazemap.results.records import FloatArray, Impacts, State, Sticking
-from grazemap.wire import Motion
+from grazemap.results.base import Result
+from grazemap.results.records import FloatArray, Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,27 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Result):
-    """One trajectory with every impact.
-
-    Attributes
-    ----------
-    time : ndarray of shape (time,)
-        From the start of the recorded part; s in SI.
-    displacement, velocity : ndarray of shape (N, time)
-        m and m/s in SI.
-    impacts : Impacts
-    sticking : Sticking
-    undecided : int
-        Times that round-off left a decision open, from the start of the transient on: grazes, and moments at which a
-        resting mass 1 may have been released and was taken to stay.
-    motion : Motion
-        The motion it settled to, or "unresolved" with the reason.
-    final : State or None
-        Where the record ends: a trajectory started there goes on as this one would. None when the trajectory ended
-        before its record began, or in numbers that are not finite.
-    """
-
-    process: ClassVar[str] = "trajectories"
+    """One trajectory with every impact."""
 
     time: FloatArray
     displacement: FloatArray
@@ -50,27 +27,6 @@ class Trajectory(Result):
     undecided: int
     motion: Motion
     final: State | None
-
-    @classmethod
-    def _fields(cls, document: Document) -> dict[str, Any]:
-        impacts, sticking, final = document["impacts"], document["sticking"], document["final"]
-        return {
-            **{name: floats(document[name]) for name in ("time", "displacement", "velocity")},
-            "impacts": Impacts(
-                floats(impacts["time"]),
-                integers(impacts["period"]),
-                floats(impacts["phase_time"]),
-                integers(impacts["stop"]),
-                floats(impacts["velocity"]),
-                np.asarray(impacts["kind"], dtype=np.str_),
-            ),
-            "sticking": Sticking(floats(sticking["start"]), floats(sticking["stop_time"]), integers(sticking["stop"])),
-            "undecided": int(document["undecided"]),
-            "motion": Motion.model_validate(document["motion"]),
-            "final": None
-            if final is None
-            else State(floats(final["displacement"]), floats(final["velocity"]), float(final["phase"])),
-        }
 
     def plot(self, figure: Figure | None = None, *, mass: int = 1) -> tuple[Axes, Axes]:
         """Draw the time history of one mass with the stops, and its phase portrait; return both axes."""
@@ -84,16 +40,7 @@ class Trajectory(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectories(Result):
-    """One trajectory from each of many initial states.
-
-    Attributes
-    ----------
-    trajectories : tuple of Trajectory
-        In the order of the states. Each is the result that the question with its state alone has, and can be drawn,
-        saved and converted by itself.
-    """
-
-    process: ClassVar[str] = "trajectories"
+    """One trajectory from each of many initial states."""
 
     trajectories: tuple[Trajectory, ...]
 

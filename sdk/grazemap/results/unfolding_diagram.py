@@ -2,45 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.results.base import Result, floats, integers
+from grazemap.results.base import RESULTS, Result
 from grazemap.results.curves import BifurcationCurves
+from grazemap.results.decoding import value_of
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.records import FloatArray, IntArray, known_fields
+from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.results.unfolding import UnfoldingMap
-from grazemap.wire import ProcessRequest, UnfoldingDiagramsRequest, canonical, motion_label
+from grazemap.schema import ResultSchema
+from grazemap.schema.curves import BORDER_CURVE, MAP_BORDERS
+from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@described(BORDER_CURVE)
 @dataclass(frozen=True, eq=False)
 class BorderCurve:
-    """A curve that explains borders of a map.
-
-    Attributes
-    ----------
-    type : {"SN", "PD", "SB", "NS", "GR"}
-    motion : str
-        n-p_r-q_l of the motion that ends there; mirror images are one motion, more impacts come first. Without impacts
-        it is the steady motion, and the curve the grazing curve.
-    period, impacts_right, impacts_left : int
-    symmetric : bool
-    omega, clearance : ndarray of shape (m,)
-    admissible : ndarray of bool, shape (m,)
-        The orbits are motions.
-    pairs : int
-        How many pairs of neighbouring points it explains.
-    ends : tuple of two str
-        As of `BifurcationCurve`.
-    """
+    """A curve that explains borders of a map."""
 
     type: str
     motion: str
@@ -56,7 +42,7 @@ class BorderCurve:
 
     @property
     def label(self) -> str:
-        """The motion, told from a symmetric one with as many impacts."""
+        """The motion; an asymmetric one with as many impacts on either stop says so."""
         return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
 
 
@@ -84,33 +70,10 @@ class Border:
     pairs: int
 
 
+@described(MAP_BORDERS)
 @dataclass(frozen=True, eq=False)
 class MapBorders:
-    """The borders of a map's regions: p pairs of neighbouring points with different motions.
-
-    Attributes
-    ----------
-    row, column : ndarray of int, shape (p,)
-        The first point of a pair; the other one has the next larger clearance (`along` 0) or omega (1).
-    along : ndarray of int, shape (p,)
-    regular : ndarray of bool, shape (p,)
-        Both motions are periodic; the other pairs have one that is chaotic, quasi-periodic or unresolved.
-    explanation, reason : ndarray of int, shape (p,)
-        Index into `explanations` and `reasons`. "curve": one of the motions ends between the points, on a curve that
-        was computed. "coexistence": both are there at both points, stable and admissible: a border of basins of
-        attraction, and no bifurcation. "goes on": of a pair that is not regular: its periodic motion is there on the
-        other side too, and the trajectory does not lead to it, or has not yet.
-    explanations, reasons : tuple of str
-    curve : ndarray of int, shape (p,)
-        Index into `curves`; -1 without one.
-    distance : ndarray of shape (p,)
-        From the middle between the points to the curve, in steps of the map.
-    curves : tuple of BorderCurve
-    without_orbit : int
-        Points of the map with a periodic motion for which no orbit was found.
-    irregular_pairs : int
-        Pairs of points none of which is periodic, of different kinds; not among the p.
-    """
+    """The borders of a map's regions: p pairs of neighbouring points with different motions."""
 
     row: IntArray
     column: IntArray
@@ -125,21 +88,6 @@ class MapBorders:
     curves: tuple[BorderCurve, ...]
     without_orbit: int
     irregular_pairs: int
-
-    @classmethod
-    def from_document(cls, document: Document) -> MapBorders:
-        """Return the borders that a document of the codec describes."""
-        whole = ("row", "column", "along", "explanation", "reason", "curve")
-        texts = ("explanations", "reasons")
-        fields: dict[str, Any] = {
-            **{name: integers(document[name]) for name in whole},
-            **{name: tuple(str(text) for text in document[name]) for name in texts},
-            "regular": np.asarray(document["regular"], dtype=np.bool_),
-            "distance": floats(document["distance"]),
-            "curves": tuple(_curve(record) for record in document["curves"]),
-            **{name: int(document[name]) for name in ("without_orbit", "irregular_pairs")},
-        }
-        return cls(**fields)
 
     def __len__(self) -> int:
         return len(self.row)
@@ -165,20 +113,7 @@ class MapBorders:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UnfoldingDiagram(Result):
-    """An unfolding map and all that is drawn over it, each as its own question would give it.
-
-    Attributes
-    ----------
-    unfolding_map : UnfoldingMap
-    grazing_curve : GrazingCurve
-    codimension_two_points : CodimensionTwoPoints
-    bifurcation_curves : BifurcationCurves
-        In closed form: of motions with one impact, or one on either stop.
-    borders : MapBorders or None
-        None where they were not asked for.
-    """
-
-    process: ClassVar[str] = "unfolding-diagrams"
+    """An unfolding map and all that is drawn over it, each as its own question would give it."""
 
     unfolding_map: UnfoldingMap
     grazing_curve: GrazingCurve
@@ -190,18 +125,18 @@ class UnfoldingDiagram(Result):
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
         """Return the diagram; its parts have the meta that their own questions would have."""
         asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
-        parts: tuple[tuple[str, type[Result], ProcessRequest], ...] = (
-            ("unfolding_map", UnfoldingMap, asked.unfolding_map),
-            ("grazing_curve", GrazingCurve, asked.grazing_curve),
-            ("codimension_two_points", CodimensionTwoPoints, asked.codimension_two_points),
-            ("bifurcation_curves", BifurcationCurves, asked.bifurcation_curves),
-        )
-        made: dict[str, Any] = {
-            name: kind.from_document(document[name], {**meta, "process": kind.process, "request": canonical(request)})
-            for name, kind, request in parts
-        }
-        borders = MapBorders.from_document(document["borders"]) if document.get("borders") is not None else None
-        return cls(meta=meta, _document=document, borders=borders, **made)
+        parts: dict[str, Any] = {}
+        for one in cls.schema:
+            if isinstance(one.type, ResultSchema):
+                own = {"process": one.type.process, "request": canonical(getattr(asked, one.name))}
+                parts[one.name] = RESULTS[one.type.name].from_document(document[one.name], {**meta, **own})
+        found = document.get("borders")
+        borders = None if found is None else value_of(cls.schema["borders"], found)
+        return cls(meta=meta, _document=document, borders=borders, **parts)
+
+    def derived(self) -> dict[str, NDArray[Any]]:
+        """As `Result.derived`."""
+        return self.unfolding_map.derived()
 
     def border_list(self) -> list[Border]:
         """Return the borders by their two motions and explanation, those with most pairs first; none without borders.
@@ -238,12 +173,12 @@ class UnfoldingDiagram(Result):
         shares = {motion.kind: 0 for motion in umap.motions()}
         for motion in umap.motions():
             shares[motion.kind] += motion.pixels
-        told = umap.kind.size - shares.get("chaotic", 0)
+        others = umap.kind.size - shares.get("chaotic", 0)
         unresolved = shares.get("unresolved", 0)
         lines = [
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
-            f"unresolved: {unresolved} of the {told} points that are not chaotic ({unresolved / max(1, told):.2%})",
+            f"unresolved: {unresolved} of the {others} points that are not chaotic ({unresolved / max(1, others):.2%})",
         ]
         if self.borders is None:
             return "\n".join(lines)
@@ -293,11 +228,3 @@ class UnfoldingDiagram(Result):
 def _label(motion: str, right: int, left: int, symmetric: bool) -> str:
     """Return the label of a motion; with as many impacts on either stop it may not be its own mirror image."""
     return motion if symmetric or right != left else f"{motion} asymmetric"
-
-
-def _curve(record: Mapping[str, Any]) -> BorderCurve:
-    values = known_fields(BorderCurve, record)
-    arrays = {name: floats(values[name]) for name in ("omega", "clearance")}
-    admissible = np.asarray(values["admissible"], dtype=np.bool_)
-    ends = tuple(str(end) for end in values["ends"])
-    return BorderCurve(**(values | arrays | {"admissible": admissible, "ends": ends}))

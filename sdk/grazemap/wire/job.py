@@ -1,4 +1,4 @@
-"""Jobs, motions and problems as the service answers them."""
+"""Jobs, labels of motions and problems as the service answers them."""
 
 from __future__ import annotations
 
@@ -84,25 +84,6 @@ class JobList(Response):
 
 INFINITE = -2
 """The count of infinitely many impacts."""
-
-
-class Motion(Response):
-    """The motion n-p_r-q_l that a trajectory settles to.
-
-    `impacts_right` and `impacts_left` count contacts per `period` with stops A and C; -1: the stop is not touched,
-    0: it is touched at zero velocity, INFINITE: infinitely often, in complete chatter. `sticking` is whether mass 1
-    rests on a stop at some time in the period. All of them are None when the motion is unresolved; `reason` says why.
-    """
-
-    kind: Literal["periodic", "quasi-periodic", "chaotic", "unresolved"]
-    period: int | None = None
-    impacts_right: int | None = None
-    impacts_left: int | None = None
-    symmetric: bool | None = None
-    sticking: bool | None = None
-    label: str | None = None
-    certified: bool = False
-    reason: str | None = None
 
 
 def motion_label(period: int, impacts_right: int, impacts_left: int) -> str:

@@ -1,1 +1,1 @@
-"""One router per process, and those of jobs, results and health."""
+"""The routers: processes, jobs, events, results, what the service is, and its pages."""

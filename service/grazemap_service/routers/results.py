@@ -1,6 +1,6 @@
 """Results: whole ones, and the tiles of a map while the rest is still computed.
 
-A result never changes under its id, so a client that has it gets 304. One that was evicted is computed
+A result never changes under its id, so a client that has it gets 304 instead. One that was evicted is computed
 again when it is asked for: 202 and the job.
 """
 
@@ -26,6 +26,7 @@ from grazemap_service.representations import (
     negotiate,
     render,
 )
+from grazemap_service.result_schemas import RESULT, TILE, reference
 from grazemap_service.submission import job_response, submit_again
 from grazemap_worker.store import ResultInfo
 
@@ -41,9 +42,20 @@ Form = Annotated[
 ]
 # Lists: what comes in more than one header line is one list (RFC 9110 5.3).
 Accept = Annotated[list[str] | None, Header(include_in_schema=False)]
-IfNoneMatch = Annotated[list[str] | None, Header(description="ETags that the client has.")]
+IfNoneMatch = Annotated[list[str] | None, Header(include_in_schema=False)]
+_IF_NONE_MATCH = {
+    "name": "if-none-match",
+    "in": "header",
+    "required": False,
+    "schema": {"type": "string"},
+    "description": "ETags that the client has.",
+}
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
-_FORMS: dict[str, Any] = {"application/json": {"schema": {"type": "object"}}, NPZ_TYPE: _BINARY}
+
+
+def _forms(name: str) -> dict[str, Any]:
+    """Return the content of an answer that is a component of the API's document, or npz."""
+    return {"application/json": {"schema": reference(name)}, NPZ_TYPE: _BINARY}
 
 
 class TileLink(BaseModel):
@@ -65,8 +77,9 @@ class TileIndex(BaseModel):
 
 _RESULT_DOCS: dict[str, Any] = {
     "response_class": Response,
+    "openapi_extra": {"parameters": [_IF_NONE_MATCH]},
     "responses": {
-        200: {"description": "The result.", "content": _FORMS},
+        200: {"description": "The result.", "content": _forms(RESULT)},
         202: {"model": Job, "description": "The result was evicted, or is of another version: this job computes it."},
         304: {"description": "The client has it already."},
         **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job", "outdated-job"),
@@ -148,7 +161,7 @@ async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     summary="One finished tile",
     response_class=Response,
     responses={
-        200: {"description": "The tile's part of the arrays.", "content": _FORMS},
+        200: {"description": "The tile's part of the arrays.", "content": _forms(TILE)},
         **problem_responses("unknown-job", "unfinished-tile", "not-acceptable", "outdated-job"),
     },
 )

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values, motion_label
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, core_oscillator, on_the_wire, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, record
+from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.maps.basins import Coordinate
@@ -22,19 +23,17 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
 
     row_start, row_stop, column_start, column_stop = tile
     initial = request.initial
-    return dict(
-        basin_tile(
-            core_oscillator(request.oscillator),
-            request.omega,
-            request.clearance,
-            _coordinate(request.horizontal, column_start, column_stop),
-            _coordinate(request.vertical, row_start, row_stop),
-            None if initial.displacement is None else np.array(initial.displacement),
-            None if initial.velocity is None else np.array(initial.velocity),
-            initial.phase,
-            request.max_periods,
-            request.max_period,
-        )
+    return basin_tile(
+        core_oscillator(request.oscillator),
+        request.omega,
+        request.clearance,
+        _coordinate(request.horizontal, column_start, column_stop),
+        _coordinate(request.vertical, row_start, row_stop),
+        None if initial.displacement is None else np.array(initial.displacement),
+        None if initial.velocity is None else np.array(initial.velocity),
+        initial.phase,
+        request.max_periods,
+        request.max_period,
     )
 
 
@@ -54,7 +53,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
         "horizontal": grid_values(request.horizontal.values),
         "vertical": grid_values(request.vertical.values),
         "label": label,
-        "attractors": [_named(on_the_wire(record(attractor))) for attractor in found],
+        "attractors": [_named(record(attractor)) for attractor in found],
         "settled_after": whole["settled_after"],
         "lyapunov": whole["lyapunov"],
         "reason": whole["reason"],
@@ -73,3 +72,6 @@ def _named(attractor: dict[str, Any]) -> dict[str, Any]:
     counts: list[Any] = [attractor.get(name) for name in ("period", "impacts_right", "impacts_left")]
     unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(attractor[name])}
     return attractor | unknown | {"label": motion_label(*counts) if None not in counts else None}
+
+
+PROCESS = Process(tile=compute_tile, assembled=assemble)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import BifurcationCurvesRequest, motion_label
 from grazemap_worker.processes.conversion import core_oscillator
-from grazemap_worker.processes.orbits import whole_period
+from grazemap_worker.processes.orbit_branches import whole_period
+from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap.wire import CurveMotion
@@ -164,3 +165,6 @@ def _runs(flags: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
     """Return the places of stretches of neighbours that are alike."""
     places = np.arange(len(flags))
     return np.split(places, np.flatnonzero(np.diff(flags)) + 1)
+
+
+PROCESS = Process(whole=compute)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from grazemap.codec import Document
 from grazemap.wire import BifurcationDiagramsRequest, grid_values
 from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
 
 if TYPE_CHECKING:
@@ -50,3 +51,6 @@ def _record(section: Section) -> dict[str, Any]:
         "impact_stop": section.impact_stop,
         "motion": motion_document(section.motion),
     }
+
+
+PROCESS = Process(whole=compute)

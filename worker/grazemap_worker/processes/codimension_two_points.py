@@ -7,6 +7,7 @@ from collections.abc import Callable
 from grazemap.codec import Document
 from grazemap.wire import CodimensionTwoPointsRequest
 from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.process import Process
 
 
 def compute(request: CodimensionTwoPointsRequest, report: Callable[[int, int], object]) -> Document:
@@ -21,3 +22,6 @@ def compute(request: CodimensionTwoPointsRequest, report: Callable[[int, int], o
         request.max_multiple,
     )
     return {"points": [record(point) for point in points]}
+
+
+PROCESS = Process(whole=compute)

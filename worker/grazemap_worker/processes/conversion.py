@@ -8,7 +8,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from grazemap.codec import Document
 from grazemap.wire import Oscillator, ProcessRequest
 
 if TYPE_CHECKING:
@@ -48,11 +50,6 @@ def record(item: Any) -> Any:
     return item
 
 
-def on_the_wire(values: dict[str, Any]) -> dict[str, Any]:
-    """Return a dictionary of the core under the names of the documents, where `verified` is called `certified`."""
-    return {"certified" if name == "verified" else name: value for name, value in values.items()}
-
-
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
     """Return the JSON pointer of the request's field that an error of the core names, or None."""
     if name in Oscillator.model_fields:
@@ -63,3 +60,18 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
         return f"/initial/{name}"
     of_many = re.fullmatch(r"states\[(\d+)\]\.(\w+)", name or "")
     return f"/initial/{of_many[1]}/{of_many[2]}" if of_many else None
+
+
+def pairs(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return complex numbers (...) as real and imaginary parts, (..., 2): JSON has no others."""
+    return np.stack([values.real, values.imag], axis=-1)
+
+
+def evidence(found: Any) -> Document:
+    """Return isolated, admissible, stable and verified of an orbit, or of the orbits of a branch."""
+    return {name: getattr(found, name) for name in ("isolated", "admissible", "stable", "verified")}
+
+
+def no_evidence() -> Document:
+    """Return the same of an orbit that was not found."""
+    return dict.fromkeys(("isolated", "admissible", "stable", "verified"), False)

@@ -9,6 +9,7 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.wire import DiscontinuityMappingsRequest
 from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.process import Process
 
 STOPS = {"A": 1, "C": -1}
 
@@ -94,3 +95,6 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
             "error": apart,
         },
     }
+
+
+PROCESS = Process(whole=compute)

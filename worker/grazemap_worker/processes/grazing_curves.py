@@ -7,6 +7,7 @@ from collections.abc import Callable
 from grazemap.codec import Document
 from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
 from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.process import Process
 
 _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
 
@@ -37,3 +38,6 @@ def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object])
         "recurrence_stop": curve.recurrence_stop,
         "points": [record(point) for point in points],
     }
+
+
+PROCESS = Process(whole=compute)

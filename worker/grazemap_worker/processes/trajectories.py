@@ -10,6 +10,7 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.wire import InitialState, TrajectoriesRequest, motion_label
 from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.simulation.motion import Motion
@@ -94,6 +95,9 @@ def motion_document(found: Motion) -> Document:
         "symmetric": motion.get("symmetric"),
         "sticking": motion.get("sticking"),
         "label": motion_label(*named) if None not in named else None,
-        "certified": motion.get("verified", False),
+        "verified": motion.get("verified", False),
         "reason": motion.get("reason"),
     }
+
+
+PROCESS = Process(whole=compute)

@@ -11,6 +11,7 @@ from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
 from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.maps.borders.map_borders import BorderCurve, MapBorders
@@ -71,3 +72,6 @@ def _curve(found: MapBorders, number: int, curve: BorderCurve) -> dict[str, Any]
         "pairs": int(np.count_nonzero(found.curve == number)),
         "ends": ["window", "window"] if curve.orbits is None else list(curve.orbits.ends),
     }
+
+
+PROCESS = Process(tile=compute_tile, assembled=assemble)

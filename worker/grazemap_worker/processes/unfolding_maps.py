@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, core_oscillator, on_the_wire
+from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.maps.adaptive_map import Settings
@@ -41,11 +42,11 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     oscillator, settings = core_oscillator(request.oscillator), _settings(request)
     arrays: Document
     if request.adaptive:
-        arrays = _without_figures_of_inferred(on_the_wire(adaptive_map_tile(oscillator, omega, clearance, **settings)))
+        arrays = _without_figures_of_inferred(adaptive_map_tile(oscillator, omega, clearance, **settings))
         assert len(reasons) == NOT_COMPUTED
         reasons.append(NOT_COMPUTED_REASON)
     else:
-        arrays = on_the_wire(unfolding_map_tile(oscillator, omega, clearance, **settings))
+        arrays = unfolding_map_tile(oscillator, omega, clearance, **settings)
     return {
         "omega": omega,
         "clearance": clearance,
@@ -114,7 +115,7 @@ def _closed(
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
         **_settings(request),
     )
-    fresh = on_the_wire(fresh)
+    fresh = fresh
     if report is not None:
         report(1, 2)
     figures: Document = {}
@@ -126,3 +127,6 @@ def _closed(
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]
     return figures
+
+
+PROCESS = Process(tile=compute_tile, assembled=assemble)

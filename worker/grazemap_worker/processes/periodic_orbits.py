@@ -1,23 +1,20 @@
-"""The processes periodic-orbits and orbit-branches: an orbit near some impacts, and the branch that it belongs to."""
+"""The process periodic-orbits: an orbit near some impacts, or near what a trajectory settles to."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
-from grazemap.wire import OrbitBranchesRequest, PeriodicOrbitsRequest
-from grazemap.wire.orbits import MAX_IMPACTS
-from grazemap.wire.process import LONGEST_PERIOD
-from grazemap_worker.processes.conversion import core_oscillator
+from grazemap.wire import PeriodicOrbitsRequest
+from grazemap_worker.processes.conversion import core_oscillator, evidence, no_evidence, pairs
+from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
 
 if TYPE_CHECKING:
-    from grazemap_core.continuation.branch_switching import OrbitStart
-    from grazemap_core.continuation.special_points import SpecialPoint
     from grazemap_core.model.oscillator import Oscillator
     from grazemap_core.orbits.impact_sequences import ImpactSequence
     from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
@@ -28,7 +25,7 @@ if TYPE_CHECKING:
 NOTHING_FOUND = "no motion with these stops was met by trajectories from rest and from random states"
 
 
-def compute_orbit(request: PeriodicOrbitsRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: PeriodicOrbitsRequest, report: Callable[[int, int], object]) -> Document:
     """Return the orbit, or why there is none; one that rests on a stop as the simulation has it. Raises CoreError."""
     from grazemap_core.errors import LinearisationError
     from grazemap_core.orbits.simulated_orbits import simulated_orbit
@@ -41,76 +38,11 @@ def compute_orbit(request: PeriodicOrbitsRequest, report: Callable[[int, int], o
         except LinearisationError as error:
             return _no_orbit(request, str(error))
         return _simulated(found)
-    orbit = _orbit(oscillator, request, run)
+    orbit = orbit_asked_for(oscillator, request, run)
     return _no_orbit(request, orbit) if isinstance(orbit, str) else _document(orbit)
 
 
-def compute_branch(request: OrbitBranchesRequest, report: Callable[[int, int], object]) -> Document:
-    """Return the branch of the orbit; one without points, and the reason, where there is no orbit. Raises CoreError."""
-    from grazemap_core.continuation.branch_switching import starts_beyond
-    from grazemap_core.continuation.branches import orbit_branch
-    from grazemap_core.continuation.pseudo_arclength import ENDS
-
-    oscillator = core_oscillator(request.oscillator)
-    report(0, 3)
-    orbit = _orbit(oscillator, request)
-    if not isinstance(orbit, str) and not orbit.converged:
-        orbit = orbit.reason
-    if isinstance(orbit, str):
-        return _no_branch(request, orbit)
-    report(1, 3)
-    branch = orbit_branch(
-        oscillator, orbit, request.range.start, request.range.stop, request.vary, max_points=request.max_points
-    )
-    report(2, 3)
-    beyond = [starts_beyond(oscillator, point, request.vary) for point in branch.special_points]
-    stops, phases, velocities = whole_period(
-        branch.stops, branch.phases, branch.velocities, branch.period, branch.symmetric
-    )
-    return {
-        "parameter": branch.values,
-        "omega": branch.omega,
-        "clearance": branch.clearance,
-        "restitution": branch.restitution,
-        "stops": stops,
-        "period": branch.period,
-        "symmetric": branch.symmetric,
-        "phases": phases,
-        "velocities": velocities,
-        "multipliers": _pairs(branch.multipliers),
-        "stable": branch.stable,
-        "admissible": branch.admissible,
-        "excess": branch.excess,
-        "residual": branch.residual,
-        "special_points": [
-            _special(request, point, starts) for point, starts in zip(branch.special_points, beyond, strict=True)
-        ],
-        "ends": np.array([ENDS[end] for end in branch.ends]),
-        "reason": None,
-    }
-
-
-def whole_period(
-    stops: NDArray[np.int64],
-    phases: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    period: int,
-    symmetric: bool,
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return stops (k,), phases and velocities (m, k) of all impacts of a period, from what was solved for.
-
-    Of symmetric motions that is half of them: the others are their mirror images, half a period later.
-    """
-    if not symmetric:
-        return stops, phases, velocities
-    return (
-        np.concatenate([stops, -stops]),
-        np.hstack([phases, phases + np.pi * period]),
-        np.hstack([velocities, -velocities]),
-    )
-
-
-def _orbit(
+def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
     """Return the orbit that is asked for, or why there is nothing to begin with; `run` if it has settled already."""
@@ -175,11 +107,9 @@ def _document(orbit: PeriodicOrbit) -> Document:
         "residual": orbit.residual,
         "kantorovich": orbit.kantorovich,
         "radius": orbit.radius,
-        "certified": orbit.isolated,
-        "multipliers": _pairs(orbit.multipliers),
-        "stable": orbit.stable,
+        **evidence(orbit),
+        "multipliers": pairs(orbit.multipliers),
         "physical": orbit.physical,
-        "admissible": orbit.admissible,
         "contacts": orbit.contacts,
         "excess": orbit.excess,
         "excess_phase": orbit.excess_phase,
@@ -206,11 +136,9 @@ def _simulated(orbit: SimulatedOrbit) -> Document:
         "sticking": _rests(sticking.start, sticking.stop_time, sticking.stop),
         "residual": orbit.closing,
         **dict.fromkeys(("kantorovich", "radius", "excess", "excess_phase"), np.nan),
-        "certified": orbit.isolated,
-        "multipliers": _pairs(orbit.multipliers),
-        "stable": orbit.stable,
+        **evidence(orbit),
+        "multipliers": pairs(orbit.multipliers),
         "physical": True,
-        "admissible": orbit.admissible,
         "contacts": "none",
         "excess_stop": 0,
         "start": _state(orbit.start),
@@ -247,9 +175,9 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
         **dict.fromkeys(("phases", "times", "velocities"), nothing),
         "sticking": _rests((), (), ()),
         **dict.fromkeys(("residual", "kantorovich", "radius", "excess", "excess_phase"), np.nan),
-        "certified": False,
+        **no_evidence(),
         "multipliers": np.full((2 * count, 2), np.nan),
-        **dict.fromkeys(("stable", "physical", "admissible"), False),
+        "physical": False,
         "contacts": "not searched",
         "excess_stop": 0,
         "start": {"displacement": nowhere, "velocity": nowhere, "phase": 0.0},
@@ -257,68 +185,4 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     }
 
 
-def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
-    """Return the document of a branch without points."""
-    nothing = np.zeros(0)
-    return {
-        **dict.fromkeys(("parameter", "omega", "clearance", "restitution", "excess", "residual"), nothing),
-        "stops": np.zeros(0, dtype=np.int64),
-        "period": 0 if request.motion is None else request.motion.period,
-        "symmetric": False,
-        **dict.fromkeys(("phases", "velocities"), np.zeros((0, 0))),
-        "multipliers": np.zeros((0, 2 * request.oscillator.size, 2)),
-        **dict.fromkeys(("stable", "admissible"), np.zeros(0, dtype=np.bool_)),
-        "special_points": [],
-        "ends": np.array(["", ""]),
-        "reason": reason,
-    }
-
-
-def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> dict[str, Any]:
-    whole = point.impacts.whole
-    return {
-        "type": point.type,
-        "parameter": getattr(point, request.vary),
-        "clearance": point.clearance,
-        "omega": point.omega,
-        "restitution": point.restitution,
-        "status": point.status,
-        "admissible": point.admissible,
-        "segment": point.segment,
-        "stop": point.stop,
-        "phase": point.phase,
-        "impact": point.impact,
-        "phases": whole.phases,
-        "velocities": whole.velocities,
-        "beyond": [
-            {"admissible": start.admissible, "request": _request(request, start)}
-            for start in beyond
-            if _can_be_asked(start.impacts.whole)
-        ],
-    }
-
-
-def _can_be_asked(impacts: ImpactSequence) -> bool:
-    """Say whether a motion is within what requests may name: doubled ones may have too many impacts or periods."""
-    return len(impacts.stops) <= MAX_IMPACTS and impacts.period <= LONGEST_PERIOD
-
-
-def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:
-    """Return an orbit beyond a special point as the request of it: with a range, as that of its branch."""
-    impacts = start.impacts.whole
-    return {
-        "oscillator": {**request.oscillator.model_dump(mode="json"), "restitution": start.restitution},
-        "omega": start.omega,
-        "clearance": start.clearance,
-        "motion": {
-            "period": impacts.period,
-            "stops": impacts.stops.tolist(),
-            "phases": impacts.phases.tolist(),
-            "velocities": impacts.velocities.tolist(),
-        },
-    }
-
-
-def _pairs(values: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return complex numbers (...) as real and imaginary parts, (..., 2): JSON has no others."""
-    return np.stack([values.real, values.imag], axis=-1)
+PROCESS = Process(whole=compute)

@@ -1,0 +1,180 @@
+"""Results as xarray Datasets, by their schemas. Needs the extra "xarray".
+
+A record's fields are variables with its prefix. A list of records is a dimension: plain fields are columns along it,
+arrays of different lengths are joined, and ``{dimension}_{list}`` is the position, or the coordinate, of the record
+that an entry belongs to. What is missing in a column is NaN, 0, False or the empty text.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.errors import MissingExtra
+from grazemap.results.base import Result
+from grazemap.schema import Field, Record, ResultSchema
+from grazemap.schema.common import MOTION
+
+if TYPE_CHECKING:
+    import xarray
+
+_MISSING: dict[str, Any] = {"float": np.nan, "int": 0, "bool": False, "str": ""}
+_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
+# Dimensions that the records of a list share: shorter arrays are filled up with NaN.
+_SHARED = ("mass", "time")
+
+
+def dataset(result: Result) -> xarray.Dataset:
+    """Return a result as a Dataset; its attributes hold the process, the version, and the request as JSON.
+
+    Raises
+    ------
+    MissingExtra
+        xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError as error:
+        raise MissingExtra("to_xarray()", "xarray") from error
+    columns = _Columns(result.units)
+    columns.add_record(result.schema, result)
+    for one in result.schema.derived:
+        columns.add(one, one.name, one.dims, result.derived()[one.name], result.schema)
+    columns.number()
+    made = xarray.Dataset(columns.variables, columns.coordinates, _attributes(result))
+    for name, attributes in columns.attributes.items():
+        made[name].attrs.update(attributes)
+    return made
+
+
+def _attributes(result: Result) -> dict[str, str]:
+    attributes = {
+        "process": result.process,
+        "core_version": str(result.meta.get("core_version", "")),
+        "request": json.dumps(result.meta.get("request", {}), sort_keys=True),
+    }
+    for one in result.schema:
+        if _is_motion(one):
+            attributes["motion"] = json.dumps(asdict(getattr(result, one.name)))
+        elif isinstance(one.type, Record) and any(_is_motion(inner) for inner in one.type):
+            attributes["motion"] = json.dumps([asdict(item.motion) for item in getattr(result, one.name)])
+    return attributes
+
+
+def _is_motion(one: Field) -> bool:
+    return one.type is MOTION and one.variable is None
+
+
+class _Columns:
+    """The variables, the coordinates and their attributes, as they come together."""
+
+    def __init__(self, units: str) -> None:
+        self.variables: dict[str, tuple[tuple[str, ...], Any]] = {}
+        self.coordinates: dict[str, tuple[tuple[str, ...], Any]] = {}
+        self.attributes: dict[str, dict[str, str]] = {}
+        self._units = units
+        self._sizes: dict[str, int] = {}
+
+    def add(self, one: Field, name: str, dims: tuple[str, ...], values: Any, record: Record, prefix: str = "") -> None:
+        """Add a variable; complex numbers are two, and dimensions have the names of their coordinates."""
+        if one.type == "complex":
+            self._add(one, f"{name}_real", dims, values.real)
+            self._add(one, f"{name}_imaginary", dims, values.imag)
+            return
+        if isinstance(record, ResultSchema):
+            dims = tuple(prefix + record.roles.get(dim, dim) for dim in dims)
+        self._add(one, name, dims, np.asarray(values))
+
+    def add_record(self, record: Record, item: Any, prefix: str = "") -> None:
+        """Add the fields of a record."""
+        for one in _shown(record):
+            value = getattr(item, one.name)
+            name = prefix + (one.variable or one.name)
+            if one.type is MOTION:
+                self.add(one, name, (), value.label or value.kind, record)
+            elif isinstance(one.type, Record) and one.dims:
+                self.add_records(one, value)
+            elif isinstance(one.type, Record):
+                if value is not None:
+                    self.add_record(one.type, value, prefix + one.prefix)
+                elif not one.optional:
+                    self._add_nothing(one.type, prefix + one.prefix)
+            elif value is not None:
+                entries = np.array(getattr(item, one.index_of))[value] if one.index_of else value
+                self.add(one, name, one.dims, entries, record, prefix)
+
+    def add_records(self, of: Field, items: Sequence[Any], prefix: str = "") -> None:
+        """Add the fields of a list of records, or of a record in each of them, whose `prefix` is given."""
+        assert isinstance(of.type, Record)
+        (along,) = of.dims
+        for one in _shown(of.type):
+            values: list[Any] = [None if item is None else getattr(item, one.name) for item in items]
+            name = prefix + (one.variable or one.name)
+            if one.type is MOTION:
+                self.add(one, name, (along,), np.array([value.label or value.kind for value in values]), of.type)
+            elif isinstance(one.type, Record) and one.dims:
+                self._add_owners(one.dims[0], along, [len(value) for value in values])
+                self.add_records(one, [item for value in values for item in value])
+            elif isinstance(one.type, Record):
+                self.add_records(one.in_result(dims=of.dims), values, prefix + one.prefix)
+            elif not one.dims:
+                missing = _MISSING[str(one.type)]
+                column = [missing if value is None else value for value in values]
+                self.add(one, of.prefix + name if not prefix else name, (along,), _column(one, column), of.type)
+            elif one.dims[-1] in _SHARED:
+                self._add_padded(one, name, along, values)
+            else:
+                self._add_owners(one.dims[0], along, [len(value) for value in values])
+                self.add(one, name, one.dims, np.concatenate([np.zeros(0, _TYPES[str(one.type)]), *values]), of.type)
+
+    def number(self) -> None:
+        """Add the coordinates of dimensions that are numbered from 1, and of the entries of states."""
+        for dim, size in self._sizes.items():
+            if dim in ("mass", "order"):
+                self.coordinates.setdefault(dim, ((dim,), np.arange(1, size + 1)))
+            elif dim == "state_entry":
+                entries = [f"{name}{i}" for i in range(1, (size - 1) // 2 + 1) for name in ("x", "v")]
+                self.coordinates[dim] = ((dim,), np.array([*entries, "theta"]))
+
+    def _add(self, one: Field, name: str, dims: tuple[str, ...], values: NDArray[Any]) -> None:
+        kind = self.coordinates if one.coordinate or dims == (name,) else self.variables
+        kind[name] = (dims, values)
+        self._sizes |= dict(zip(dims, values.shape, strict=True))
+        unit = one.unit_in(self._units)
+        self.attributes[name] = {"description": one.description} | ({"units": unit} if unit else {})
+
+    def _add_nothing(self, record: Record, prefix: str) -> None:
+        """Add a record that is not there, as NaN."""
+        for one in _shown(record):
+            nothing = np.full([self._sizes[dim] for dim in one.dims], _MISSING[str(one.type)])
+            self.add(one, prefix + one.name, one.dims, nothing, record)
+
+    def _add_owners(self, dim: str, along: str, lengths: list[int]) -> None:
+        owners = self.coordinates[along][1] if along in self.coordinates else np.arange(len(lengths))
+        self.variables[f"{dim}_{along}"] = ((dim,), np.repeat(owners, lengths))
+
+    def _add_padded(self, one: Field, name: str, along: str, values: list[Any]) -> None:
+        given = [value for value in values if value is not None]
+        longest: Any = max(given, key=lambda value: value.shape[-1], default=None)
+        shape = [self._sizes[dim] for dim in one.dims] if longest is None else longest.shape
+        if one.dims == (name,):  # a coordinate of all
+            self._add(one, name, one.dims, longest)
+            return
+        whole = np.full((len(values), *shape), np.nan)
+        for place, value in enumerate(values):
+            if value is not None:
+                whole[place, ..., : value.shape[-1]] = value
+        self._add(one, name, (along, *one.dims), whole)
+
+
+def _shown(record: Record) -> list[Field]:
+    return [one for one in record if one.variable is not None and not one.replaces]
+
+
+def _column(one: Field, values: list[Any]) -> NDArray[Any]:
+    return np.array(values, dtype=_TYPES[str(one.type)])

@@ -1,0 +1,58 @@
+"""The result of basins."""
+
+from __future__ import annotations
+
+from grazemap.schema.common import KINDS, NAME, VERIFIED
+from grazemap.schema.fields import Record, ResultSchema, deprecated, field
+
+_PLANE, _KNOWN = "vertical horizontal", "of periodic motions"
+_VERIFIED = VERIFIED.in_result(description="Whether a periodic motion is verified, from every state that leads to it.")
+
+ATTRACTOR = Record(
+    "Attractor",
+    "A motion that initial states lead to; those that are not periodic are distinguished by their kind only.",
+    (
+        field("kind", "str", "What sort of motion it is.", values=KINDS[:-1]),
+        field("label", "str", "The name n-p_r-q_l as plain text.", when=_KNOWN),
+        *NAME,
+        field(
+            "mean_position",
+            "float",
+            "Of mass 1 where the forcing has its initial phase, less the steady motion, over the clearance.",
+            when=_KNOWN,
+        ),
+        field("mean_velocity", "float", "The same of the velocity, over omega times the clearance.", when=_KNOWN),
+        field("multiplier", "float", "Largest modulus of the multipliers over one period.", when=_KNOWN),
+        field("lyapunov", "float", "Largest exponent per forcing period.", when="where it is known"),
+        _VERIFIED,
+        deprecated("certified", _VERIFIED),
+        field("states", "int", "Initial states that lead to it."),
+        field("share", "float", "The same over all states."),
+    ),
+)
+BASINS = ResultSchema(
+    "Basins",
+    "The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.",
+    (
+        field("horizontal", "float", "Values of the first initial coordinate.", "horizontal"),
+        field("vertical", "float", "Values of the second.", "vertical"),
+        field("label", "int", "Position in `attractors`; -1 where the motion is unresolved.", _PLANE, dtype="int16"),
+        field("attractors", ATTRACTOR, "The motions found, the most frequent first.", "attractor", prefix="attractor_"),
+        field(
+            "settled_after",
+            "int",
+            "After how many forcing periods; -1 where the motion is not periodic.",
+            _PLANE,
+            "forcing periods",
+            dtype="int32",
+        ),
+        field("lyapunov", "float", "Largest exponent per forcing period.", _PLANE, null=True),
+        field("reason", "int", "Why a state is unresolved.", _PLANE, dtype="int8", index_of="reasons"),
+        field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
+    ),
+    process="basins",
+    derived=(
+        field("motion", "str", "The name of the motion, or its kind.", _PLANE),
+        field("attractor_motion", "str", "The name of the attractor, or its kind.", "attractor"),
+    ),
+)

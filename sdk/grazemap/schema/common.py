@@ -1,0 +1,88 @@
+"""Records that several results have."""
+
+from __future__ import annotations
+
+from grazemap.schema.fields import Field, Record, deprecated, field
+
+OMEGA = field("omega", "float", "Forcing frequency.", unit="rad/s")
+CLEARANCE = field("clearance", "float", "Distance of each stop from the middle.", unit="m")
+KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
+STOPS = (1, -1)
+BIFURCATIONS = ("SN", "PD", "SB", "NS", "GR")
+
+PERIOD = field("period", "int", "The least period n of a periodic motion.", unit="forcing periods")
+IMPACTS_RIGHT = field(
+    "impacts_right",
+    "int",
+    "Impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: mass 1 rests on it without an "
+    "impact, -2: infinitely many, in complete chatter.",
+)
+IMPACTS_LEFT = field("impacts_left", "int", "The same on stop C.")
+SYMMETRIC = field("symmetric", "bool", "Whether the motion is its own mirror image, half a period later.")
+STICKING = field("sticking", "bool", "Whether mass 1 rests on a stop some time in the period.")
+_OF_PERIODIC = "of periodic motions"
+NAME: tuple[Field, ...] = tuple(
+    one.in_result(when=_OF_PERIODIC) for one in (PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, STICKING)
+)
+
+ISOLATED = field(
+    "isolated", "bool", "Newton-Kantorovich: there is one solution of the orbit's equations near by, and only one."
+)
+ADMISSIBLE = field(
+    "admissible", "bool", "Every impact is one, and mass 1 touches no stop besides: the orbit is a motion."
+)
+STABLE = field("stable", "bool", "All multipliers are inside the unit circle.")
+VERIFIED = field("verified", "bool", "The orbit is isolated, admissible and stable, and the period is its least.")
+EVIDENCE = (ISOLATED, ADMISSIBLE, STABLE, VERIFIED)
+
+MOTION = Record(
+    "Motion",
+    "The motion n-p_r-q_l that a trajectory settles to.",
+    (
+        field("kind", "str", "What sort of motion it is.", values=KINDS),
+        *NAME,
+        field("label", "str", "The name n-p_r-q_l as plain text.", when=_OF_PERIODIC),
+        VERIFIED,
+        deprecated("certified", VERIFIED),
+        field(
+            "reason", "str", "Why the motion is unresolved, or is not verified.", when="where there is something to say"
+        ),
+    ),
+)
+STATE = Record(
+    "State",
+    "The state at a moment, as `initial` of a trajectory takes it.",
+    (
+        field("displacement", "float", "Of every mass.", "mass", "m", null=True),
+        field("velocity", "float", "Of every mass.", "mass", "m/s", null=True),
+        field("phase", "float", "Of the forcing, in (-pi, pi].", unit="rad"),
+    ),
+)
+IMPACTS = Record(
+    "Impacts",
+    "Every contact of a trajectory with a stop, in order.",
+    (
+        field("time", "float", "From the start of the record.", "impact", "s", coordinate=True),
+        field("period", "int", "Forcing periods completed at that time.", "impact", "forcing periods"),
+        field("phase_time", "float", "The time since then, without the rounding of a long time.", "impact", "s"),
+        field("stop", "int", "+1: stop A, -1: stop C.", "impact", dtype="int8", values=STOPS),
+        field("velocity", "float", "Of mass 1 before the impact, signed.", "impact", "m/s"),
+        field(
+            "kind",
+            "str",
+            "impact; chatter: infinitely many more follow, up to the start of the next rest; graze: round-off hides "
+            "whether mass 1 touches the stop.",
+            "impact",
+            values=("impact", "chatter", "graze"),
+        ),
+    ),
+)
+RESTS = Record(
+    "Sticking",
+    "The intervals during which mass 1 rests on a stop.",
+    (
+        field("start", "float", "Begin of the interval.", "interval", "s"),
+        field("stop_time", "float", "End of the interval.", "interval", "s"),
+        field("stop", "int", "+1: stop A, -1: stop C.", "interval", dtype="int8", values=STOPS),
+    ),
+)

@@ -1,0 +1,168 @@
+"""The results of bifurcation-curves and unfolding-diagrams."""
+
+from __future__ import annotations
+
+from grazemap.schema.common import (
+    ADMISSIBLE,
+    BIFURCATIONS,
+    CLEARANCE,
+    IMPACTS_LEFT,
+    IMPACTS_RIGHT,
+    OMEGA,
+    PERIOD,
+    SYMMETRIC,
+)
+from grazemap.schema.fields import Record, ResultSchema, field
+from grazemap.schema.grazing import CODIMENSION_TWO_POINTS, GRAZING_CURVES
+from grazemap.schema.maps import UNFOLDING_MAPS
+
+_ASKED = "of curves of motions that were asked for"
+_FOUND = "where an orbit was found"
+_ENDS = field(
+    "ends",
+    "str",
+    "How the piece ends: window, grazing (it leaves the grazing curve), admissible (another piece goes "
+    "on), none (no such motions beyond); of continued curves also closed, real (a pair of multipliers becomes real), "
+    "step (impacts come together), singular (curves meet) or points (their number is bounded).",
+    "end",
+    texts=True,
+    variable=None,
+)
+_MOTION = (
+    field(
+        "type", "str", "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker, graze.", values=BIFURCATIONS
+    ),
+    field("motion", "str", "n-p_r-q_l of the motion that ends there, as plain text."),
+    PERIOD,
+    IMPACTS_RIGHT,
+    IMPACTS_LEFT,
+    SYMMETRIC,
+)
+_LINE = (OMEGA.in_result(dims=("point",)), CLEARANCE.in_result(dims=("point",)))
+
+CURVE = Record(
+    "BifurcationCurve",
+    "A piece of a curve inside the window.",
+    (
+        *_MOTION,
+        ADMISSIBLE.in_result(description="Whether the motions there are ones; else the piece is no border of motions."),
+        field("stop", "int", "Of a graze: +1 A, -1 C; else 0."),
+        *_LINE,
+        field(
+            "impact_velocity",
+            "float",
+            "The smallest impact speed, that of an impact that vanishes left out.",
+            "point",
+            "m/s",
+        ),
+        _ENDS,
+        field("of_motion", "int", "Position of the motion in `motions`.", when=_ASKED),
+        field("impact", "int", "Number of the impact that vanishes.", when="of grazes where an impact vanishes"),
+        field("stops", "int", "Of all impacts: +1 A, -1 C.", "impact", when=_ASKED, texts=True, variable=None),
+        field("phases", "float", "omega t of the impacts.", "point impact", "rad", when=_ASKED, variable=None),
+        field("velocities", "float", "Before the impacts, signed.", "point impact", "m/s", when=_ASKED, variable=None),
+    ),
+)
+FOLLOWED_MOTION = Record(
+    "FollowedMotion",
+    "A motion whose curves were asked for, and the orbit that the search began with.",
+    (
+        PERIOD,
+        field("stops", "int", "Of its impacts: +1 A, -1 C.", "impact", texts=True, variable=None),
+        OMEGA.in_result(when=_FOUND),
+        CLEARANCE.in_result(when=_FOUND),
+        field("label", "str", "The name n-p_r-q_l as plain text.", when=_FOUND),
+        ADMISSIBLE,
+        field("reason", "str", "Why there is none.", when="where no orbit was found"),
+    ),
+)
+BIFURCATION_CURVES = ResultSchema(
+    "BifurcationCurves",
+    "Curves of special motions in a window of omega and clearance.",
+    (
+        field("curves", CURVE, "The pieces inside the window.", "curve", prefix="curve_"),
+        field(
+            "motions",
+            FOLLOWED_MOTION,
+            "Those asked for, in order; none where closed forms were.",
+            "motion",
+            variable=None,
+        ),
+    ),
+    process="bifurcation-curves",
+)
+
+BORDER_CURVE = Record(
+    "BorderCurve",
+    "A curve that explains borders of a map; mirror images are one motion, more impacts come first.",
+    (
+        *_MOTION,
+        *_LINE,
+        ADMISSIBLE.in_result(dims=("point",)),
+        field("pairs", "int", "How many pairs of neighbouring points it explains."),
+        _ENDS,
+    ),
+)
+MAP_BORDERS = Record(
+    "MapBorders",
+    "The borders of a map's regions: pairs of neighbouring points with different motions, mirror images being one.",
+    (
+        field("row", "int", "Of the first point of a pair.", "border"),
+        field("column", "int", "Of the same.", "border"),
+        field("along", "int", "0: the other point has the next larger clearance, 1: the next larger omega.", "border"),
+        field("regular", "bool", "Whether both motions are periodic.", "border"),
+        field(
+            "explanation",
+            "int",
+            "curve: one of the motions ends between the points; coexistence: both are there at both, "
+            "stable and admissible; goes on: of a pair that is not regular, its periodic motion is there at the other "
+            "point too.",
+            "border",
+            index_of="explanations",
+        ),
+        field("reason", "int", "Why a pair is unexplained.", "border", index_of="reasons"),
+        field("explanations", "str", "The explanations.", "explanation", texts=True, variable=None),
+        field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
+        field("curve", "int", "Position in `curves`; -1 without one.", "border"),
+        field(
+            "distance",
+            "float",
+            "From the middle between the points to the curve, in steps of the map.",
+            "border",
+            null=True,
+        ),
+        field("curves", BORDER_CURVE, "The curves.", "curve", variable=None),
+        field("without_orbit", "int", "Points with a periodic motion for which no orbit was found.", variable=None),
+        field(
+            "irregular_pairs",
+            "int",
+            "Pairs of points none of which is periodic, of different kinds; not among these.",
+            variable=None,
+        ),
+    ),
+)
+UNFOLDING_DIAGRAMS = ResultSchema(
+    "UnfoldingDiagram",
+    "An unfolding map from rest and all that is drawn over it, each as its own process gives it.",
+    (
+        field("unfolding_map", UNFOLDING_MAPS, "The map."),
+        field(
+            "grazing_curve",
+            GRAZING_CURVES,
+            "The curve, at 400 values of omega, or two for each column of the map.",
+            prefix="grazing_",
+        ),
+        field("codimension_two_points", CODIMENSION_TWO_POINTS, "The points on it.", variable=None),
+        field("bifurcation_curves", BIFURCATION_CURVES, "The curves in closed form.", variable=None),
+        field(
+            "borders",
+            MAP_BORDERS,
+            "What every border of the map's regions is.",
+            when="with borders",
+            prefix="border_",
+        ),
+    ),
+    process="unfolding-diagrams",
+    roles=UNFOLDING_MAPS.roles,
+    derived=UNFOLDING_MAPS.derived,
+)

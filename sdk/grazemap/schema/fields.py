@@ -1,0 +1,162 @@
+"""What schemas are made of: fields, records of fields, and the result of one process.
+
+A schema is plain data. Everything that has to know the fields of a result is derived from it: reading and checking
+documents, result classes, Datasets, the responses in the API's document, and the tables of the guides.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+VERSION = 2
+"""The version of the layout of results: 1 is that of grazemap 0.1, which did not say it."""
+
+Scalar = Literal["float", "int", "bool", "str", "complex"]
+# These units hold for nondimensional oscillators too.
+_ALWAYS = frozenset({"rad", "forcing periods"})
+
+
+@dataclass(frozen=True)
+class Record:
+    """A nested document with fields of its own.
+
+    Attributes
+    ----------
+    name : str
+        Of the class in `grazemap.results` and of the schema in the API's document.
+    description : str
+        One sentence.
+    fields : tuple of Field
+    """
+
+    name: str
+    description: str
+    fields: tuple[Field, ...]
+
+    def __getitem__(self, name: str) -> Field:
+        """Return the field of a name. Raises KeyError."""
+        for one in self.fields:
+            if one.name == name:
+                return one
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[Field]:
+        return iter(self.fields)
+
+
+@dataclass(frozen=True)
+class Request:
+    """A nested document that can be posted to a process.
+
+    Attributes
+    ----------
+    process : str
+        The process that takes it.
+    """
+
+    process: str
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a result or of a record.
+
+    Attributes
+    ----------
+    name : str
+    type : {"float", "int", "bool", "str", "complex"}, Record or Request
+        A complex number travels as a pair, its real and imaginary part.
+    description : str
+        What it is, in one sentence.
+    dims : tuple of str
+        The roles of its dimensions; a record with one is a list of records.
+    unit : str
+        In SI; of a nondimensional oscillator it has none, but for angles and counts of forcing periods.
+    when : str
+        When it is present; empty: always.
+    null : bool
+        Whether its numbers may be NaN, or the whole of it null: in JSON both are null.
+    dtype : str
+        Of the array, where it is not the one that the type stands for.
+    values : tuple
+        The values that it may have, where they are few.
+    index_of : str
+        The field whose entries these numbers are positions in.
+    replaces : str
+        The field that this one is a deprecated name of.
+    variable : str or None
+        Its name in a Dataset, where that is another one; None: it is not in it.
+    prefix : str
+        Of the names in a Dataset of a record's fields.
+    coordinate : bool
+        Whether it is a coordinate in a Dataset, which those are that are named as their dimension.
+    texts : bool
+        Whether short texts or numbers are a tuple in the result, and no array.
+    """
+
+    name: str
+    type: Scalar | Record | Request
+    description: str
+    dims: tuple[str, ...] = ()
+    unit: str = ""
+    when: str = ""
+    null: bool = False
+    dtype: str = ""
+    values: tuple[str | int, ...] = ()
+    index_of: str = ""
+    replaces: str = ""
+    variable: str | None = ""
+    prefix: str = ""
+    coordinate: bool = False
+    texts: bool = False
+
+    @property
+    def optional(self) -> bool:
+        """Whether there are results without it."""
+        return bool(self.when) or bool(self.replaces)
+
+    def unit_in(self, units: str) -> str:
+        """Return its unit in results of an oscillator in SI, or in a nondimensional one; empty: it has none."""
+        return self.unit if not self.unit or units == "SI" or self.unit in _ALWAYS else "nondimensional"
+
+    def in_result(self, **changes: object) -> Field:
+        """Return the field with some of its attributes changed."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class ResultSchema(Record):
+    """The result of a process.
+
+    Attributes
+    ----------
+    process : str
+    roles : mapping of str to str
+        From the role of a dimension to the field with its coordinates, where the two are named differently.
+    derived : tuple of Field
+        What a Dataset has besides, made by the result's class.
+    form : str
+        What tells it from another result of the same process; empty where there is one form.
+    """
+
+    process: str = ""
+    roles: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    derived: tuple[Field, ...] = ()
+    form: str = ""
+
+
+def field(
+    name: str, type: Scalar | Record | Request, description: str, dims: str = "", unit: str = "", **more: object
+) -> Field:
+    """Return a field; `dims` are separated by spaces."""
+    return Field(name, type, description, tuple(dims.split()), unit, **more)  # type: ignore[arg-type]
+
+
+def deprecated(name: str, of: Field) -> Field:
+    """Return a field that is another name of one, for one version."""
+    return replace(
+        of, name=name, description=f"Deprecated: another name of `{of.name}`.", replaces=of.name, variable=None
+    )

@@ -1,0 +1,132 @@
+"""The results of grazing-curves and codimension-two-points."""
+
+from __future__ import annotations
+
+from grazemap.schema.common import CLEARANCE, OMEGA
+from grazemap.schema.fields import Record, ResultSchema, field
+
+_RECURRENCE, _RESONANT, _SIMPLE = "of recurrences", "of resonant points", "of simple resonant points"
+
+FAMILY = Record(
+    "Family",
+    "One of the paper's families of double grazing motions, equation (42).",
+    (field("case", "int", "The paper's case, 1 to 4."), field("n", "int", "The paper's n.")),
+)
+UNFOLDING = Record(
+    "Unfolding",
+    "What leaves the grazing curve at a resonant point: b = A(omega) + slope x + quadratic x^2, to leading order in "
+    "the distance x from the point in omega.",
+    (
+        field(
+            "orbits_before",
+            "int",
+            "Motions of vanishing impact velocity are below (-1) or above (+1) the grazing curve, "
+            "at omega below the point.",
+        ),
+        field("orbits_after", "int", "The same at omega above the point."),
+        field("curve_omega", "int", "The curve is at smaller (-1) or larger (+1) omega."),
+        field("curve_clearance", "int", "The curve is below (-1) or above (+1) the grazing curve."),
+        field("contact", "str", "Of the curve with the grazing curve.", values=("transversal", "tangent")),
+        field("slope", "float", "Of the difference to the grazing curve; 0 where the contact is tangent."),
+        field("quadratic", "float", "Its coefficient of x^2.", when="where the contact is tangent"),
+        field("velocity_slope", "float", "Impact velocity on the curve over |x|."),
+        field("transversality", "float", "How simple the point is, relative; 0: degenerate."),
+        field(
+            "admissible",
+            "bool",
+            "Whether the motions near the point touch a stop at their impacts only.",
+            when="where that is decided",
+        ),
+        field(
+            "margin",
+            "float",
+            "By how much that holds, relative to the size of its terms.",
+            when="where that is decided",
+        ),
+    ),
+)
+POINT = Record(
+    "CodimensionTwoPoint",
+    "One codimension-two point of the grazing curve.",
+    (
+        field(
+            "kind",
+            "str",
+            "recurrence: a zero of Phi_12(order T/2), equations (45), (57), (58); resonant: a zero of the "
+            "periodic sum H(1) or H(-1).",
+            values=("recurrence", "resonant"),
+        ),
+        OMEGA.in_result(coordinate=True),
+        CLEARANCE,
+        field("order", "int", "After how many half periods of the forcing the graze recurs.", when=_RECURRENCE),
+        field("active", "bool", "Whether no smaller order recurs there already.", when=_RECURRENCE),
+        field("families", FAMILY, "The paper's families of this order.", "family", when=_RECURRENCE, prefix="family_"),
+        field(
+            "multiple", "int", "The period of the motions in forcing periods.", unit="forcing periods", when=_RESONANT
+        ),
+        field("symmetric", "bool", "Whether these motions are their own mirror image.", when=_RESONANT),
+        field(
+            "bifurcation",
+            "str",
+            "Which curve leaves the point: saddle-node, period doubling, symmetry breaking.",
+            when=_RESONANT,
+            values=("SN", "PD", "SB"),
+        ),
+        field(
+            "residual",
+            "float",
+            "Modulus of the function at its zero over the sum of its amplitudes.",
+            when="where it was computed",
+        ),
+        field(
+            "status",
+            "str",
+            "near-double: two zeros too close to be separated, or a near touch that may be none.",
+            when="where it was computed",
+            values=("simple", "near-double"),
+        ),
+        field(
+            "omega_error",
+            "float",
+            "How far round-off of the model may have moved omega.",
+            unit="rad/s",
+            when="where it was computed",
+        ),
+        field("unfolding", UNFOLDING, "What leaves the grazing curve.", when=_SIMPLE, prefix="unfolding_"),
+    ),
+)
+
+XI = field("xi", "float", "xi_m for m = 1, 2, ..., equations (33)-(40).", "order")
+
+GRAZING_CURVES = ResultSchema(
+    "GrazingCurve",
+    "The curve clearance = A(omega) on which the steady motion touches both stops, equations (16)-(19).",
+    (
+        OMEGA.in_result(dims=("omega",)),
+        CLEARANCE.in_result(dims=("omega",), description="A(omega), where the steady motion touches both stops."),
+        field("phase", "float", "Phase of the forcing at the contact with stop A, in (-pi, pi].", "omega", "rad"),
+        field(
+            "first_recurrence",
+            "int",
+            "The first half period after which an impact recurs; 0: none up to max_order.",
+            "omega",
+        ),
+        field("recurrence_stop", "int", "The stop of that recurrence: +1 A, -1 C, 0 none.", "omega"),
+        field(
+            "points", POINT, "The codimension-two points inside the range, in increasing omega.", "point", variable=None
+        ),
+        XI.in_result(
+            dims=("omega", "order"),
+            when="with sequence",
+            description="xi_m for m = 1 .. max_order of a graze at A, equations (33)-(40): an impact recurs at the "
+            "first m with (-1)^m xi_m < 0.",
+        ),
+    ),
+    process="grazing-curves",
+)
+CODIMENSION_TWO_POINTS = ResultSchema(
+    "CodimensionTwoPoints",
+    "Every codimension-two point of the grazing curve over an interval of omega.",
+    (field("points", POINT, "The points, in increasing omega.", "point"),),
+    process="codimension-two-points",
+)

@@ -1,0 +1,142 @@
+"""The result of unfolding-maps."""
+
+from __future__ import annotations
+
+from grazemap.schema.common import CLEARANCE, IMPACTS_LEFT, IMPACTS_RIGHT, OMEGA, PERIOD, STICKING, SYMMETRIC, VERIFIED
+from grazemap.schema.fields import Field, Record, ResultSchema, deprecated, field
+
+PLANE = ("vertical", "horizontal")
+_FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
+_PREVIEW, _ENSEMBLE = "of maps that are no previews", "of ensembles"
+# When a figure is a field of the map itself.
+_WHEN_FULL = {
+    "": _FULL,
+    _PREVIEW: "of maps that are neither previews nor adaptive",
+    _ENSEMBLE: "of ensembles that are not adaptive",
+}
+
+
+def _of_plane(one: Field, **more: object) -> Field:
+    return one.in_result(dims=PLANE, **more)
+
+
+_VERIFIED = _of_plane(VERIFIED, when=_FULL)
+_FIGURES = (
+    field(
+        "multiplier",
+        "float",
+        "Largest modulus of the multipliers over one period of a periodic motion.",
+        null=True,
+        when=_PREVIEW,
+    ),
+    field(
+        "lyapunov",
+        "float",
+        "Largest exponent per forcing period: ln(multiplier)/n of a periodic motion, else as it was "
+        "measured; null where it was not, and where changes die out altogether.",
+        null=True,
+        when=_PREVIEW,
+    ),
+    field(
+        "lyapunov_error",
+        "float",
+        "Standard error of an exponent that was measured along the trajectory.",
+        null=True,
+        when=_PREVIEW,
+    ),
+    field(
+        "least_impact_velocity",
+        "float",
+        "Of a periodic motion with impacts; 0 in complete chatter.",
+        unit="m/s",
+        null=True,
+    ),
+    field(
+        "settled_after",
+        "int",
+        "After how many forcing periods the trajectory had come to its motion, or so close that "
+        "its orbit could be solved for; -1 unless periodic.",
+        unit="forcing periods",
+        dtype="int32",
+    ),
+    field(
+        "share", "float", "Of the initial states, those that lead to this motion or its mirror image.", when=_ENSEMBLE
+    ),
+    field(
+        "motions_found",
+        "int",
+        "How many different motions were found, mirror images counted once.",
+        dtype="int32",
+        when=_ENSEMBLE,
+    ),
+    VERIFIED,
+)
+AT_COMPUTED = Record(
+    "FiguresAtComputedPoints",
+    "The figures of the computed points of an adaptive map, in the order of the rows of `computed`.",
+    (
+        *(one.in_result(dims=("computed_point",)) for one in _FIGURES),
+        deprecated("certified", VERIFIED.in_result(dims=("computed_point",))),
+    ),
+)
+
+UNFOLDING_MAPS = ResultSchema(
+    "UnfoldingMap",
+    "The motion that each point of a rectangle of the plane settles to.",
+    (
+        OMEGA.in_result(dims=("horizontal",)),
+        CLEARANCE.in_result(dims=("vertical",)),
+        field(
+            "kind",
+            "int",
+            "Whether the motion is unresolved, periodic, quasi-periodic or chaotic.",
+            " ".join(PLANE),
+            dtype="int8",
+            index_of="kinds",
+        ),
+        field("kinds", "str", "The names of the kinds.", "kind", texts=True, variable=None),
+        _of_plane(PERIOD, dtype="int32"),
+        _of_plane(IMPACTS_RIGHT, dtype="int32"),
+        _of_plane(IMPACTS_LEFT, dtype="int32"),
+        _of_plane(SYMMETRIC),
+        _of_plane(STICKING),
+        *(_of_plane(one, when=_WHEN_FULL[one.when]) for one in _FIGURES),
+        deprecated("certified", _VERIFIED),
+        field(
+            "reason",
+            "int",
+            "Why a motion is unresolved, or is periodic and not verified.",
+            " ".join(PLANE),
+            dtype="int8",
+            index_of="reasons",
+        ),
+        field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
+        field(
+            "computed",
+            "bool",
+            "Whether the point was computed, or inferred from those around it.",
+            " ".join(PLANE),
+            when=_ADAPTIVE,
+        ),
+        field("at_computed", AT_COMPUTED, "The figures, of the computed points only.", when=_ADAPTIVE, variable=None),
+    ),
+    process="unfolding-maps",
+    roles={"vertical": "clearance", "horizontal": "omega"},
+    derived=(field("label", "str", "The name of the motion, or its kind.", " ".join(PLANE)),),
+)
+
+TILE_OF_BASINS = ResultSchema(
+    "TileOfBasins",
+    "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished.",
+    (
+        *(
+            one.in_result(index_of="")
+            for one in UNFOLDING_MAPS.fields
+            if one.dims == PLANE and not one.replaces and one.name != "computed"
+        ),
+        field("mean_position", "float", "As of an attractor.", " ".join(PLANE), null=True),
+        field("mean_velocity", "float", "As of an attractor.", " ".join(PLANE), null=True),
+    ),
+    process="basins",
+    form="of a tile",
+)

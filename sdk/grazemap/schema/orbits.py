@@ -1,0 +1,161 @@
+"""The results of periodic-orbits and orbit-branches."""
+
+from __future__ import annotations
+
+from grazemap.schema.common import (
+    ADMISSIBLE,
+    BIFURCATIONS,
+    CLEARANCE,
+    EVIDENCE,
+    MOTION,
+    OMEGA,
+    RESTS,
+    STATE,
+    VERIFIED,
+)
+from grazemap.schema.fields import Record, Request, ResultSchema, deprecated, field
+
+_REST_STOP = RESTS["stop"].in_result(dtype="int64")
+_RESTS = Record(RESTS.name, RESTS.description, (*RESTS.fields[:-1], _REST_STOP))
+_PHASES = "omega t of the impacts, with the forcing f sin(omega t)."
+_VELOCITIES = "Of mass 1 before each impact, signed."
+_EXCESS = "How far beyond a stop mass 1 is at the highest turning point between its impacts; negative: inside."
+RESTITUTION = field("restitution", "float", "Speed after an impact over that before it.")
+
+PERIODIC_ORBITS = ResultSchema(
+    "PeriodicOrbit",
+    "A periodic motion with impacts; where `converged` is false, why there is none near what was asked for.",
+    (
+        OMEGA,
+        CLEARANCE,
+        field("converged", "bool", "Whether there is such an orbit."),
+        field(
+            "found_by",
+            "str",
+            "equations: solved for by Newton's method; simulation: followed until it closes, as mass 1 "
+            "rests on a stop.",
+            values=("equations", "simulation"),
+        ),
+        field("reason", "str", "Why none was found, or why it is not verified.", null=True),
+        field("period", "int", "As asked for or found.", unit="forcing periods"),
+        field("stops", "int", "Of the impacts in order: +1 A, -1 C.", "impact", variable="impact_stops"),
+        field("phases", "float", _PHASES, "impact", "rad", variable="impact_phases"),
+        field("times", "float", "The times of the impacts, from phase 0 on.", "impact", "s", variable="impact_times"),
+        field("velocities", "float", _VELOCITIES, "impact", "m/s", variable="impact_velocity"),
+        field(
+            "sticking", _RESTS, "Rests on a stop in a period from phase 0 on; of a simulation only.", prefix="sticking_"
+        ),
+        field(
+            "residual",
+            "float",
+            "Of the equations of impact, relative; of a simulation by how much it does not close, over the clearance.",
+            null=True,
+        ),
+        field("kantorovich", "float", "Of the Newton-Kantorovich theorem; up to 1/2 the orbit is isolated.", null=True),
+        field(
+            "radius", "float", "Within which exactly one orbit lies: phases in radians, velocities relative.", null=True
+        ),
+        *EVIDENCE,
+        deprecated("certified", VERIFIED),
+        field("multipliers", "complex", "Floquet multipliers, by falling modulus.", "multiplier", null=True),
+        field("physical", "bool", "Whether every impact has a velocity of its stop's sign."),
+        field(
+            "contacts", "str", "With a stop besides the impacts.", values=("none", "some", "undecided", "not searched")
+        ),
+        field("excess", "float", _EXCESS, unit="m", null=True),
+        field("excess_phase", "float", "When that is.", unit="rad", null=True),
+        field("excess_stop", "int", "At which stop: +1 A, -1 C, 0 none."),
+        field("start", STATE, "The state at phase 0: a trajectory from there runs along the orbit.", prefix="start_"),
+        field("motion", MOTION, "Its name.", variable="label"),
+    ),
+    process="periodic-orbits",
+)
+
+BEYOND = Record(
+    "Beyond",
+    "An orbit of another branch that passes through a special point, next to it.",
+    (
+        ADMISSIBLE,
+        field(
+            "request",
+            Request("periodic-orbits"),
+            "Its question: to be posted to `/v1/periodic-orbits` as it is, or with "
+            "`vary` and `range` to `/v1/orbit-branches`.",
+        ),
+    ),
+)
+_OF_GRAZE = "of grazes"
+SPECIAL_POINT = Record(
+    "SpecialPoint",
+    "A special point of a branch.",
+    (
+        field(
+            "type",
+            "str",
+            "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker, graze.",
+            values=BIFURCATIONS,
+        ),
+        field("parameter", "float", "The parameter that varies there.", variable=None),
+        CLEARANCE,
+        OMEGA,
+        RESTITUTION,
+        field("status", "str", "Whether it was solved for to round-off.", values=("converged", "guess")),
+        ADMISSIBLE.in_result(description="The orbit there is a motion; of a graze: the orbits on one side of it are."),
+        field("segment", "int", "It lies between this point of the branch and the next."),
+        field("phases", "float", _PHASES, "impact", "rad", variable=None),
+        field("velocities", "float", _VELOCITIES, "impact", "m/s", variable=None),
+        field("stop", "int", "Where mass 1 grazes: +1 A, -1 C.", when=_OF_GRAZE),
+        field("phase", "float", "When it does.", unit="rad", when=_OF_GRAZE),
+        field("impact", "int", "Number of the impact that vanishes.", when="of grazes where an impact vanishes"),
+        field(
+            "beyond",
+            BEYOND,
+            "What can be switched to: the orbit of twice the period of a PD, one without the symmetry of "
+            "an SB, with an impact more or less of a GR.",
+            "beyond",
+            variable=None,
+        ),
+    ),
+)
+ORBIT_BRANCHES = ResultSchema(
+    "OrbitBranch",
+    "A branch of periodic motions over a parameter, in the order of the branch.",
+    (
+        field("parameter", "float", "The parameter that varies.", "point", coordinate=True),
+        OMEGA.in_result(dims=("point",)),
+        CLEARANCE.in_result(dims=("point",)),
+        RESTITUTION.in_result(dims=("point",)),
+        field("stops", "int", "Of the impacts in order: +1 A, -1 C.", "impact"),
+        field("period", "int", "Of the orbits.", unit="forcing periods", variable=None),
+        field(
+            "symmetric",
+            "bool",
+            "Whether the second half of the period is the mirror image of the first.",
+            variable=None,
+        ),
+        field("phases", "float", _PHASES + " They change smoothly along the branch.", "point impact", "rad"),
+        field("velocities", "float", _VELOCITIES + " Of the wrong sign: the impact is virtual.", "point impact", "m/s"),
+        field("multipliers", "complex", "Floquet multipliers, by falling modulus.", "point multiplier", null=True),
+        *(one.in_result(dims=("point",)) for one in EVIDENCE),
+        deprecated("certified", VERIFIED.in_result(dims=("point",))),
+        field("excess", "float", _EXCESS, "point", "m", null=True),
+        field("residual", "float", "Of the equations of impact, relative.", "point", null=True),
+        field(
+            "special_points",
+            SPECIAL_POINT,
+            "SN, PD, SB, NS and GR, in the order of the branch.",
+            "special",
+            prefix="special_",
+        ),
+        field(
+            "ends",
+            "str",
+            "Why the branch ends before its first point, and after its last.",
+            "end",
+            texts=True,
+            variable=None,
+        ),
+        field("reason", "str", "Why there are no points at all.", null=True, variable=None),
+    ),
+    process="orbit-branches",
+)

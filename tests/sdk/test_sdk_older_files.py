@@ -1,0 +1,63 @@
+"""Files that earlier versions have written: each is read, becomes a Dataset, and is drawn."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import grazemap
+from grazemap.codec import decode_npz
+from grazemap.plots import save_picture
+from grazemap.results import RESULTS, decode_result
+
+FILES = sorted((Path(__file__).parents[1] / "data").glob("results-*/*"))
+
+
+def test_there_is_a_file_of_every_result() -> None:
+    assert {type(grazemap.load(path)).__name__ for path in FILES} == set(RESULTS)
+    assert all(path.stat().st_size < 100_000 for path in FILES)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_a_file_of_an_earlier_version_is_read_converted_and_drawn(path: Path, tmp_path: Path) -> None:
+    result = grazemap.load(path)
+    assert "schema" not in result.meta  # written before results said so
+    made = result.to_xarray()
+    assert made.attrs["process"] == result.process
+    assert len(made.variables) > 2
+    picture = tmp_path / "picture.png"
+    save_picture(result, picture)
+    assert picture.stat().st_size > 5000
+    if path.suffix == ".npz":
+        assert result.save(tmp_path / "again.npz").read_bytes() == path.read_bytes()
+
+
+def test_what_was_certified_is_verified_or_isolated() -> None:
+    folder = FILES[0].parent
+    umap = grazemap.load(folder / "map_rest.npz")
+    document, _ = decode_npz((folder / "map_rest.npz").read_bytes())
+    assert "verified" not in document
+    np.testing.assert_array_equal(umap.verified, document["certified"])
+    assert umap.verified.any()
+    adaptive = grazemap.load(folder / "map_adaptive.npz")
+    assert adaptive.verified.any()
+    assert not adaptive.verified[~adaptive.computed].any()
+    orbit = grazemap.load(folder / "orbit.json")
+    assert json.loads((folder / "orbit.json").read_text())["certified"] is True
+    assert orbit.isolated is True
+    assert orbit.verified is (orbit.admissible and orbit.stable and orbit.motion.period == orbit.period)
+    assert orbit.motion.verified is orbit.verified
+    branch = grazemap.load(folder / "branch.npz")
+    assert not branch.isolated.any()  # it was not kept
+    assert all(type(attractor.verified) is bool for attractor in grazemap.load(folder / "basins.npz").attractors)
+
+
+@pytest.mark.parametrize("name", ["map_rest", "orbit", "branch"])
+def test_the_deprecated_name_is_read_with_a_warning(name: str) -> None:
+    result = decode_result((FILES[0].parent / f"{name}.npz").read_bytes())
+    with pytest.warns(DeprecationWarning, match="verified"):
+        old = result.certified
+    np.testing.assert_array_equal(old, result.verified)

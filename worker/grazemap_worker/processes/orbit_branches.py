@@ -1,0 +1,150 @@
+"""The process orbit-branches: the branch of a periodic orbit over a parameter, and what lies beyond its points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.codec import Document
+from grazemap.wire import OrbitBranchesRequest
+from grazemap.wire.orbits import MAX_IMPACTS
+from grazemap.wire.process import LONGEST_PERIOD
+from grazemap_worker.processes.conversion import Report, core_oscillator, evidence, pairs
+from grazemap_worker.processes.periodic_orbits import orbit_asked_for
+from grazemap_worker.processes.process import Process
+
+if TYPE_CHECKING:
+    from grazemap_core.continuation.branch_switching import OrbitStart
+    from grazemap_core.continuation.special_points import SpecialPoint
+    from grazemap_core.orbits.impact_sequences import ImpactSequence
+
+
+def compute(request: OrbitBranchesRequest, report: Report) -> Document:
+    """Return the branch of the orbit; one without points, and the reason, where there is no orbit. Raises CoreError."""
+    from grazemap_core.continuation.branch_switching import starts_beyond
+    from grazemap_core.continuation.branches import orbit_branch
+    from grazemap_core.continuation.pseudo_arclength import ENDS
+
+    oscillator = core_oscillator(request.oscillator)
+    report(0, 3)
+    orbit = orbit_asked_for(oscillator, request)
+    if not isinstance(orbit, str) and not orbit.converged:
+        orbit = orbit.reason
+    if isinstance(orbit, str):
+        return _no_branch(request, orbit)
+    report(1, 3)
+    branch = orbit_branch(
+        oscillator, orbit, request.range.start, request.range.stop, request.vary, max_points=request.max_points
+    )
+    report(2, 3)
+    beyond = [starts_beyond(oscillator, point, request.vary) for point in branch.special_points]
+    stops, phases, velocities = whole_period(
+        branch.stops, branch.phases, branch.velocities, branch.period, branch.symmetric
+    )
+    return {
+        "parameter": branch.values,
+        "omega": branch.omega,
+        "clearance": branch.clearance,
+        "restitution": branch.restitution,
+        "stops": stops,
+        "period": branch.period,
+        "symmetric": branch.symmetric,
+        "phases": phases,
+        "velocities": velocities,
+        "multipliers": pairs(branch.multipliers),
+        **evidence(branch),
+        "excess": branch.excess,
+        "residual": branch.residual,
+        "special_points": [
+            _special(request, point, starts) for point, starts in zip(branch.special_points, beyond, strict=True)
+        ],
+        "ends": np.array([ENDS[end] for end in branch.ends]),
+        "reason": None,
+    }
+
+
+def whole_period(
+    stops: NDArray[np.int64],
+    phases: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    period: int,
+    symmetric: bool,
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return stops (k,), phases and velocities (m, k) of all impacts of a period, from what was solved for.
+
+    Of symmetric motions that is half of them: the others are their mirror images, half a period later.
+    """
+    if not symmetric:
+        return stops, phases, velocities
+    return (
+        np.concatenate([stops, -stops]),
+        np.hstack([phases, phases + np.pi * period]),
+        np.hstack([velocities, -velocities]),
+    )
+
+
+def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
+    """Return the document of a branch without points."""
+    nothing = np.zeros(0)
+    return {
+        **dict.fromkeys(("parameter", "omega", "clearance", "restitution", "excess", "residual"), nothing),
+        "stops": np.zeros(0, dtype=np.int64),
+        "period": 0 if request.motion is None else request.motion.period,
+        "symmetric": False,
+        **dict.fromkeys(("phases", "velocities"), np.zeros((0, 0))),
+        "multipliers": np.zeros((0, 2 * request.oscillator.size, 2)),
+        **dict.fromkeys(("isolated", "admissible", "stable", "verified"), np.zeros(0, dtype=np.bool_)),
+        "special_points": [],
+        "ends": np.array(["", ""]),
+        "reason": reason,
+    }
+
+
+def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> dict[str, Any]:
+    whole = point.impacts.whole
+    return {
+        "type": point.type,
+        "parameter": getattr(point, request.vary),
+        "clearance": point.clearance,
+        "omega": point.omega,
+        "restitution": point.restitution,
+        "status": point.status,
+        "admissible": point.admissible,
+        "segment": point.segment,
+        "stop": point.stop,
+        "phase": point.phase,
+        "impact": point.impact,
+        "phases": whole.phases,
+        "velocities": whole.velocities,
+        "beyond": [
+            {"admissible": start.admissible, "request": _request(request, start)}
+            for start in beyond
+            if _can_be_asked(start.impacts.whole)
+        ],
+    }
+
+
+def _can_be_asked(impacts: ImpactSequence) -> bool:
+    """Say whether a motion is within what requests may name: doubled ones may have too many impacts or periods."""
+    return len(impacts.stops) <= MAX_IMPACTS and impacts.period <= LONGEST_PERIOD
+
+
+def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:
+    """Return an orbit beyond a special point as the request of it: with a range, as that of its branch."""
+    impacts = start.impacts.whole
+    return {
+        "oscillator": {**request.oscillator.model_dump(mode="json"), "restitution": start.restitution},
+        "omega": start.omega,
+        "clearance": start.clearance,
+        "motion": {
+            "period": impacts.period,
+            "stops": impacts.stops.tolist(),
+            "phases": impacts.phases.tolist(),
+            "velocities": impacts.velocities.tolist(),
+        },
+    }
+
+
+PROCESS = Process(whole=compute)

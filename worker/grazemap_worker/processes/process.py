@@ -1,0 +1,30 @@
+"""What a process is to the worker: how its result comes about."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from grazemap.codec import Document
+from grazemap_worker.planning import Plan, Tile
+from grazemap_worker.processes.conversion import Report
+
+
+@dataclass(frozen=True)
+class Process:
+    """How the result of a process comes about.
+
+    Attributes
+    ----------
+    whole : callable (request, report) -> document, optional
+        Computes everything at once; for processes of one tile.
+    tile : callable (request, tile) -> document, optional
+        Computes a rectangle of the grid.
+    assembled : callable (request, plan, tiles, report) -> document, optional
+        Puts the tiles' documents, in the plan's order, together; `report` counts for plans with steps after the tiles.
+    """
+
+    whole: Callable[[Any, Report], Document] | None = None
+    tile: Callable[[Any, Tile], Document] | None = None
+    assembled: Callable[[Any, Plan, list[Document], Report], Document] | None = None
