@@ -2,7 +2,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
-SOURCES := sdk core worker service benchmarks tests examples
+SOURCES := sdk core worker service benchmarks tests examples tools
 
 # what needs no kernels; what is arithmetic alone; the rest starts workers and stacks, and waits much of its time
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
@@ -11,7 +11,7 @@ ARITHMETIC := tests/core tests/performance
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance lint types lock browser clean
+.PHONY: help run reproduce borders serve test kernels test-without-kernels test-arithmetic test-processes hardware certify bench bench-quick performance house lint types lock browser clean
 
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -80,6 +80,9 @@ bench-quick: $(BENCH_STAMP)  ## the same in a minute, with rougher figures, into
 performance: $(STAMP)  ## docs/performance.md and its picture, from the last out/bench.json
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
+
+house: $(STAMP)  ## docs/pictures/house.svg: the folders and modules, floor by floor, from the imports
+	$(BIN)/python -m tools.house
 
 lint: $(STAMP)  ## style, spelling, import contracts, compose file
 	$(BIN)/ruff check .
