@@ -1,4 +1,4 @@
-"""Maps of the plane on all cores, and what single pixels cost.
+"""Maps of the plane on all cores, and the cost of single points.
 
 A map is cut into blocks of columns that processes of the machine's number of cores take in turn, as the worker's tiles
 are; the clock of the kernel runs inside each process, so starting processes and carrying results about is not in it.
