@@ -22,6 +22,7 @@ TARGETS = (
     "lint",
     "types",
     "test",
+    "test-newest",
     "browser",
     "hardware",
     "verify",
