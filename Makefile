@@ -2,18 +2,18 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
-SOURCES := sdk core worker service benchmarks tests examples
+SOURCES := sdk core worker service benchmarks tests examples tools
 
-# what needs no kernels; what is arithmetic alone; the rest starts workers and stacks, and waits much of its time
+# tests without kernels; tests of arithmetic alone; the others start workers and stacks, and mostly wait
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
 ARITHMETIC := tests/core tests/performance
-# one cache of compiled kernels for the tests and for the workers that they start
+# one cache of compiled kernels, for the tests and the workers that they start
 TEST_CACHE := $(CURDIR)/.cache/grazemap
 
 .DEFAULT_GOAL := help
 .PHONY: $(shell awk -F: '/^[a-z-]+:/{print $$1}' $(firstword $(MAKEFILE_LIST)))
 
-help:  ## this list
+help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(STAMP): requirements.lock pyproject.toml
@@ -22,26 +22,30 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
-run: $(STAMP)  ## the paper's grazing curve, codimension-two points and unfolding map, into out/
+run: $(STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
 	$(BIN)/python examples/reproduce_default.py
 
-reproduce: $(STAMP)  ## docs/reproduction.md: the paper's figures and numbers, and its motions, through the service (five minutes)
+reproduce: $(STAMP)  ## compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
 	$(BIN)/python -m examples.reproduce
 
-borders: $(STAMP)  ## unfolding diagrams with every border explained, into out/ (five minutes)
+borders: $(STAMP)  ## compute unfolding diagrams with every border explained, into out/ (five minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
-serve: $(STAMP)  ## keep the whole stack up on this machine, until Ctrl-C
+serve: $(STAMP)  ## run the whole stack on this machine until Ctrl-C
 	$(BIN)/grazemap up
 
 test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-test: $(STAMP)  ## every test that needs nothing but this machine
+test: $(STAMP)  ## every test that needs only this machine
 	@echo "the kernels are compiled, a minute or two, while the first tests run"
 	$(MAKE) --no-print-directory -j 2 kernels test-without-kernels
 	$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes
+	@$(BIN)/python -m tools.all_checks --age
 
-# one process here too: maps, orbits and trajectories share many of them
+all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (an hour)
+	$(BIN)/python -m tools.all_checks
+
+# one process, as maps, orbits and trajectories share many kernels
 kernels: $(STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	@$(BIN)/python -m grazemap_core.warmup
@@ -49,7 +53,7 @@ kernels: $(STAMP)
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
 
-# one process: kernels for other numbers of masses are compiled on the way, and two would compile them twice
+# one process: kernels for other numbers of masses are compiled in the tests, and two processes would do so twice
 test-arithmetic: $(STAMP)
 	$(BIN)/python -m pytest $(ARITHMETIC)
 
@@ -86,33 +90,36 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-hardware: $(STAMP)  ## every kernel compiled for other processors, beside 48-digit arithmetic (eight minutes)
+hardware: $(STAMP)  ## compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
 	$(BIN)/python -m pytest -m hardware tests/core/test_hardware.py
 
-certify: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
-certify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-certify: $(STAMP)  ## a thousand certified points of maps, run once more in 50 digits (ten minutes)
+verify: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+verify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 digits (ten minutes)
 	$(BIN)/python tests/certified_pixels.py 1000
 
-# The peers go into the same environment: both locks agree on every version, so nothing that was there changes.
+# The other tools go into the same environment: both locks agree on every version, so no installed package changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
 	touch $@
 
-bench: $(BENCH_STAMP)  ## speed beside scipy and heyoka, into out/bench.json (ten minutes)
+bench: $(BENCH_STAMP)  ## compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
 
-bench-quick: $(BENCH_STAMP)  ## the same in a minute, with rougher figures, into out/bench-quick.json
+bench-quick: $(BENCH_STAMP)  ## the same in a minute with less precise figures, into out/bench-quick.json
 	$(BIN)/python -m benchmarks out/bench-quick.json --quick
 
-performance: $(STAMP)  ## docs/performance.md and its picture, from the last out/bench.json
+performance: $(STAMP)  ## write docs/performance.md and its picture from the last out/bench.json
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
-tables: $(STAMP)  ## the tables of results' fields in docs/api.md and docs/sdk.md, from the schemas
+tables: $(STAMP)  ## write the tables of results' fields in docs/api.md and docs/sdk.md, from the schemas
 	$(BIN)/python docs/field_tables.py
 
-lint: $(STAMP)  ## style, spelling, import contracts, import circles, compose file
+house: $(STAMP)  ## draw docs/pictures/house.svg, the folders and modules, from the imports
+	$(BIN)/python -m tools.house
+
+lint: $(STAMP)  ## check style, spelling, import contracts, import circles and the compose file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell $(SOURCES) docs *.md
@@ -120,22 +127,22 @@ lint: $(STAMP)  ## style, spelling, import contracts, import circles, compose fi
 	$(BIN)/python tests/import_circles.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
 
-client: $(STAMP)  ## the blocking client, generated from the asynchronous one
+client: $(STAMP)  ## generate the blocking client from the asynchronous one
 	$(BIN)/python sdk/generate_client.py
 
-types: $(STAMP)  ## mypy, strict
+types: $(STAMP)  ## check types with mypy, strict
 	$(BIN)/mypy
 
-browser: $(STAMP)  ## tests of the pages in headless Chromium; installs Debian's chromium where it is missing
+browser: $(STAMP)  ## test the pages in headless Chromium; installs Debian's chromium if it is missing
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
 	$(BIN)/python -m pytest tests/browser
 
 COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url
-lock: $(STAMP)  ## pin the newest version of every dependency, with hashes; the image's are a part of them
+lock: $(STAMP)  ## pin the newest version of every dependency, with hashes
 	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
 	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
 	echo hatchling | $(COMPILE) --extra server --constraint requirements.lock pyproject.toml - -o requirements-server.lock
 
-clean:  ## remove what the other targets made
+clean:  ## remove what the other targets have made
 	rm -rf .venv .cache out dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

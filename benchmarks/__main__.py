@@ -1,4 +1,4 @@
-"""Measure, write the JSON document, print its tables: `python -m benchmarks out/bench.json [--quick]`."""
+"""Run the benchmarks, write the JSON document and print its tables: `python -m benchmarks out/bench.json [--quick]`."""
 
 from __future__ import annotations
 

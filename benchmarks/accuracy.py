@@ -1,8 +1,8 @@
-"""Impact times at random points beside 48-digit arithmetic: ``python benchmarks/accuracy.py [points] [--lockstep]``.
+"""Errors of impact times, by 48-digit arithmetic: ``python benchmarks/accuracy.py [points] [--lockstep]``.
 
 Random chains by the trajectory kernel, or, with ``--lockstep``, random points of the default oscillator's plane by the
-kernel of maps. Prints one line a point, worst last; the method is that of ``tests/impact_accuracy.py``, which the tests
-use on some of the same points.
+kernel of maps. Prints one line for each point, the worst last. The method is that of ``tests/impact_accuracy.py``,
+which the tests use on some of the same points.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def random_chains(points: int) -> Iterator[Point]:
 
 
 def random_plane(points: int) -> Iterator[Point]:
-    """Compare random points of the plane, in lockstep; every yardstick in 48 digits."""
+    """Compare random points of the plane, in lockstep, with 48-digit arithmetic."""
     for omega, clearances in plane_points(DEFAULT, -(-points // CLEARANCES), CLEARANCES):
         for clearance in clearances:
             found = compare_lockstep(DEFAULT, omega, np.array([clearance]))

@@ -1,9 +1,9 @@
-"""`python -m benchmarks.adaptive_maps [side [omegas]]`: adaptive maps beside full ones, easy and hard windows.
+"""Compare adaptive maps with full ones: `python -m benchmarks.adaptive_maps [side [omegas]]`.
 
-Maps of side x side points, or that many omegas from the middle of them, as in a strip. Prints for each window
-which share of its points was computed, what the map took of the full one's time, and of all points: inferred motions
-that are not the full map's, and how many of those it says are another motion (not unresolved); inferred chaos that is
-not the full map's; and motions of the full map that were left unresolved.
+The maps have side x side points, or the given number of omegas from the middle of them, as a strip has. For each window
+the program prints the share of computed points, the time relative to that of the full map, and shares of all points:
+inferred motions that are not those of the full map, and those of them for which the full map has another motion (and is
+not unresolved); inferred chaos that the full map does not have; and motions of the full map that are left unresolved.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""What a tool must be able to do to stand in the tables, and timing several of them fairly.
+"""The interface of a tool in the tables, and the timing of several tools in turn.
 
-Repeats are interleaved, A B C A B C: what else the machine does meanwhile then hits all alike, and a ratio is taken
-within one round. The clock is the CPU time of this process (every tool runs on one core); wall time is kept beside it.
+Repeats are interleaved, A B C A B C, so that other programs on the machine affect all tools equally, and a ratio is
+taken within one round. The clock is the CPU time of this process (every tool runs on one core); wall time is recorded
+too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.estimates`: the estimates of processes, beside what they take on one core.
+"""Compare the estimates of `planning` with the processor time on one core: `python -m benchmarks.estimates`.
 
 Prints a line for each of a few questions: seconds of processor time, and of the estimate. It takes some two minutes,
 most of it for borders; kernels that are not in the cache are compiled before.

@@ -1,4 +1,4 @@
-"""What this run is made on and with: a ratio carries over to another machine, a rate does not."""
+"""The machine and the versions of a run: ratios are valid on another machine, rates are not."""
 
 from __future__ import annotations
 

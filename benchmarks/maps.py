@@ -1,4 +1,4 @@
-"""Maps of the plane on all cores, and what single pixels cost.
+"""Maps of the plane on all cores, and the cost of single points.
 
 A map is cut into blocks of columns that processes of the machine's number of cores take in turn, as the worker's tiles
 are; the clock of the kernel runs inside each process, so starting processes and carrying results about is not in it.
@@ -24,14 +24,14 @@ from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA, Floats, Integers, chain
 FIXED = "fixed length, classified"
 SETTLING = "until settled"
 WHOLE = "until settled, with multipliers and exponents"
-CERTIFIED = "certified, with multipliers and exponents"
+VERIFIED = "verified, with multipliers and exponents"
 COLUMNS = 4
 """Columns of a block."""
 _TILES = {
     FIXED: this_core.map_of_fixed_length,
     SETTLING: this_core.map_with_settling,
     WHOLE: this_core.map_with_exponents,
-    CERTIFIED: this_core.map_as_served,
+    VERIFIED: this_core.map_as_served,
 }
 MODES = tuple(_TILES)
 COMPILED_WITHIN = 300.0
@@ -66,10 +66,10 @@ def scheme_at(omega: float, masses: int = 3) -> Scheme:
 
 
 def run_maps(side: int, periods: int, operation_rate: float, progress: Callable[[str], None]) -> list[MapRun]:
-    """Compute one map in every mode, in the order of MODES, all compared with the certified one."""
-    certified_run, certified = run_map(CERTIFIED, side, periods, operation_rate, progress)
-    runs = {mode: run_map(mode, side, periods, operation_rate, progress, certified)[0] for mode in MODES[:-1]}
-    return [*runs.values(), certified_run]
+    """Compute one map in every mode, in the order of MODES, all compared with the verified one."""
+    verified_run, verified = run_map(VERIFIED, side, periods, operation_rate, progress)
+    runs = {mode: run_map(mode, side, periods, operation_rate, progress, verified)[0] for mode in MODES[:-1]}
+    return [*runs.values(), verified_run]
 
 
 def run_map(
@@ -78,16 +78,16 @@ def run_map(
     periods: int,
     operation_rate: float,
     progress: Callable[[str], None],
-    certified: Integers | None = None,
+    verified: Integers | None = None,
 ) -> tuple[MapRun, Integers]:
     """Compute one map.
 
     Parameters
     ----------
-    mode : FIXED, SETTLING, WHOLE or CERTIFIED
+    mode : FIXED, SETTLING, WHOLE or VERIFIED
     operation_rate : float
         Operations per CPU second on the reference work, to compare with.
-    certified : (side, side)
+    verified : (side, side)
         Motions to compare with; with None they are the map's own.
 
     Returns
@@ -122,7 +122,7 @@ def run_map(
         for i, scheme in enumerate(scheme_at(float(omega)) for omega in omegas)
     )
     progress(f"map {side} x {side}, {mode}: {wall:.1f} s on {processes} cores")
-    other = motion if certified is None else certified
+    other = motion if verified is None else verified
     both = (motion != this_core.UNNAMED) & (other != this_core.UNNAMED)
     run = MapRun(
         mode=mode,
@@ -138,7 +138,7 @@ def run_map(
         impacts=int(impacts.sum()),
         operations=operations,
         share_of_single_point=operations / kernel_seconds / operation_rate,
-        named_as_certified=int(np.count_nonzero(both)),
+        named_as_verified=int(np.count_nonzero(both)),
         named_otherwise=int(np.count_nonzero(both & (motion != other))),
     )
     return run, motion

@@ -1,4 +1,4 @@
-"""How many near-grazing first impacts every tool finds, and how many it invents.
+"""The number of near-grazing first impacts that each tool finds, and of false ones that it reports.
 
 Mass 1 starts in the middle, on its steady motion of amplitude A, toward stop A. With the clearance (1 - overshoot) A
 the first contact is at asin(1 - overshoot)/omega, exactly; with (1 + overshoot) A there is none. The frequency is

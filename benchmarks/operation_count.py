@@ -1,4 +1,4 @@
-"""How many double-precision operations the lockstep scheme needs, at least, for one forcing period of one trajectory.
+"""The minimum number of double-precision operations of the lockstep scheme for one forcing period of one trajectory.
 
 The scheme: the state is N blocks (u, u'), advanced from cell to cell by constant factors; a bound from x1 and v1 at
 both ends of a cell clears it; an impact is one polynomial of fixed degree, a start of degree five, two steps of

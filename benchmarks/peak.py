@@ -1,4 +1,4 @@
-"""What one core of this machine can do: fused multiply-adds in double precision, measured.
+"""The peak of one core of this machine, measured: fused multiply-adds in double precision a second.
 
 Independent chains of ``y = a y + b`` in registers, enough of them to hide the latency, in vectors as wide as LLVM
 finds for this machine. No kernel of the same machine can be faster, so this is the denominator of every share of peak.

@@ -1,4 +1,4 @@
-"""The tables of a run, and the page made of them.
+"""The tables of a benchmark run, and the page docs/performance.md.
 
 `python -m benchmarks.report docs/performance.json > docs/performance.md` writes the page (`make performance` does, with
 the document of the last run); its picture goes into docs/pictures, or the folder given with --pictures. Every figure
@@ -39,19 +39,19 @@ def page(bench: Bench, picture: str) -> str:
     ours = bench.throughput[0]
     versions = ", ".join(f"{name} {number}" for name, number in machine.versions.items())
     head = [
-        "This page is made from [the document](performance.json) of one run of `make bench` by `make performance`; do"
-        " not edit it." + (" The run was a quick one, its figures are rough." if bench.quick else ""),
+        "`make performance` writes this page from [the document](performance.json) of one run of `make bench`; do not"
+        " edit it." + (" The run was a quick one: its figures are less precise." if bench.quick else ""),
         f"Made {bench.made[:10]} in {bench.seconds:.0f} s on {machine.cores} cores of: {machine.processor}, code for"
         f" {machine.target} ({_vectors(machine.features)}), {machine.system}, load {machine.load:.1f} before the run."
         f" Versions: {versions}. Kernel of this core: {bench.kernel}.",
-        f"Only ratios of one run carry over to another machine. The tools take turns, {len(ours.cpu_seconds)} rounds;"
-        " figures are medians over the rounds with their quartiles in brackets, and a ratio is taken within each round."
-        " Seconds are CPU seconds of one core, so that what else ran on the machine counts as little as it can; wall"
-        " seconds are in the document beside them.",
+        f"Only ratios from one run are valid on another machine. The tools take turns for {len(ours.cpu_seconds)}"
+        " rounds. Figures are medians over the rounds with their quartiles in brackets, and a ratio is taken within"
+        " each round. Seconds are CPU seconds of one core, which other programs on the machine affect least; wall"
+        " seconds are in the document too.",
         f"The reference work is the default oscillator at omega = {bench.omega:g} and clearance {bench.clearance:g},"
         f" from rest, for {ours.periods} forcing periods. Where a tool runs many lanes at once, their clearances differ"
-        ' a little, so that lanes do not hit together; in rows marked "alike" every lane is the reference trajectory'
-        " itself. A tool that runs one lane runs the reference trajectory.",
+        ' slightly, so that lanes do not hit together. In rows marked "alike" every lane is the reference trajectory.'
+        " A tool that runs one lane runs the reference trajectory.",
     ]
     body = tables(bench).replace("## Cost against size\n", f"## Cost against size\n\n![Cost against size]({picture})\n")
     return "\n\n".join(["# Performance", *map(_wrapped, head), body])
@@ -81,7 +81,7 @@ def draw(bench: Bench, path: Path) -> None:
         sides.loglog(pixels, [point.kernel_seconds for point in bench.sides], "o")
         line = [bench.side_law.constant + bench.side_law.slope * n for n in pixels]
         sides.loglog(pixels, line)
-        sides.set(xlabel="pixels", ylabel="CPU seconds of the core", title=f"a map of {bench.sides[0].periods} periods")
+        sides.set(xlabel="points", ylabel="CPU seconds of the core", title=f"a map of {bench.sides[0].periods} periods")
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, format="svg", metadata={"Date": None})
 
@@ -106,19 +106,19 @@ def _throughput(bench: Bench) -> str:
         _table(head, rows)
         + "\n\n"
         + _wrapped(
-            f"The largest error is that of the first {compared} impact times of lane 0 against 40-digit arithmetic"
-            " (inputs exact binary64)."
+            f"The largest error is over the first {compared} impact times of lane 0, compared with 40-digit arithmetic"
+            " from the same binary64 inputs."
         )
     )
 
 
 def _ratios(bench: Bench) -> str:
-    """Write how many times faster this core is."""
+    """Write the ratios of speed."""
     rows = [
         (advantage.tool + (", both alike" if advantage.alike else ""), _spread(advantage.ratio, "{:.3g}"))
         for advantage in bench.advantages
     ]
-    return _table(("this core is so many times as fast as", "ratio"), rows)
+    return _table(("speed of this core over that of", "ratio"), rows)
 
 
 def _limit(bench: Bench) -> str:
@@ -138,9 +138,9 @@ def _limit(bench: Bench) -> str:
     ]
     return (
         _wrapped(
-            f"Counted for the lockstep scheme with N = {limit.masses}, degree {limit.degree}: the fewest"
-            " double-precision operations it needs, one fused multiply-add being one; the scheme is described in"
-            " `benchmarks/operation_count.py`."
+            f"The minimum number of double-precision operations of the lockstep scheme with N = {limit.masses} and"
+            f" degree {limit.degree}, with a fused multiply-add as one operation. `benchmarks/operation_count.py`"
+            " describes the scheme."
         )
         + "\n\n"
         + _table(("quantity", "value"), rows)
@@ -154,8 +154,8 @@ def _stages(bench: Bench) -> str:
     ]
     return (
         _wrapped(
-            "Of a forcing period of one lane of the reference work: the two vector parts, timed in loops of their own,"
-            " and what is left of the whole."
+            "The time of one forcing period of one lane of the reference work. The two vector parts are timed in loops"
+            " of their own; the last row is the remainder."
         )
         + "\n\n"
         + _table(("part", "ns", "share"), rows)
@@ -176,8 +176,9 @@ def _grazing(bench: Bench) -> str:
     head = ("tool", "frequencies", *(f"{overshoot:g}" for overshoot in overshoots), "false contacts")
     return (
         _wrapped(
-            "First impacts found when the free motion would overshoot the stop by this fraction of its amplitude, at"
-            " random frequencies; the last column counts contacts reported where it stays inside by as much."
+            "The number of first impacts found when the free motion would overshoot the stop by the given fraction of"
+            " its amplitude, at random frequencies. The last column counts contacts reported where the motion stays"
+            " inside by the same fraction."
         )
         + "\n\n"
         + _table(head, rows)
@@ -194,14 +195,14 @@ def _maps(bench: Bench) -> str:
         _table(head, rows)
         + "\n\n"
         + _wrapped(
-            f"{bench.maps[0].processes} processes; core seconds are CPU seconds of all of them, and of the busiest."
-            " Of the pixels that a map and the certified one both name, so many it names otherwise. Periods run are"
-            " means per pixel. The share is the map's throughput over the reference work's, both in operations of"
-            f" the count per CPU second, for the periods that were run. Of {cost.sampled} single pixels timed alone"
-            f" at fixed length, the cost per operation over the median is {spread}; the largest is"
-            f" {cost.largest:.2f}, at omega = {cost.largest_at[0]:.4f}, clearance"
-            f" {cost.largest_at[1]:.4f}. With cells + impacts as the measure the largest is"
-            f" {cost.largest_per_cell_and_impact:.2f}."
+            f"{bench.maps[0].processes} processes. Core seconds are CPU seconds, of all processes and of the busiest"
+            ' one. "Named" is the share of points with a named motion. "Otherwise" counts the points that a map names'
+            ' differently, among those that the verified map names too. "Periods run" are means per point. "Share" is'
+            " the throughput of the map over that of the reference work, both in operations of the count above per CPU"
+            f" second, for the periods that were run. Of {cost.sampled} single points timed alone at fixed length, the"
+            f" cost per operation relative to the median is {spread}; the maximum is {cost.largest:.2f}, at omega ="
+            f" {cost.largest_at[0]:.4f}, clearance {cost.largest_at[1]:.4f}. With cells + impacts as the measure the"
+            f" maximum is {cost.largest_per_cell_and_impact:.2f}."
         )
     )
 
@@ -215,7 +216,7 @@ def _map_row(run: MapRun) -> tuple[str, ...]:
         f"{run.kernel_seconds:.2f}",
         f"{run.longest_process:.2f}",
         f"{run.named / run.pixels:.1%}",
-        f"{run.named_otherwise} of {run.named_as_certified}",
+        f"{run.named_otherwise} of {run.named_as_verified}",
         f"{run.forcing_periods / run.pixels:.0f}",
         f"{run.share_of_single_point:.2f}",
     )
@@ -228,9 +229,9 @@ def _served(bench: Bench) -> str:
         _table(head, [_served_row(asked) for asked in bench.served])
         + "\n\n"
         + _wrapped(
-            f"Asked over HTTP of a stack with {bench.served[0].workers} workers, in turn; rounds:"
-            f" {len(bench.served[0].wall_seconds)}. Core seconds are the job's `cpu_seconds`. A preview is the map"
-            f' above named "{bench.maps[1].mode}".'
+            f"Computed through HTTP by a stack with {bench.served[0].workers} workers, in turn, for"
+            f" {len(bench.served[0].wall_seconds)} rounds. Core seconds are the `cpu_seconds` of the job. A preview is"
+            f' the map "{bench.maps[1].mode}" of the table above.'
         )
     )
 
@@ -276,17 +277,18 @@ def _sizes(bench: Bench) -> str:
     law = bench.side_law
     return (
         _wrapped(
-            f"Chains of N masses at omega = {bench.size_omega:g}; cells and impacts are per forcing period, what an"
-            " impact costs is on top of its cell."
+            f"Chains of N masses at omega = {bench.size_omega:g}. Cells and impacts are per forcing period. The cost of"
+            " an impact is in addition to that of its cell."
         )
         + f"\n\n{_table(head, masses)}\n\n"
         + _wrapped(f"A cell costs {_law(bench.cell_law)}. An impact costs {_law(bench.impact_law)}.")
         + "\n\n"
-        + _table(("side", "periods", "wall s", "core s, all processes", "core ns per pixel and period"), sides)
+        + _table(("side", "periods", "wall s", "core s, all processes", "core ns per point and period"), sides)
         + "\n\n"
         + _wrapped(
-            f"A map costs {law.constant:.2g} + {1e6 * law.slope:.3g} CPU seconds per million pixels, the line being"
-            f" right to {law.largest_deviation:.0%}; as a power, pixels to the {law.exponent:.3f}."
+            f"A map costs {law.constant:.2g} + {1e6 * law.slope:.3g} CPU seconds per million points, with a maximum"
+            f" deviation of {law.largest_deviation:.0%} from this line. As a power law: points to the"
+            f" {law.exponent:.3f}."
         )
     )
 
@@ -294,13 +296,13 @@ def _sizes(bench: Bench) -> str:
 def _law(law: Law) -> str:
     """Write a law in N."""
     return (
-        f"{1e9 * law.constant:.3g} + {1e9 * law.slope:.3g} N nanoseconds, the line being right to"
-        f" {law.largest_deviation:.0%} at every N measured; as a power, N to the {law.exponent:.2f}"
+        f"{1e9 * law.constant:.3g} + {1e9 * law.slope:.3g} N nanoseconds, with a maximum deviation of"
+        f" {law.largest_deviation:.0%} from this line. As a power law: N to the {law.exponent:.2f}"
     )
 
 
 def _found(row: GrazingRow) -> str:
-    """Write how many were found, in full when not all."""
+    """Write how many were found, with the share when not all."""
     return "all" if row.found == row.cases else f"{row.found} ({100.0 * row.found / row.cases:.4g}%)"
 
 

@@ -117,7 +117,7 @@ class MapRun(Part):
     share_of_single_point: Annotated[
         float, Field(description="Operations per CPU second, over that of the reference work.")
     ]
-    named_as_certified: Annotated[int, Field(description="Pixels named that the certified map names too.")]
+    named_as_verified: Annotated[int, Field(description="Pixels named that the verified map names too.")]
     named_otherwise: Annotated[int, Field(description="Of those, the ones with another name.")]
 
 

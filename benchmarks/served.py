@@ -16,9 +16,9 @@ import grazemap
 from benchmarks.result import ServedMap
 from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA
 
-CERTIFIED = "certified, with multipliers and exponents"
+VERIFIED = "verified, with multipliers and exponents"
 PREVIEW = "preview"
-_MODES: dict[str, dict[str, Any]] = {CERTIFIED: {}, PREVIEW: {"preview": True}}
+_MODES: dict[str, dict[str, Any]] = {VERIFIED: {}, PREVIEW: {"preview": True}}
 _APART = 1e-9
 """Between the questions of two rounds: the same work to eight digits."""
 

@@ -44,10 +44,10 @@ def figure_5(client: Client) -> Section:
     section = Section("Figure 5: points with xi_1 = 0")
     section.say(
         "After a graze of stop A the overshoot m half periods later is proportional to xi_m = -(1 + R) a_1* g(m T/2),"
-        " g the displacement of mass 1 after a unit velocity of mass 1, Phi_12 of the paper. The paper takes"
-        " xi_n = -(R + 1) a_1* Phi_12^n, from A back onto A after n periods: m = 2n, and m = 2 for n = 1. So the points"
-        " of Figure 5 are at omega = 2 pi/s_k with the zeros s_k of g, every one of which is found, as intervals are"
-        " halved until a bound decides on each. They crowd as omega falls, which may be what the paper calls an"
+        " g the displacement of mass 1 after a unit velocity of mass 1, Phi_12 of the paper. The paper takes xi_n ="
+        " -(R + 1) a_1* Phi_12^n, from A back onto A after n periods: m = 2n, and m = 2 for n = 1. So the points of"
+        " Figure 5 are at omega = 2 pi/s_k with the zeros s_k of g, all of which are found, as intervals are bisected"
+        " until a bound decides on each. They accumulate as omega decreases, which may be what the paper calls an"
         " increased tangency with the curve."
     )
     points = {name: points_of(client, name) for name in READINGS}
@@ -68,7 +68,8 @@ def figure_7(client: Client) -> Section:
     """Return the points with xi_2 = 0."""
     section = Section("Figure 7: points with xi_2 = 0")
     section.say(
-        "The same for n = 2, m = 4, two periods after the graze: omega = 4 pi/s_k. The text names none of the points."
+        "As Figure 5, for n = 2, m = 4, two periods after the graze: omega = 4 pi/s_k. The text names none of the"
+        " points."
     )
     points = {name: points_of(client, name) for name in READINGS}
     curve = client.grazing_curve(READINGS[GAMMA], omega=CURVE, points=4000)
@@ -144,9 +145,9 @@ def _printed_point(client: Client, section: Section, points: dict[str, Codimensi
         cases = " and ".join(f"case {family.case} with n = {family.n}" for family in point.families)
         others.append(f"m = {order} ({cases}) at omega = {point.omega:.9f}, b = {point.clearance:.9f}")
     section.say(
-        f'**Which case.** Section 5 says that it takes "the second case". The computed point is, in the order of (42),'
-        f" {families}: what Section 5 writes is the first case. Cases 2 and 3 have odd m, and the points of theirs that"
-        f" are nearest to the printed omega are far from it: {'; '.join(others)}."
+        '**Which case.** Section 5 says that it takes "the second case". The computed point is, in the order of (42),'
+        f" {families}: what Section 5 writes is the first case. Cases 2 and 3 have odd m, and their points nearest to"
+        f" the printed omega are far from it: {'; '.join(others)}."
     )
 
 

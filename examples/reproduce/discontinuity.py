@@ -33,12 +33,13 @@ def mapping(client: Client) -> Section:
         chain, omega=OMEGA, overshoot=OVERSHOOTS * clearance, order="leading", returns=2, progress=False
     )
     section.say(
-        "The paper gives the mapping (27) to leading order and tests it nowhere. The exact mapping is two roots of"
-        f" known functions; here it is at omega = {OMEGA:g} on the grazing curve, b = {clearance:.12f}, with {GAMMA}."
-        " Mass 1 is taken straight beyond stop A by an overshoot delta; u = sqrt(2 delta/|a_1*|), and (27) is read as x"
-        " + beta u, not x* + beta u (see below). Errors are largest entries in units of b, omega b and radians. The"
-        " last column is the error of the Poincare map (26), made of the leading-order mapping, half a period after the"
-        " steady motion has met stops that stand delta inside its amplitude."
+        "The paper gives the mapping (27) to leading order and does not test it. The exact mapping follows from two"
+        f" roots of known functions. Here it is computed at omega = {OMEGA:g} on the grazing curve, b ="
+        f" {clearance:.12f}, with {GAMMA}. Mass 1 is displaced beyond stop A by an overshoot delta; u = sqrt(2"
+        " delta/|a_1*|), and (27) is read as x + beta u, not x* + beta u (see below). Errors are maximum entries in"
+        " units of b, omega b and radians. The last column is the error of the Poincare map (26), made of the"
+        " leading-order mapping, half a period after the steady motion has met stops at a distance delta inside its"
+        " amplitude."
     )
     section.show(
         ["delta/b", "what the impact does", "error of x + beta u", "with gamma u^2 too", "error at the first return"],
@@ -51,16 +52,16 @@ def mapping(client: Client) -> Section:
     )
     section.draw("discontinuity_mapping.png", "Errors of the mapping over the overshoot", lambda: _errors(result))
     section.say(
-        f"The exponents fitted to the errors are {result.fitted_order:.3f} and {result.fitted_order_of_second:.3f}: the"
-        " leading-order mapping errs by O(delta), the next one by O(delta^(3/2)), as their expansions say. The mapping"
-        f" exists up to delta = {result.largest_overshoot / clearance:.4f} b."
+        f"The exponents fitted to the errors are {result.fitted_order:.3f} and {result.fitted_order_of_second:.3f}:"
+        " the leading-order mapping has an error of O(delta), the next one of O(delta^(3/2)), in agreement with their"
+        f" expansions. The mapping exists up to delta = {result.largest_overshoot / clearance:.4f} b."
     )
     return section
 
 
 def unfolding(client: Client) -> Section:
     """Return what leaves the grazing curve near the printed point, and how that compares with simulation."""
-    section = Section("What leaves the grazing curve at the point of Figure 5")
+    section = Section("Curves that leave the grazing curve at the point of Figure 5")
     points = points_of(client, GAMMA)
     recurrence = nearest(points, 2)
     resonant = [
@@ -72,9 +73,9 @@ def unfolding(client: Client) -> Section:
     ]
     section.say(
         "The paper takes the point with xi_1 = 0 for the centre of its unfolding diagram, Figure 8. For one mass that"
-        " is also where saddle-node and period-doubling curves of motions with one impact in a period leave the grazing"
-        " curve. For a chain the point splits in three, as the answers to all earlier impacts add up; the distance x is"
-        f" taken from the point itself, and {GAMMA}:"
+        " is also where saddle-node and period-doubling curves of motions with one impact in a period leave the"
+        " grazing curve. For a chain the point splits into three, as the responses to all earlier impacts add up. The"
+        f" distance x is measured from each point, and {GAMMA}:"
     )
     section.show(["point", "omega", "b", "leaves the grazing curve", "impact speed"], _leaving(recurrence, resonant))
     section.draw(
@@ -84,13 +85,13 @@ def unfolding(client: Client) -> Section:
     )
     swept = _swept(client, resonant[0])
     section.say(
-        "The picture shows leading orders. The period doublings end at the saddle-nodes at the latest, beyond which"
-        " there are no such motions, and the line is drawn to there."
+        "The picture shows leading orders. The period doublings end at the saddle-nodes at the latest, as there are"
+        " no such motions beyond. The line is drawn up to them."
     )
     section.say(
-        "Simulation beside it: trajectories with the clearance raised in steps of"
-        f" {STEP:.0e}, each from where the one before has ended, keep their impacts up to the saddle-node and no"
-        " further. The leading order is a limit for small x, and the last simulated clearance is right to the step:"
+        f"Comparison with simulation: trajectories with the clearance raised in steps of {STEP:.0e}, each from the"
+        " final state of the one before, keep their impacts up to the saddle-node and no further. The leading order"
+        " is a limit for small x, and the last simulated clearance is accurate to one step:"
     )
     section.show(
         ["omega", "x", "b - A, simulated", "b - A, leading order", "ratio"],

@@ -31,10 +31,10 @@ def figure_2(client: Client) -> Section:
     section = Section("Figure 2: the grazing curve")
     curves = {name: client.grazing_curve(chain, omega=CURVE, points=2000) for name, chain in READINGS.items()}
     section.say(
-        "The clearance at which the steady motion touches both stops, b = A(omega), equations (16)-(19). The text gives"
-        " no numbers of this figure, and not the range of its axes. The paper's zeta_i = 0.05 can be read in two ways:"
-        " as gamma = 0.05 of proportional damping, which fits its equations (5)-(7) and is what grazemap takes unless"
-        " told otherwise, or as one damping per link, as the matrix of (3) is printed."
+        "The clearance at which the steady motion touches both stops, b = A(omega), equations (16)-(19). The text"
+        " gives neither numbers of this figure nor the range of its axes. The paper's zeta_i = 0.05 can be read in"
+        " two ways: as gamma = 0.05 of proportional damping, which fits its equations (5)-(7) and is the default of"
+        " grazemap, or as one damping per link, as the matrix of (3) is printed."
     )
     section.draw("figure_2.png", "The grazing curve in both readings of zeta", lambda: _both(curves))
     values = {
@@ -49,8 +49,7 @@ def figure_2(client: Client) -> Section:
         k = int(np.argmax(curve.clearance))
         peaks.append(f"{curve.clearance[k]:.1f} at omega = {curve.omega[k]:.3f} with {name}")
     section.say(
-        f"The highest peak is {' and '.join(peaks)}: whoever has the printed picture can tell by it which reading was"
-        " drawn."
+        f"The highest peak is {' and '.join(peaks)}: the printed picture shows by its peak which reading was drawn."
     )
     return section
 
@@ -87,10 +86,10 @@ def figure_3(client: Client) -> Section:
         )
     section.say(
         f"The paper simulates (3), (4) with b = {printed.text} and shows a motion that touches both stops with zero"
-        f" velocity. Below: A({GRAZING_OMEGA:g}) in closed form; what the largest displacement of a simulation without"
-        f" stops, from rest and {TRANSIENT} periods later, differs from it by less than; and what the simulation does"
-        " at the printed clearance: how far the steady motion stays from the stops, what a trajectory from rest settles"
-        f" to within {TRANSIENT} periods, and the speed of its impacts."
+        f" velocity. Below: A({GRAZING_OMEGA:g}) in closed form; the difference from it of the largest displacement of"
+        f" a simulation without stops, from rest and {TRANSIENT} periods later; and the simulation at the printed"
+        " clearance: the distance of the steady motion from the stops, the motion to which a trajectory from rest"
+        f" settles within {TRANSIENT} periods, and the speed of its impacts."
     )
     section.show(
         ["damping", "closed form", "simulated, within", "steady motion stays inside by", "from rest", "impact speed"],
@@ -99,7 +98,7 @@ def figure_3(client: Client) -> Section:
     hitting = [row for row in rows if row[-1] != "-"]
     for row in hitting:
         section.say(
-            f"With {row[0]} and b = {printed.text} the trajectory from rest comes to a motion {row[4]} that exists"
+            f"With {row[0]} and b = {printed.text} the trajectory from rest settles to a motion {row[4]} that exists"
             f" beside the steady one. It hits both stops in every period, at a speed of {row[5]} where the largest"
             " velocity is of the order of omega b: in a phase portrait it, too, looks like a graze."
         )
@@ -112,11 +111,11 @@ def figure_3(client: Client) -> Section:
     grazes = int(np.sum(path.impacts.kind == "graze"))
     back = float(np.max(np.abs(path.displacement[:, ::1000] - path.displacement[:, :1])))
     section.say(
-        f"On the computed clearance, started in the graze at stop A, the simulation with its certified search for"
-        f" contacts meets the stops {len(path.impacts)} times in 2 periods; {grazes} of these are touches within"
+        "At the computed clearance, started at the graze at stop A, the simulation with its certified search for"
+        f" contacts meets the stops {len(path.impacts)} times in 2 periods; {grazes} of these are grazes within"
         f" round-off, at velocities below {below(_fastest(path))}, and after each period the displacements are back to"
         f" within {below(back)}: the double grazing motion of period 1. The {inside[GAMMA]:.0e} by which the motion"
-        " misses the stops at the printed clearance could not be seen in the picture."
+        " misses the stops at the printed clearance cannot be seen in a picture."
     )
     section.draw(
         "figure_3.png",
@@ -138,9 +137,9 @@ def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Sectio
     section = Section("Figure 6: the grazing trajectory at the codimension-two point")
     section.say(
         f"The paper simulates with omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text} and shows a motion of mass 1"
-        " that grazes. Here: the printed numbers and the computed points, in both readings of zeta. A steady motion"
-        " that starts in its largest displacement is on the grazing point at stop A; a negative distance says that it"
-        " would go beyond the stop, and there it starts on it. Motions from rest are recorded after"
+        " that grazes. The table has the printed numbers and the computed points, in both readings of zeta. A steady"
+        " motion that starts at its maximum displacement is at the grazing point of stop A. A negative b - A means"
+        " that it would go beyond the stop; it then starts on the stop. Motions from rest are recorded after"
         f" {TRANSIENT} periods."
     )
     rows, paths = [], {}
@@ -175,9 +174,9 @@ def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Sectio
         rows,
     )
     section.say(
-        "A motion that meets the stops only in grazes is one of vanishing impacts; as long as its contacts are touches"
-        ' to within round-off grazemap gives it no name ("unresolved"). It is not what trajectories from rest find:'
-        " at these points the graze recurs, and what settles next to it has impacts."
+        "A motion that meets the stops only in grazes has vanishing impacts. While its contacts are grazes to within"
+        " round-off, grazemap leaves it unresolved. Trajectories from rest do not find it: at these points the graze"
+        " recurs, and the motions near it that they settle to have impacts."
     )
     section.draw(
         "figure_6.png",

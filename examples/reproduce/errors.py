@@ -1,4 +1,4 @@
-"""What the paper prints otherwise, each with a computation that decides."""
+"""Errors in the paper, each with a computation that decides."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ ORDERS = 6
 
 def errors(client: Client, point: tuple[float, float]) -> Section:
     """Return the list; `point` is omega and clearance of the computed point with xi_1 = 0."""
-    section = Section("What the paper prints otherwise")
+    section = Section("Errors in the paper")
     section.say(
-        "Each with a computation through the service that decides, with gamma = 0.05; the arguments are in"
+        "Each error has a computation through the service that decides, with gamma = 0.05. The arguments are in"
         " [theory.md](theory.md)."
     )
     _impact_law(client, section)
@@ -92,10 +92,11 @@ def _steady_motion(client: Client, section: Section) -> None:
         )  # fmt: skip
         rows.append([text, f"{tau:.9f}", f"{path.displacement[0, 0]:.9f}", _plain(float(path.velocity[0, 0]))])
     section.say(
-        "**(7): the sign of B_j, and (18): the quadrant of tau.** Put into the equation of a mode, A_j sin + B_j cos"
-        " needs B_j = -2 zeta omega_j^2 omega fbar_j/(...). The clearance of (18) does not depend on the sign, b ="
-        f" {np.hypot(d1, d2):.12f} at omega = {omega:g}; the phase does, and its arctan(d_1/d_2) leaves open which stop"
-        " is touched. At the forcing phase tau mass 1 should be on stop A, at rest. In a simulated steady motion it is"
+        "**(7): the sign of B_j, and (18): the quadrant of tau.** Inserted into the equation of a mode, A_j sin + B_j"
+        " cos needs B_j = -2 zeta omega_j^2 omega fbar_j/(...). The clearance of (18) does not depend on the sign, b"
+        f" = {np.hypot(d1, d2):.12f} at omega = {omega:g}; the phase does, and its arctan(d_1/d_2) leaves open which"
+        " stop is touched. At the forcing phase tau mass 1 should be on stop A, at rest. In a simulated steady motion"
+        " it is"
     )
     section.show(["tau from", "tau", "x_1 at that phase", "v_1 at that phase"], rows)
 
@@ -124,16 +125,16 @@ def _mapped_state(client: Client, section: Section) -> None:
         rows.append(row)
     section.say(
         "**(27): the mapped state is left out.** Below the stop the printed mapping is x* + beta u, with the graze x*"
-        " in place of the state x that is mapped; on the stop it should go over into x, its other branch. Here mass 1"
-        f" reaches stop A at omega = {OMEGA:g}, b = A(omega), ever slower, while x_2 and v_3 are {ASIDE:g} b and"
-        f" {-ASIDE:g} omega b off the graze. A quarter of a period later the motion itself is compared with motions"
-        " without stops that start from x + beta u and from x* + beta u (there even with the time of x, so that only"
-        " the masses' state is lost). The error is the largest entry, in units of b and omega b:"
+        " in place of the state x that is mapped. On the stop it should agree with x, its other branch. Here mass 1"
+        f" reaches stop A at omega = {OMEGA:g}, b = A(omega), at decreasing speeds, while x_2 and v_3 are {ASIDE:g} b"
+        f" and {-ASIDE:g} omega b off the graze. A quarter of a period later the motion itself is compared with"
+        " motions without stops that start from x + beta u and from x* + beta u (the latter with the time of x, so"
+        " that only the state of the masses is left out). The error is the maximum entry, in units of b and omega b:"
     )
     section.show(["impact speed/(omega b)", "overshoot/b", "x + beta u", "x* + beta u, as printed"], rows)
     section.say(
-        "With x the error falls with the overshoot; without it, it stays at the size of what was left out. (31), (32)"
-        " inherit the loss; the criteria (33)-(58) do not, as beta u outweighs x - x* there."
+        "With x the error decreases with the overshoot. Without it, the error stays at the size of what was left out."
+        " (31), (32) inherit the error; the criteria (33)-(58) do not, as beta u dominates x - x* there."
     )
 
 
@@ -160,11 +161,11 @@ def _cases(client: Client, section: Section, omega: float) -> None:
             off = max(off, abs(value - (source.xi[order - 1] if order else 0.0)))
         rows.append([str(n), *(f"{_plain(value)} (m = {order})" for value, order in zip(values, orders, strict=True))])
     section.say(
-        f"**(42), (45), (57), (58): cases and powers.** The four cases multiplied out from the Jacobians (46) and"
-        f" beta at the computed point, omega = {omega:.12f}. They are xi_m = -(1 + R) a_1* g(m T/2), which the service"
+        "**(42), (45), (57), (58): cases and powers.** The four cases multiplied out from the Jacobians (46) and beta"
+        f" at the computed point, omega = {omega:.12f}. They are xi_m = -(1 + R) a_1* g(m T/2), which the service"
         f" computes by itself, to within {below(off)}. Case 1 is zero for n = 0 whatever the system, as h_D beta = 0:"
-        " its n begins at 1. And Phi_12 with the superscript n + 1 stands for two things in (57), (58): for the flow"
-        " over (n + 1/2) T in cases 2 and 3, for that over (n + 1) T in case 4."
+        " its n begins at 1. Phi_12 with the superscript n + 1 means two things in (57), (58): the flow over (n +"
+        " 1/2) T in cases 2 and 3, and that over (n + 1) T in case 4."
     )
     section.show(["n", "case 1", "case 2", "case 3", "case 4"], rows)
 

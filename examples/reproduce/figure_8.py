@@ -36,31 +36,32 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
     section.say(
         f"The paper puts this diagram round omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text}, says of it that"
         ' "the dash curve represents double grazing motion" and that the plane "is divided into regions characterized'
-        ' by different types of motions", and goes through the regions along omega = 0.29 and omega = 0.27 (Figure 9).'
-        " It names no axes and no borders in the text. Here: the motion to which a trajectory from rest settles, at"
-        f" {len(umap.clearance)} clearances from {CLEARANCE[0]:g} to {CLEARANCE[1]:g} and {len(umap.omega)} frequencies"
-        f" from {OMEGA[0]:g} to {OMEGA[1]:g}. The letters are those of Figure 9, at the clearances of its samples."
+        ' by different types of motions", and describes the regions along omega = 0.29 and omega = 0.27 (Figure 9).'
+        " The text names no axes and no borders. The picture below has the motion to which a trajectory from rest"
+        f" settles, at {len(umap.clearance)} clearances from {CLEARANCE[0]:g} to {CLEARANCE[1]:g} and"
+        f" {len(umap.omega)} frequencies from {OMEGA[0]:g} to {OMEGA[1]:g}. The letters are those of Figure 9, at the"
+        " clearances of its samples."
     )
     section.draw(
         "figure_8.png", "Unfolding map over the window of Figure 8", lambda: regions(umap, curve, points, samples)
     )
     section.say(_shares(umap))
-    section.say("The same in words, at some places of the map; ~ is chaotic, ? unresolved, qp quasi-periodic:")
+    section.say("The labels at some points of the map; ~ is chaotic, ? unresolved, qp quasi-periodic:")
     section.show(
         ["b \\ omega", *(f"{omega:.3f}" for omega in umap.omega[::EVERY_COLUMN])],
         labels(umap, EVERY_ROW, EVERY_COLUMN),
     )
     section.say(
-        "The borders, as curves that are computed without the map. In closed form, of motions with one impact or one on"
-        " either stop, where they are borders of motions on the paper's two lines:"
+        "The borders are curves that are computed without the map. The table has those of motions with one impact, or"
+        " one on either stop, in closed form, where they are borders of motions on the paper's two lines:"
     )
     section.show(["border", "of", "b at omega = 0.27", "b at omega = 0.29"], borders(closed))
     named = client.bifurcation_curves(CHAIN, omega=OMEGA, clearance=CLEARANCE, motions=_orbits(samples), progress=False)
     names = ", ".join(dict.fromkeys(motion.label or "-" for motion in named.motions))
     section.say(
-        f"And by continuation, from the orbits of Figure 9: {names}. Only pieces on which the orbits are"
-        " motions are drawn. Some of them are borders of unstable motions, or of motions that other starts lead to, and"
-        " none on the map."
+        f"The curves of these motions follow by continuation from the orbits of Figure 9: {names}. Only pieces on"
+        " which the orbits are motions are drawn. Some of them are borders of unstable motions, or of motions that"
+        " only other initial states lead to; these are no borders of the map."
     )
     section.draw(
         "figure_8_curves.png",
@@ -68,7 +69,9 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
         lambda: curves_of_motions(curve, closed, named),
     )
     near = client.unfolding_map(CHAIN, omega=NEAR_OMEGA, clearance=NEAR_CLEARANCE, shape=NEAR)
-    section.say("Close to the point, with the curves that leave the grazing curve there (see above):")
+    section.say(
+        "The next picture is close to the point, with the curves that leave the grazing curve there (see above):"
+    )
     section.draw(
         "figure_8_detail.png",
         "Unfolding map close to the codimension-two point",
@@ -116,7 +119,7 @@ def _shares(umap: UnfoldingMap) -> str:
     slow = umap.least_impact_velocity < SLOW
     mirrored = np.isin(umap.labels(), ("3-(-1)r-3l", "3-3r-(-1)l"))
     return (
-        f"{text} Figure 9's 3-(-1)r-3l or its mirror image is the motion at {int(mirrored.sum()) or 'none'} of the"
+        f"{text} 3-(-1)r-3l of Figure 9 or its mirror image is the motion at {int(mirrored.sum()) or 'none'} of the"
         f" {umap.kind.size} points, and periodic motions with an impact slower than {SLOW:g}, which could pass for a"
         f" touch, are at {int(slow.sum()) or 'none'}."
     )
@@ -127,6 +130,6 @@ def _orbits(samples: Sequence[Sample]) -> list[PeriodicOrbit]:
     chosen: dict[str, PeriodicOrbit] = {}
     for sample in samples:
         orbit = sample.orbit
-        if orbit is not None and sample.proven and 2 < len(orbit.stops) <= 8:
+        if orbit is not None and sample.verified and 2 < len(orbit.stops) <= 8:
             chosen.setdefault(sample.label, orbit)
     return list(chosen.values())

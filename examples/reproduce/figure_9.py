@@ -43,22 +43,23 @@ def _of_line(line: Line, regions: Regions, samples: list[Sample]) -> Section:
     (high, low), printed = REGIONS[line.omega]
     section = Section(f"omega = {line.omega}, clearance from {high:g} down to {low:g}")
     section.show(
-        ["region", "printed", "here, n = least period", "clearances", "remark"],
+        ["region", "printed", "here, n = minimum period", "clearances", "remark"],
         [_row(region, regions[region.letter]) for region in printed],
     )
     section.say(
-        "One motion of each region, in the middle of the longest stretch on which the line has it, or what is there"
-        " instead: where that has an impact too many, at the slowest one. Orbits with impacts are solved for; t is"
-        " counted from where the forcing is zero and rises, and speeds are those before the impacts. Of motions that"
-        " are their own mirror image the impacts of half a period are listed. The last column is where the orbit's own"
-        " branch over b is one of stable motions, whatever trajectories from rest come to there. Periods up to"
-        f" {MAX_PERIOD} were looked for, for {PATIENCE} periods."
+        "The next table has one motion of each region, from the middle of the longest interval of the line that has"
+        " it, or the motion that is there instead; if that has one impact too many, at the clearance where this"
+        " impact is slowest. Orbits with impacts are solved for. t counts from a zero of the forcing at which it"
+        " rises, and speeds are those before the impacts. For motions that are their own mirror image the impacts of"
+        " half a period are listed. The last column is the interval of b on which the branch of the orbit has stable"
+        f" motions; trajectories from rest may settle to other motions there. Periods up to {MAX_PERIOD} were looked"
+        f" for, for {PATIENCE} periods."
     )
     section.show(HEAD, [sample.row for sample in samples])
-    section.say(_proofs(samples))
+    section.say(_verified(samples))
     name = f"figure_9_{f'{line.omega:g}'.partition('.')[2]}.png"
     section.draw(name, f"Phase portraits of mass 1 at omega = {line.omega}", lambda: portraits(samples))
-    section.say("The whole sequence:")
+    section.say("All motions on the line:")
     section.show(
         ["from", "to", "points", "motion", "turns at A"],
         [
@@ -70,22 +71,23 @@ def _of_line(line: Line, regions: Regions, samples: list[Sample]) -> Section:
     return section
 
 
-def _proofs(samples: list[Sample]) -> str:
-    """Say which of the motions are proven, and what the others are."""
+def _verified(samples: list[Sample]) -> str:
+    """Say which of the motions are verified, and what the others are."""
     orbits = [sample for sample in samples if sample.orbit is not None]
-    proven = [sample for sample in orbits if sample.proven]
+    verified = [sample for sample in orbits if sample.verified]
     text = (
-        f"Of these {len(orbits)} orbits {len(proven)} are proven: each is the only one near its numbers (Kantorovich's"
-        " bound), meets the stops at its impacts and nowhere else, and has all its multipliers inside the unit circle."
+        f"Of these {len(orbits)} orbits {len(verified)} are verified: each is isolated (by the theorem of Newton and"
+        " Kantorovich), admissible (it meets the stops at its impacts only) and stable (all its multipliers are"
+        " inside the unit circle)."
     )
     for sample in samples:
         name = f" In region {sample.region.letter}"
-        if sample.orbit is not None and not sample.proven:
-            text += f"{name} the orbit is solved for, and not proven: {_lacking(sample.orbit)}."
+        if sample.orbit is not None and not sample.verified:
+            text += f"{name} the orbit is solved for and not verified: {_lacking(sample.orbit)}."
         elif sample.orbit is None and sample.steady:
             text += f"{name} mass 1 moves without impacts, as it does wherever b > A(omega)."
         elif sample.orbit is None and sample.kind == "periodic":
-            text += f"{name} the trajectory closes, and its orbit was not solved for."
+            text += f"{name} the trajectory closes, and its orbit is not solved for."
         elif sample.orbit is None:
             text += f"{name} the motion does not close; {DRAWN} periods of it are drawn."
     by_letter = {sample.region.letter: sample for sample in orbits if sample.stable}
@@ -96,15 +98,15 @@ def _proofs(samples: list[Sample]) -> str:
     ]
     if alike:
         text += (
-            f" Where two regions have the same stretch, {', '.join(alike)}, their motions are of one branch or mirror"
-            " images: what tells the printed labels apart is a loop in the picture or the side that is hit, no"
+            f" Where two regions have the same interval, {', '.join(alike)}, their motions are on one branch or are"
+            " mirror images. The printed labels differ by a loop in the picture or by the side that is hit, not by a"
             " bifurcation."
         )
     return text
 
 
 def _lacking(orbit: PeriodicOrbit) -> str:
-    """Say what is missing for a proof."""
+    """Say what is missing for a verification."""
     if not orbit.isolated:
         return f"the bound, which may be 1/2, is {orbit.kantorovich:.1e}"
     return f"contacts with a stop besides the impacts: {orbit.contacts}"
@@ -145,21 +147,22 @@ def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Se
     head = Section("Figure 9: the paper's motions, found again")
     head.say(
         f"Figure 9 names {sum(len(regions) for _, regions in REGIONS.values())} motions as n-p_r-q_l, in the order of"
-        " falling clearance, without saying at which clearance each of them was computed. Below is what grazemap finds"
-        f" at {points} equally spaced clearances, every trajectory started from rest with forcing phase 0."
+        " falling clearance, without saying at which clearance each of them was computed. Below are the motions that"
+        f" grazemap finds at {points} equally spaced clearances, every trajectory started from rest with forcing phase"
+        " 0."
     )
     head.say(
         "**What n means.** The paper defines n as the motion's period in forcing periods. Its labels do not follow"
         f" that: {examples}. They fit another rule, which the tables test: the printed n counts how often, in one"
-        " period of the motion, mass 1 turns back on the side of stop A, whether it hits the stop or not; these are the"
-        " loops that one sees in a phase portrait. So a row below agrees when the impacts agree (the mirror image of a"
-        ' motion counts as the same) and the number of turns ("turns at A", counted on the trajectory) is the printed'
-        f" n. By this rule {len(again[GAMMA])} of the {len(labelled)} labels with numbers are found, and {least} of"
-        " them would be if n were the least period in forcing periods, which is what grazemap's own n is, as the paper"
-        " defines it."
+        " period of the motion, mass 1 turns back on the side of stop A, whether it hits the stop or not; these are"
+        " the loops in a phase portrait. So a row below agrees when the impacts agree (the mirror image of a motion"
+        ' counts as the same) and the number of turns ("turns at A", counted on the trajectory) is the printed n. By'
+        f" this rule {len(again[GAMMA])} of the {len(labelled)} labels with numbers are found; {least} of them would"
+        " be found if n were the minimum period in forcing periods, which is the n of grazemap and the paper's own"
+        " definition."
     )
     head.say(_literal(lines))
-    head.say("**Which reading of zeta.** By the same rule, along the same lines:")
+    head.say("**The reading of zeta.** By the same rule, along the same lines:")
     head.show(
         ["damping", "labels found", "not found"],
         [
@@ -192,8 +195,8 @@ def _literal(lines: list[Line]) -> str:
                 either = {(region.n, region.right, region.left), (region.n, region.left, region.right)}
                 (met if either & motions else others).append(f"{region.letter} ({region.label})")
     return (
-        "Read literally, n as the least period, the labels that trajectories from rest have somewhere on their line"
-        f" are {', '.join(met)}; those met nowhere on it are {', '.join(others)}."
+        "With n read as the minimum period, the labels that trajectories from rest have somewhere on their line are"
+        f" {', '.join(met)}; those that they have nowhere on it are {', '.join(others)}."
     )
 
 

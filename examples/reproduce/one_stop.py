@@ -70,10 +70,10 @@ def one_stop(client: Client, sample: Sample, high: float, low: float, places: in
     section.say(swept(client, sample.omega, high, low))
     searched = [search(client, sample.omega, value) for value in clearances]
     section.say(
-        "**Unstable ones too.** The equations of a motion of period 3 with three impacts on C, solved by Newton's"
-        f" method from {GUESSES} random guesses at each of these clearances: from how many it does not converge; how"
-        " many different solutions have three impacts alike, and so period 1; how many others there are; how many of"
-        " these are motions; and how many hit the stop from behind, with a velocity of the wrong sign."
+        "**Unstable motions.** The equations of a motion of period 3 with three impacts on C are solved by Newton's"
+        f" method from {GUESSES} random guesses at each of these clearances. The table counts the guesses from which"
+        " it does not converge; the different solutions with three equal impacts, and so period 1; the other"
+        " solutions; those of them that are motions; and those that have an impact velocity of the wrong sign."
     )
     section.show(
         ["b", "not converged", "impacts alike", "others", "motions among these", "wrong sign"],
@@ -84,16 +84,16 @@ def one_stop(client: Client, sample: Sample, high: float, low: float, places: in
     branches = followed(client, solutions, lowest, highest)
     admissible = sum(bool(branch.admissible.any()) for branch in branches)
     section.say(
-        f"The branches of all {len(solutions)} other solutions, over b from {lowest:.4f} to {highest:.4f},"
-        f" have {sum(len(branch.parameter) for branch in branches)} computed points, and {admissible or 'none'} of"
-        f" these branches {'has' if admissible < 2 else 'have'} a point that is a motion. That is a search and"
-        " no proof."
+        f"The branches of all {len(solutions)} other solutions, over b from {lowest:.4f} to {highest:.4f}, have"
+        f" {sum(len(branch.parameter) for branch in branches)} computed points, and {admissible or 'none'} of these"
+        f" branches {'has' if admissible < 2 else 'have'} a point that is a motion. This is a search; it does not"
+        " exclude that there are others."
     )
     return section
 
 
 def _branch(client: Client, section: Section, orbit: PeriodicOrbit) -> None:
-    """Say what becomes of the motion with a slow impact on A where that vanishes."""
+    """Describe the motion with a slow impact on A, and where that impact vanishes."""
     one = client.periodic_orbit(
         CHAIN, omega=orbit.omega, clearance=orbit.clearance + 2e-3, motion=(1, [-1]), progress=False
     )
@@ -113,14 +113,14 @@ def _branch(client: Client, section: Section, orbit: PeriodicOrbit) -> None:
     high, low = stretch(branch, orbit.clearance)
     hits = {stop: np.abs(orbit.velocities[orbit.stops == stop]) for stop in (1, -1)}
     section.say(
-        f"**What is there.** Between regions l and n trajectories from rest come to {orbit.motion.label}, with one slow"
-        f" impact on A: at b = {orbit.clearance:.4f} at a speed of {float(hits[1].max()):.4f}, beside"
-        f" {float(hits[-1].min()):.4f} to {float(hits[-1].max()):.4f} on C. In the phase portrait above it can hardly"
-        f" be told from a motion that only passes A closely. It is stable from b = {high} to {low}, and the speed on A"
-        f" falls to zero at b = {vanishing.parameter:.12f}. There the printed label would begin; but the three impacts"
-        f" on C that are left are alike to within {below(float(np.ptp(left)))}: the motion is 1-(-1)r-1l, run through"
-        f" three times, which itself begins to touch A at b = {grazing.parameter:.12f}. No 3-(-1)r-3l leaves this"
-        " branch."
+        "**The motion in this region.** Between regions l and n trajectories from rest settle to"
+        f" {orbit.motion.label}, with one slow impact on A: at b = {orbit.clearance:.4f} at a speed of"
+        f" {float(hits[1].max()):.4f}, beside {float(hits[-1].min()):.4f} to {float(hits[-1].max()):.4f} on C. In the"
+        " phase portrait above it can hardly be distinguished from a motion that only passes close to A. It is stable"
+        f" from b = {high} to {low}, and the speed on A falls to zero at b = {vanishing.parameter:.12f}. There the"
+        " printed label would begin. But the three remaining impacts on C are equal to within"
+        f" {below(float(np.ptp(left)))}: the motion is 1-(-1)r-1l, repeated three times, which itself begins to touch"
+        f" A at b = {grazing.parameter:.12f}. No 3-(-1)r-3l leaves this branch."
     )
 
 

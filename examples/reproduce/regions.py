@@ -85,7 +85,7 @@ def _match(region: Region, runs: list[Run]) -> Found:
         for run in near
     ]
     _, place = min((speed, at) for run in near for speed, at in zip(run.slowest, run.clearances, strict=True))
-    return Found([], f"Not reached from rest. With the same n there are {'; '.join(texts)}.", round(place, 4))
+    return Found([], f"Not reached from rest. Motions with the same n are {'; '.join(texts)}.", round(place, 4))
 
 
 def _gap(neighbours: list[tuple[str, Found]]) -> tuple[float, float] | None:
@@ -110,7 +110,7 @@ def _match_between(region: Region, gap: tuple[float, float] | None, names: str, 
     touching_runs = [run for run in runs if run.motion and run.motion[1:] == (region.right, region.left)]
     if touching_runs:
         return Found(touching_runs, place=_middle(touching_runs))
-    remark = "No motion that only touches was found. " if region.right == 0 else ""
+    remark = "No motion that only touches the stops was found. " if region.right == 0 else ""
     if gap is None:
         return Found([], f"{remark}Its neighbours {names} were not both found.")
     high, low = gap

@@ -1,4 +1,4 @@
-"""One motion of each region of Figure 9: its orbit, proven; its multipliers; where it is stable; its phase portrait."""
+"""One motion of each region of Figure 9: its verified orbit, multipliers, interval of stability and phase portrait."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Sample:
     counts : (int, int, int) or None
         n, p, q; None unless the kind is periodic.
     orbit : PeriodicOrbit or None
-        None of motions that do not close, and without impacts.
+        None for motions that do not close, and without impacts.
     multiplier, lyapunov : float
         Largest modulus over a motion period; exponent per forcing period. NaN where there is none.
     path : Trajectory
@@ -79,7 +79,7 @@ class Sample:
         return motion_label(*self.counts) if self.counts else self.kind
 
     @property
-    def proven(self) -> bool:
+    def verified(self) -> bool:
         """Whether the orbit is isolated, touches the stops at its impacts only, and is stable."""
         orbit = self.orbit
         return orbit is not None and orbit.isolated and orbit.admissible and orbit.stable

@@ -31,19 +31,19 @@ def touching(client: Client, omega: float, high: float, low: float, places: int 
     curve = client.grazing_curve(CHAIN, omega=[omega, omega + 1e-3], max_order=8, progress=False)
     again = int(curve.first_recurrence[0])
     section.say(
-        "0_r and 0_l are touches at zero velocity, by the paper's own definition. Such a touch changes nothing: -R"
-        " times a velocity of zero is zero. So a motion that meets the stops only in touches is one of the chain"
-        " without stops, and of these only the steady motion lasts. It is on either side once in a forcing period, and"
-        f" touches both stops at one clearance of the line only: the motion is **1-0r-0l at b = A({omega:g}) ="
+        "0_r and 0_l are grazes, touches at zero velocity, by the paper's own definition. A graze changes nothing: -R"
+        " times a velocity of zero is zero. So a motion that meets the stops only in grazes is a motion of the chain"
+        " without stops, and of these only the steady motion lasts. It reaches either side once in a forcing period,"
+        f" and touches both stops at one clearance of the line only: the motion is **1-0r-0l at b = A({omega:g}) ="
         f" {point.clearance:.12f}**, and no motion that only touches has another n, on this line or on any other."
         f" Started on it, the simulation touches {touches} times in 4 periods, at velocities below"
         f" {below(float(np.max(np.abs(path.impacts.velocity))))}. "
         + (f"It does not stay: its graze recurs after {again} half period{'s' * (again > 1)}." if again else "")
     )
     section.say(
-        f"Between the neighbours a and c, at {places} clearances: what trajectories from rest and from {STARTS} random"
-        f" states come to within {TRANSIENT} periods, and how fast mass 1 meets the stops in the {RECORDED} periods"
-        " behind. The speed of mass 1 in the middle is about omega b."
+        f"The table is for clearances between the neighbours a and c, {places} of them: the motions that trajectories"
+        f" from rest and from {STARTS} random states settle to within {TRANSIENT} periods, and the speeds at which"
+        f" mass 1 meets the stops in the {RECORDED} periods after. The speed of mass 1 in the middle is about omega b."
     )
     clearances = np.round(np.linspace(high, low, places + 2)[1:-1], 5).tolist()
     rows = speeds(client, omega, clearances)
@@ -52,10 +52,10 @@ def touching(client: Client, omega: float, high: float, low: float, places: int 
     gentlest = min((row[3] for row in rows if row[3] != "-"), key=float, default=None)
     if gentlest is not None:
         section.say(
-            "None of the trajectories with impacts merely touches: the fastest impact of the gentlest one has a speed"
-            f" of {gentlest}. What is there are slow impacts next to the grazing curve, many"
-            " of them in motions that close late or never. In a phase portrait such a motion looks as if it touched the"
-            " stops many times: that fits the printed label, with 0 for what is slow."
+            "None of the trajectories with impacts only touches the stops: in the gentlest one the fastest impact has"
+            f" a speed of {gentlest}. Close to the grazing curve there are slow impacts, many of them in motions that"
+            " close late or never. In a phase portrait such a motion seems to touch the stops many times, which fits"
+            " the printed label if 0 stands for slow impacts."
         )
     return section
 

@@ -94,7 +94,7 @@ def test_the_page_has_what_is_computed(stack: LocalClient, part) -> None:
     assert_on_page(part(stack))
 
 
-def test_the_page_has_the_proofs_of_the_paper_s_errors(stack: LocalClient) -> None:
+def test_the_page_has_the_errors_of_the_paper(stack: LocalClient) -> None:
     assert_on_page(errors(stack, computed_points(stack)[GAMMA]))
 
 
@@ -117,7 +117,7 @@ def test_the_page_has_the_orbits_of_figure_9(stack: LocalClient, omega: float, l
     samples = samples_of(stack, omega, span, wanted)
     assert [sample.row for sample in samples if not on_page(sample.row, title)] == []
     with_impacts = [sample for sample in samples if sample.region.letter != "a"]
-    assert all(sample.proven for sample in with_impacts)
+    assert all(sample.verified for sample in with_impacts)
     row = with_impacts[0].row
     planted = re.sub(r"(\d)( \()", lambda found: f"{(int(found[1]) + 5) % 10}{found[2]}", row[7], count=1)
     assert planted != row[7]

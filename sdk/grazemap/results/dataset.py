@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
-from grazemap.results.base import Result
 from grazemap.schema import Field, Record, ResultSchema
 from grazemap.schema.common import MOTION
 
 if TYPE_CHECKING:
     import xarray
+
+    from grazemap.results.base import Result
 
 _MISSING: dict[str, Any] = {"float": np.nan, "int": 0, "bool": False, "str": ""}
 _TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
