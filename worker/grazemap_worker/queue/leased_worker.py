@@ -98,7 +98,7 @@ class LeasedWorker(Worker):
     def execute_job(self, job: Job, queue: Queue) -> None:
         """Run a tile in a work-horse; drop, unperformed, what is not a tile of ours.
 
-        A claim that the work-horse leaves behind was lost with it.
+        A claim that the work-horse leaves was lost with it.
         """
         reason = refusal(job)
         if reason is not None:
