@@ -12,6 +12,7 @@ import signal
 import sys
 import time
 
+import grazemap_core.errors  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker import logs, tasks
