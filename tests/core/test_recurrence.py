@@ -86,7 +86,6 @@ def test_the_sign_of_xi_says_what_recurs():
             first = next((int(m) for m, value in zip(sequence.order, toward, strict=True) if value > 0.0), 0)
             assert sequence.first_recurrence == first
             assert sequence.recurrence_stop == (0 if first == 0 else (-1) ** first)
-            assert sequence.stable == (first == 0)
 
 
 def test_the_predicted_next_contact_is_the_simulated_one():

@@ -22,13 +22,17 @@ from grazemap_core.grazing.poincare_map import (
     compare_returns,
     half_return,
     mapped_returns,
-    mirrored,
     simulated_returns,
 )
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+
+
+def mirrored(deviation):
+    """The mirror image S x: displacements and velocities negated, theta unchanged."""
+    return np.append(-deviation[:-1], deviation[-1])
 
 
 def random_deviation(random, point, size):

@@ -103,13 +103,6 @@ def half_return(
     return half_period_map(point, values) if smooth == "exact" else half_period_jacobian(point) @ values
 
 
-def mirrored(deviation: Floats) -> Floats:
-    """Return the mirror image S x: displacements and velocities negated, theta unchanged."""
-    result = -deviation
-    result[-1] = deviation[-1]
-    return result
-
-
 def mapped_returns(
     point: GrazingPoint,
     deviation: ArrayLike,

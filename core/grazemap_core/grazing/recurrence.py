@@ -25,7 +25,7 @@ from grazemap_core.model.oscillator import Oscillator
 
 @dataclass(frozen=True, eq=False)
 class RecurrenceSequence:
-    """xi_m for m = 1 .. M, and the stability of the grazing motion.
+    """xi_m for m = 1 .. M, and the first impact that recurs: without any the grazing motion is stable, (33)-(40).
 
     The rows of arrays of shape (2, M) are for a graze at stop A and at stop C; the return m is at the same stop for
     even m and at the other one for odd m.
@@ -49,11 +49,6 @@ class RecurrenceSequence:
     size: Floats
     first_recurrence: int
     recurrence_stop: int
-
-    @property
-    def stable(self) -> bool:
-        """Whether no impact recurs up to the largest order, so that perturbations decay: equations (33)-(40)."""
-        return self.first_recurrence == 0
 
 
 @dataclass(frozen=True, eq=False)
