@@ -7,8 +7,8 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks.report import tables
 from benchmarks.run import run
+from benchmarks.tables import tables
 
 
 def main() -> None:

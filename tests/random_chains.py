@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from oracles import Chain
 
+from grazemap_core.grazing.point import GrazingPoint, grazing_point
 from grazemap_core.model.oscillator import Oscillator
 
 
@@ -22,3 +23,14 @@ def random_oscillator(random: np.random.Generator, count: int, per_link: bool) -
     damping = 10 ** random.uniform(-2.0, -0.5, count)
     given = damping if per_link else float(damping[0])
     return Oscillator.create(masses, stiffnesses, given, forcing, float(random.uniform()))
+
+
+def random_grazing_points(seed: int, count: int, highest_omega: float) -> list[GrazingPoint]:
+    """Return grazing points of chains with 1 to 4 masses, at both stops in turn, with both kinds of damping."""
+    random = np.random.default_rng(seed)
+    points = []
+    for number in range(count):
+        oscillator = random_oscillator(random, 1 + number // 4 % 4, per_link=bool(number // 2 % 2))
+        omega = float(random.uniform(0.2, highest_omega))
+        points.append(grazing_point(oscillator, omega, 1 if number % 2 == 0 else -1))
+    return points

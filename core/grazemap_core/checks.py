@@ -21,9 +21,21 @@ def checked_omega(omega: ArrayLike) -> Floats:
     values = np.ascontiguousarray(omega, dtype=np.float64)
     if values.ndim != 1:
         raise ParameterError("omega", "must be a list of numbers")
-    if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
-        raise ParameterError("omega", f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    check_range("omega", values)
     return values
+
+
+def check_range(name: str, values: Floats) -> None:
+    """Raise ParameterError when a number is outside the range [SMALLEST_NUMBER, LARGEST_NUMBER]."""
+    if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
+        raise ParameterError(name, f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+
+
+def check_point(omega: float, clearance: float) -> None:
+    """Raise ParameterError when a frequency or a clearance is outside the range [SMALLEST_NUMBER, LARGEST_NUMBER]."""
+    for name, value in (("omega", omega), ("clearance", clearance)):
+        if not SMALLEST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
 
 
 def checked_order(name: str, value: int, minimum: int) -> int:

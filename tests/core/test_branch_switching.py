@@ -14,7 +14,7 @@ from test_one_impact_orbits import mismatch
 from test_orbit_branches import start
 from test_periodic_orbits import DEFAULT, default_orbit
 
-from grazemap_core.continuation.branch_switching import merged, starts_beyond, switched_branches
+from grazemap_core.continuation.branch_switching import merged, starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.tolerances import SWITCH_STEPS
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -115,7 +115,8 @@ def test_amplitudes_grow_as_the_root_of_the_distance(kind):
 def test_a_branch_that_is_born_leads_back_to_its_parent(kind):
     point = special(parent(kind), kind)
     low, high = 0.995 * point.clearance, 1.005 * point.clearance
-    (branch,) = switched_branches(DEFAULT, point, low, high)
+    (beyond,) = starts_beyond(DEFAULT, point)
+    branch = orbit_branch(DEFAULT, beyond.orbit(DEFAULT), low, high)
     (end,) = [p for p in branch.special_points if p.type == kind and merged(p.impacts) is not None]
     assert end.clearance == pytest.approx(point.clearance, abs=1e-10)
     (back,) = starts_beyond(DEFAULT, end)
@@ -174,7 +175,7 @@ def test_beyond_a_graze_lies_the_orbit_with_an_impact_more_or_less(branch, where
         # its branch passes through the graze, and is no motion on the other side
         chosen = [
             b
-            for b in switched_branches(DEFAULT, point, 0.99 * where, 1.01 * where)
+            for b in (orbit_branch(DEFAULT, one.orbit(DEFAULT), 0.99 * where, 1.01 * where) for one in found)
             if len(b.stops) == len(beyond.impacts.stops) and b.symmetric == beyond.impacts.symmetric
         ]
         assert len(chosen) == 1

@@ -9,7 +9,7 @@ import pytest
 from flint import arb
 from graze_oracle import PRECISION, GrazeOracle
 from oracles import digits
-from random_chains import chain_of, random_oscillator
+from random_chains import chain_of, random_grazing_points
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.discontinuity_mapping import (
@@ -25,16 +25,6 @@ from grazemap_core.model.oscillator import Oscillator
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OVERSHOOTS = 10.0 ** np.arange(-10.0, -3.5)
-
-
-def random_points(seed, count=20):
-    """Grazing points of chains with 1 to 4 masses, at both stops in turn, with both kinds of damping."""
-    random = np.random.default_rng(seed)
-    points = []
-    for number in range(count):
-        oscillator = random_oscillator(random, 1 + number // 4 % 4, per_link=bool(number // 2 % 2))
-        points.append(grazing_point(oscillator, float(random.uniform(0.2, 2.0)), 1 if number % 2 == 0 else -1))
-    return points
 
 
 def remainder(point, overshoots=OVERSHOOTS):
@@ -59,7 +49,7 @@ def error_beside_oracle(point, deviation, scan=False):
 
 
 def test_the_second_order_coefficient_is_what_the_leading_order_leaves_out():
-    for point in random_points(1):
+    for point in random_grazing_points(1, 20, 2.0):
         left = remainder(point)
         # a wrong coefficient would leave a constant; the third order falls as the square root of the overshoot
         assert slope(OVERSHOOTS, left) == pytest.approx(0.5, abs=0.02)
@@ -71,7 +61,7 @@ def test_the_second_order_coefficient_is_what_the_leading_order_leaves_out():
 
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
 def test_without_any_rebound_and_without_any_loss_the_expansion_holds_too(restitution):
-    for point in random_points(7, 8):
+    for point in random_grazing_points(7, 8, 2.0):
         oscillator = replace(point.oscillator, restitution=restitution)
         other = grazing_point(oscillator, point.omega, point.stop)
         assert slope(OVERSHOOTS, remainder(other)) == pytest.approx(0.5, abs=0.02)
@@ -95,7 +85,7 @@ def test_a_coefficient_off_by_a_percent_would_be_noticed(entry):
 def test_the_exact_mapping_is_right_to_round_off_of_what_it_does():
     worst = 0.0
     random = np.random.default_rng(3)
-    for point in random_points(2):
+    for point in random_grazing_points(2, 20, 2.0):
         for overshoot in (1e-3, 1e-6, 1e-9, 1e-12, 1e-15):
             for elsewhere in (0.0, 1e-3):
                 deviation = beyond_stop(point, overshoot * point.clearance)
@@ -108,7 +98,7 @@ def test_the_exact_mapping_is_right_to_round_off_of_what_it_does():
 
 
 def test_the_impact_of_the_exact_mapping_is_on_the_stop_and_the_result_on_the_surface():
-    for point in random_points(4):
+    for point in random_grazing_points(4, 20, 2.0):
         depth = 1e-5 * point.clearance
         mapping = exact_mapping(point, beyond_stop(point, 1e-4 * point.clearance, depth), depth)
         assert mapping.impact[0] == -point.stop * depth
@@ -136,7 +126,7 @@ def test_what_stays_inside_the_stop_is_mapped_to_itself():
 
 
 def test_both_stops_are_mirror_images():
-    for point in random_points(5, 8):
+    for point in random_grazing_points(5, 8, 2.0):
         other = point.opposite()
         np.testing.assert_array_equal(other.opposite().state[:-1], point.state[:-1])
         direct = grazing_point(point.oscillator, point.omega, other.stop)
@@ -149,7 +139,7 @@ def test_both_stops_are_mirror_images():
 
 def test_the_domain_ends_where_it_says():
     bounded = 0
-    for point in [grazing_point(DEFAULT, 0.29), *random_points(6, 8)]:
+    for point in [grazing_point(DEFAULT, 0.29), *random_grazing_points(6, 8, 2.0)]:
         limit = largest_overshoot(point)
         if not np.isfinite(limit):
             exact_mapping(point, beyond_stop(point, 500.0 * point.clearance))

@@ -19,13 +19,16 @@ from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.batches import periodic_orbits
+from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
+from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_orbits import orbit_at
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.tolerances import ORBIT_FLOOR
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
 
@@ -273,7 +276,8 @@ def test_the_test_functions_are_those_of_the_monodromy_matrix():
         )
         free = sign * np.linalg.eigvals(expm(generator * family.pattern.spacing(orbit.omega)))
         impacting = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
-        for ours, mu in zip(path.determinants(unknowns), (1.0, -1.0), strict=True):
+        point = path.evaluate(unknowns)
+        for ours, mu in ((point.fold_test, 1.0), (point.doubling_test, -1.0)):
             theirs = np.prod(unknowns[count : 2 * count]) * (np.prod(mu - impacting) / np.prod(mu - free)).real
             assert abs(ours) == pytest.approx(abs(theirs), rel=1e-9)
 
@@ -282,14 +286,22 @@ def test_many_orbits_are_those_solved_one_by_one():
     orbit = default_orbit("1-2r-2l")
     rng = np.random.default_rng(5)
     clearances = orbit.clearance + rng.uniform(-0.01, 0.01, 20)
-    many = periodic_orbits(DEFAULT, 0.27, clearances, orbit.impacts)
-    assert np.all(many.converged & many.admissible & many.stable)
+    family = OrbitFamily.of(DEFAULT, orbit.impacts.period, orbit.impacts.symmetric)
+    steady = family.steady(0.27)
+    problem = family.problem(0.27, max(abs(steady[0]), float(np.max(clearances))), steady)
+    guesses = [np.tile(values, (20, 1)) for values in (orbit.impacts.phases, orbit.impacts.velocities)]
+    phases, speeds, many = solve_sequences(problem, orbit.impacts, clearances, *guesses, floor=-ORBIT_FLOOR)
+    multipliers = many.real + 1j * many.imaginary
+    assert np.all(many.status == CONVERGED)
+    assert np.all(many.contact == CLEAR)
+    assert np.all(np.abs(multipliers) < 1.0)
     assert np.max(many.kantorovich) < 0.5
     for i in (0, 7, 19):
         single = periodic_orbit(DEFAULT, 0.27, clearances[i], orbit.impacts)
-        np.testing.assert_allclose(many.phases[i], single.impacts.phases, rtol=0, atol=1e-13)
-        np.testing.assert_allclose(many.velocities[i], single.impacts.velocities, rtol=0, atol=1e-13)
-        assert mismatch(many.multipliers[i], single.half_multipliers) < 1e-12
+        np.testing.assert_allclose(phases[i], single.impacts.phases, rtol=0, atol=1e-13)
+        velocities = speeds[i] * (problem.omega * problem.length)
+        np.testing.assert_allclose(velocities, single.impacts.velocities, rtol=0, atol=1e-13)
+        assert mismatch(multipliers[i], single.half_multipliers) < 1e-12
 
 
 def test_an_orbit_solved_for_as_a_multiple_or_as_a_whole_says_so():

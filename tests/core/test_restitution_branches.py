@@ -12,7 +12,7 @@ from test_orbit_branches import start
 from test_periodic_orbits import DEFAULT, default_orbit
 
 from grazemap_core.continuation.bifurcation_curves import bifurcation_curve
-from grazemap_core.continuation.branch_switching import starts_beyond, switched_branches
+from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.errors import ParameterError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
@@ -96,7 +96,7 @@ def test_what_is_beyond_a_special_point_has_its_restitution():
     orbit = beyond.orbit(DEFAULT)
     assert (orbit.label, orbit.isolated) == ("2-2r-(-1)l", True)
     low, high = beyond.restitution - 0.01, beyond.restitution + 0.01
-    (doubled,) = switched_branches(DEFAULT, point, low, high, "restitution")
+    doubled = orbit_branch(chain(beyond.restitution), orbit, low, high, "restitution")
     assert doubled.period == 2
     assert any(
         p.type == "PD" and p.restitution == pytest.approx(point.restitution, abs=1e-8) for p in doubled.special_points

@@ -7,7 +7,7 @@ import pytest
 from flint import arb
 from graze_oracle import PRECISION, GrazeOracle
 from oracles import digits
-from random_chains import chain_of, random_oscillator
+from random_chains import chain_of, random_grazing_points
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.curve import grazing_curve
@@ -22,10 +22,7 @@ from grazemap_core.grazing.poincare_map import (
     compare_returns,
     half_return,
     mapped_returns,
-    mirrored,
-    poincare_map,
     simulated_returns,
-    symmetric_root,
 )
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.model.oscillator import Oscillator
@@ -33,13 +30,9 @@ from grazemap_core.model.oscillator import Oscillator
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
 
-def random_points(seed, count):
-    random = np.random.default_rng(seed)
-    points = []
-    for number in range(count):
-        oscillator = random_oscillator(random, 1 + number // 4 % 4, per_link=bool(number // 2 % 2))
-        points.append(grazing_point(oscillator, float(random.uniform(0.2, 1.5)), 1 if number % 2 == 0 else -1))
-    return points
+def mirrored(deviation):
+    """The mirror image S x: displacements and velocities negated, theta unchanged."""
+    return np.append(-deviation[:-1], deviation[-1])
 
 
 def random_deviation(random, point, size):
@@ -54,7 +47,7 @@ def slope(overshoots, errors):
 
 def test_the_half_period_map_is_right_to_round_off_of_the_deviation():
     random = np.random.default_rng(1)
-    for point in random_points(1, 16):
+    for point in random_grazing_points(1, 16, 1.5):
         oracle = GrazeOracle(chain_of(point.oscillator), point.oscillator.restitution, point.omega, point.stop)
         for size in (1e-3, 1e-9):
             deviation = random_deviation(random, point, size)
@@ -66,7 +59,7 @@ def test_the_half_period_map_is_right_to_round_off_of_the_deviation():
 
 
 def test_the_jacobian_is_the_derivative_of_the_half_period_map():
-    for point in random_points(2, 8):
+    for point in random_grazing_points(2, 8, 1.5):
         jacobian = half_period_jacobian(point)
         assert point.size(jacobian @ point.vector_field) < 1e-14 * point.size(point.vector_field)  # (49), (50)
         onward = flow_jacobian(point) @ point.vector_field  # (48)
@@ -85,15 +78,15 @@ def test_the_jacobian_is_the_derivative_of_the_half_period_map():
 
 def test_the_poincare_map_is_the_square_of_its_symmetric_root():
     random = np.random.default_rng(3)
-    for point in random_points(3, 8):
+    for point in random_grazing_points(3, 8, 1.5):
         deviation = random_deviation(random, point, 1e-4)
         for mapping in ("leading", "exact"):
             for smooth in ("linear", "exact"):
                 if deviation[0] * point.stop < 0.0:
                     deviation = mirrored(deviation)
-                whole = poincare_map(point, deviation, mapping=mapping, smooth=smooth)
-                half = symmetric_root(point, deviation, mapping=mapping, smooth=smooth)
-                twice = symmetric_root(point, half, mapping=mapping, smooth=smooth)
+                across = half_return(point, deviation, mapping=mapping, smooth=smooth)
+                whole = half_return(point.opposite(), across, mapping=mapping, smooth=smooth)
+                twice = mirrored(half_return(point, mirrored(across), mapping=mapping, smooth=smooth))
                 np.testing.assert_allclose(twice, whole, rtol=1e-11, atol=1e-15 * point.clearance)
 
 
@@ -109,7 +102,7 @@ def test_the_linear_form_is_that_of_the_paper():
 
 def test_with_the_exact_mapping_the_composed_map_is_the_motion_itself():
     worst = 0.0
-    for point in random_points(4, 16):
+    for point in random_grazing_points(4, 16, 1.5):
         for overshoot in (1e-3, 1e-5, 1e-7):
             deviation = beyond_stop(point, overshoot * point.clearance)
             comparison = compare_returns(point, deviation, 3, mapping="exact")
@@ -133,7 +126,7 @@ def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_
     # the mapping errs by gamma u^2, so the first return by O(u^2); a return that hits does so with an overshoot of
     # O(u), at which the mapping errs by O(u) itself
     kinds = {True: 0, False: 0}
-    for point in random_points(5, 40):
+    for point in random_grazing_points(5, 40, 1.5):
         # one that is neither close to a change of the sign
         sequence = mapped_returns(point, beyond_stop(point, 1e-8 * point.clearance), 1, mapping="exact")
         share = sequence.overshoot[1] / (np.sqrt(1e-8) * point.clearance)

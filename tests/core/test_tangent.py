@@ -27,10 +27,8 @@ from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
 from grazemap_core.simulation.kernels.lyapunov import (
-    HalfPeriods,
     begin_matrix,
     leading_multiplier,
-    run_matrix,
     tangents,
 )
 from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, half_period, run_half_linearised
@@ -213,9 +211,7 @@ def test_the_multiplier_for_maps_is_the_largest_of_the_matrix(
     scratch = tangents(3)
     begin_matrix(scratch)
     halves = period if symmetric else 2 * period
-    span = HalfPeriods(0, halves, 0)
-    status, done = run_matrix(run.problem, run.held, run.state, clearance, span, run.work, scratch)
-    assert (status, done) == (OK, halves)
+    run.advance(halves, scratch.full)
     status, real, imaginary = leading_multiplier(run.problem, symmetric, scratch)
     assert status == OK
     assert complex(real, imaginary) == pytest.approx(

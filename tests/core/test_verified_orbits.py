@@ -5,7 +5,6 @@ import pytest
 
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.batches import periodic_orbits
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
@@ -50,8 +49,6 @@ def test_an_orbit_taken_twice_is_not_verified() -> None:
     assert orbit.least_period == 1
     assert said(orbit) == (True, True, True, False)
     assert not orbit.motion.verified
-    many = periodic_orbits(DEFAULT, OMEGA, [CLEARANCE], twice)
-    assert tuple(bool(getattr(many, name)[0]) for name in FIELDS) == said(orbit)
 
 
 def test_a_branch_says_of_its_orbits_what_they_say_themselves(branch: OrbitBranch) -> None:

@@ -15,9 +15,10 @@ from pydantic import ValidationError
 from benchmarks.law import fit
 from benchmarks.near_grazing import OVERSHOOTS, count
 from benchmarks.operation_count import Scheme
-from benchmarks.report import draw, page, tables
+from benchmarks.report import draw, page
 from benchmarks.result import Bench, Spread
 from benchmarks.stages import stages
+from benchmarks.tables import tables
 from benchmarks.work import CLEARANCE, Start, Work, reference_work, start_on_steady_motion
 from grazemap_core.model.oscillator import Oscillator
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.continuation.continuation_problem import ContinuationProblem, Parameter
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
@@ -84,41 +83,6 @@ def starts_beyond(
     else:
         found = []
     return tuple(start for start in found if start is not None)
-
-
-def switched_branches(
-    oscillator: Oscillator,
-    point: SpecialPoint,
-    start: float,
-    stop: float,
-    parameter: Parameter = "clearance",
-    longest_step: float = 0.05,
-    max_points: int = 2000,
-) -> tuple[OrbitBranch, ...]:
-    """Follow the other branches that pass through a special point.
-
-    Parameters
-    ----------
-    oscillator, point, parameter
-        As for `starts_beyond`.
-    start, stop, longest_step, max_points
-        As for `branches.orbit_branch`.
-
-    Raises
-    ------
-    ParameterError
-        As `branches.orbit_branch`.
-    SteadyMotionError, ConditioningError
-        As for `periodic_orbits.periodic_orbit`.
-    """
-    branches = []
-    for beyond in starts_beyond(oscillator, point, parameter):
-        orbit = beyond.orbit(oscillator)
-        if not orbit.converged:  # its own parameter is no good unknown there: a saddle-node next to the point
-            continue
-        chain = _with(oscillator, beyond.restitution)
-        branches.append(orbit_branch(chain, orbit, start, stop, parameter, longest_step, max_points))
-    return tuple(branches)
 
 
 def merged(impacts: ImpactSequence) -> ImpactSequence | None:

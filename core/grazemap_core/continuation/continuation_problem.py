@@ -215,11 +215,6 @@ class ContinuationProblem:
         velocities = unknowns[count : 2 * count] * (self.value(unknowns, "omega") * self.length)
         return ImpactSequence(period, self.stops.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
 
-    def determinants(self, unknowns: Floats) -> tuple[float, float]:
-        """Return the test functions of a point for multipliers +1 and -1: `fold_test` and `doubling_test`."""
-        _, derivatives, _ = self.of_orbit(unknowns)
-        return self._determinants(self.problem_at(unknowns), unknowns, derivatives)
-
     def doubling_matrix(self, unknowns: Floats) -> Floats:
         """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
         self.of_orbit(unknowns)

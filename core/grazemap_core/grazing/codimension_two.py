@@ -185,19 +185,9 @@ def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order
         for zero, recurring in zip(zeros, smaller, strict=True):
             omega = _inside(factor / zero.time, start, stop)
             if omega is not None:
-                points.append(
-                    CodimensionTwoPoint(
-                        kind="recurrence",
-                        omega=omega,
-                        clearance=math.nan,
-                        residual=zero.residual,
-                        status=zero.status,
-                        omega_error=omega * zero.uncertainty / zero.time,
-                        order=order,
-                        active=bool(recurring == 0),
-                        families=families_of_order(order),
-                    )
-                )
+                point = _point("recurrence", omega, zero)
+                active = bool(recurring == 0)
+                points.append(replace(point, order=order, active=active, families=families_of_order(order)))
     return points
 
 
@@ -218,20 +208,22 @@ def _resonances(response: ImpulseResponse, start: float, stop: float, max_multip
             for zero in zeros:
                 omega = _inside(factor / zero.time, start, stop)
                 if omega is not None:
-                    points.append(
-                        CodimensionTwoPoint(
-                            kind="resonant",
-                            omega=omega,
-                            clearance=math.nan,
-                            residual=zero.residual,
-                            status=zero.status,
-                            omega_error=omega * zero.uncertainty / zero.time,
-                            multiple=multiple,
-                            symmetric=is_symmetric,
-                            bifurcation=names[kind, is_symmetric],
-                        )
-                    )
+                    point = _point("resonant", omega, zero)
+                    bifurcation = names[kind, is_symmetric]
+                    points.append(replace(point, multiple=multiple, symmetric=is_symmetric, bifurcation=bifurcation))
     return points
+
+
+def _point(kind: Literal["recurrence", "resonant"], omega: float, zero: _Zero) -> CodimensionTwoPoint:
+    """Return the point of a zero, without its clearance and what its kind adds."""
+    return CodimensionTwoPoint(
+        kind=kind,
+        omega=omega,
+        clearance=math.nan,
+        residual=zero.residual,
+        status=zero.status,
+        omega_error=omega * zero.uncertainty / zero.time,
+    )
 
 
 def _inside(omega: float, start: float, stop: float) -> float | None:

@@ -103,42 +103,6 @@ def half_return(
     return half_period_map(point, values) if smooth == "exact" else half_period_jacobian(point) @ values
 
 
-def mirrored(deviation: Floats) -> Floats:
-    """Return the mirror image S x: displacements and velocities negated, theta unchanged."""
-    result = -deviation
-    result[-1] = deviation[-1]
-    return result
-
-
-def symmetric_root(
-    point: GrazingPoint,
-    deviation: ArrayLike,
-    depth: float = 0.0,
-    mapping: Mapping = "leading",
-    smooth: Smooth = "exact",
-) -> Floats:
-    """Return ``S P_1 DM_1``, which maps the surface of a stop to itself; its square is the Poincare map.
-
-    Parameters and errors as in `half_return`.
-    """
-    return mirrored(half_return(point, deviation, depth, mapping, smooth))
-
-
-def poincare_map(
-    point: GrazingPoint,
-    deviation: ArrayLike,
-    depth: float = 0.0,
-    mapping: Mapping = "leading",
-    smooth: Smooth = "exact",
-) -> Floats:
-    """Return ``P = P_2 o DM_2 o P_1 o DM_1``, equation (26), the deviation a period later.
-
-    Parameters and errors as in `half_return`.
-    """
-    across = half_return(point, deviation, depth, mapping, smooth)
-    return half_return(point.opposite(), across, depth, mapping, smooth)
-
-
 def mapped_returns(
     point: GrazingPoint,
     deviation: ArrayLike,

@@ -7,7 +7,6 @@ After an impact at the overshoot ``|a_1*| u^2/2``, the overshoot of mass 1 at it
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,21 +15,17 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.codimension_two import Family, families_of_order
 from grazemap_core.grazing.curve import grazing_curve
-from grazemap_core.grazing.half_period_maps import flow_jacobian, half_period_jacobian
-from grazemap_core.grazing.point import GrazingPoint, grazing_point
+from grazemap_core.grazing.point import grazing_point
 from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 
-Jacobian = Callable[[GrazingPoint], Floats]
-
 
 @dataclass(frozen=True, eq=False)
 class RecurrenceSequence:
-    """xi_m for m = 1 .. M, computed in three ways, and the stability of the grazing motion.
+    """xi_m for m = 1 .. M, and the first impact that recurs: without any the grazing motion is stable, (33)-(40).
 
     The rows of arrays of shape (2, M) are for a graze at stop A and at stop C; the return m is at the same stop for
     even m and at the other one for odd m.
@@ -39,14 +34,8 @@ class RecurrenceSequence:
     ----------
     order : ndarray of int, shape (M,)
         m.
-    families : tuple of M pairs of Family
-        The paper's case and n for the first and second row: cases 3 and 2 for odd m, 1 and 4 for even m, (42).
     xi : ndarray of shape (2, M)
         ``-(1 + R) a_1* Phi_12(m T/2)``, from the impulse response: (45), (57), (58).
-    from_jacobians : ndarray of shape (2, M)
-        The same from products of the Jacobians of P_1 and P_2 and from beta, as (42) is written.
-    from_flows : ndarray of shape (2, M)
-        The same from products of the flow's Jacobians, as (57) is written.
     size : ndarray of shape (M,)
         Sum of the moduli of the terms of xi, to which its round-off is relative.
     first_recurrence : int
@@ -56,18 +45,10 @@ class RecurrenceSequence:
     """
 
     order: Integers
-    families: tuple[tuple[Family, Family], ...]
     xi: Floats
-    from_jacobians: Floats
-    from_flows: Floats
     size: Floats
     first_recurrence: int
     recurrence_stop: int
-
-    @property
-    def stable(self) -> bool:
-        """Whether no impact recurs up to the largest order, so that perturbations decay: equations (33)-(40)."""
-        return self.first_recurrence == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +100,7 @@ def recurrence_sequence(oscillator: Oscillator, omega: float, max_order: int = 8
     factor = -(1.0 + oscillator.restitution) * np.array([[point.acceleration] for point in points])
     return RecurrenceSequence(
         order=order,
-        families=tuple(_families(int(m)) for m in order),
         xi=factor * value,
-        from_jacobians=np.array([_term_by_term(point, max_order, half_period_jacobian) for point in points]),
-        from_flows=np.array([_term_by_term(point, max_order, flow_jacobian) for point in points]),
         size=abs(float(factor[0, 0])) * terms,
         first_recurrence=int(curve.first_recurrence[0]),
         recurrence_stop=int(curve.recurrence_stop[0]),
@@ -204,21 +182,3 @@ def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, 
         order = np.where(pending & (difference < 0.0), m, order)
     stop = np.where(order == 0, 0, np.where(order % 2 == 0, 1, -1))
     return NextContact(order, stop, margin)
-
-
-def _families(order: int) -> tuple[Family, Family]:
-    """Return the families of a return after a graze at A and after one at C."""
-    cases = families_of_order(order)
-    from_a = next(family for family in cases if family.case in (1, 3))
-    from_c = next(family for family in cases if family.case in (2, 4))
-    return from_a, from_c
-
-
-def _term_by_term(point: GrazingPoint, max_order: int, jacobian: Jacobian) -> Floats:
-    """Return ``h_D J ... J beta`` for 1 .. max_order factors J of alternating stops, shape (max_order,)."""
-    across, back = jacobian(point), jacobian(point.opposite())
-    vector, result = point.beta, np.empty(max_order)
-    for m in range(max_order):
-        vector = (across if m % 2 == 0 else back) @ vector
-        result[m] = -vector[0]  # h_D = (-1, 0, ..., 0)
-    return result

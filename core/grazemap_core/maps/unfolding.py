@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.checks import check_range, checked_order
 from grazemap_core.codes import RESOLVED
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import LYAPUNOV_ERROR, UNVERIFIED
 from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
-from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
 """Initial states of a point: at rest; the final state of the next lower, or higher, clearance; or several random
@@ -102,15 +102,13 @@ def check_map(
 ) -> None:
     """Raise ParameterError for a grid, a limit or a policy that `unfolding_map_tile` does not accept."""
     for name, values in (("omega", omega), ("clearance", clearance)):
-        if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
-            raise ParameterError(name, f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+        check_range(name, values)
     for name, limit in (
         ("max_periods", max_periods),
         ("max_period", max_period),
         ("initial_conditions", initial_conditions),
     ):
-        if limit < 1:
-            raise ParameterError(name, "must be 1 or greater")
+        checked_order(name, limit, 1)
     if policy not in POLICIES:
         raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
 

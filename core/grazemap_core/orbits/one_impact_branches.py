@@ -110,11 +110,6 @@ class OneImpactBranch:
         """Return v at an angle."""
         return self.amplitude * math.cos(angle) / self.velocity_coefficient
 
-    def admissible_range(self) -> tuple[float, float] | None:
-        """Return the angles, lowest and highest, between which orbits are admissible, or None."""
-        low, high = max(self.admissible_above, self.lowest), 0.5 * math.pi
-        return (low, high) if low < high else None
-
     def angles(self, clearance: float) -> list[float]:
         """Return the angles of the orbits with this clearance: none, one, or two (above the grazing curve), decreasing.
 

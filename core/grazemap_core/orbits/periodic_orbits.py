@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.checks import check_point
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.batches import CONTACTS, REASONS, check_parameters, solve_sequences
+from grazemap_core.orbits.batches import CONTACTS, REASONS, solve_sequences
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import OrbitProblem
@@ -173,7 +174,7 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess
     ConditioningError
         The modal model would lose digits.
     """
-    check_parameters(omega, clearance)
+    check_point(omega, clearance)
     family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
     steady = family.steady(omega)
     problem = family.problem(omega, max(abs(steady[0]), clearance), steady)

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.checks import checked_order
 from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
 from grazemap_core.contact.kernels.workspace import RECORD_FULL
-from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.lyapunov import (
     HalfPeriods,
@@ -92,10 +92,8 @@ def lyapunov_exponents(
     LinearisationError
         The trajectory ends early, or an impact is a graze.
     """
-    if periods < EXPONENT_BLOCKS:
-        raise ParameterError("periods", f"must be {EXPONENT_BLOCKS} or greater")
-    if transient_periods < 0:
-        raise ParameterError("transient_periods", "must be 0 or greater")
+    checked_order("periods", periods, EXPONENT_BLOCKS)
+    checked_order("transient_periods", transient_periods, 0)
     run = linearised_run(oscillator, omega, clearance, displacement, velocity, phase)
     scratch = tangents(oscillator.size, transient_periods + periods)
     skipped = 2 * transient_periods

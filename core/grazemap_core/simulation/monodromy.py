@@ -9,10 +9,11 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.cells import bounds
 from grazemap_core.contact.kernels.half_period import is_free_for_ever
 from grazemap_core.contact.kernels.workspace import ANCHOR
-from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.linearised_run import LinearisedRun, linearised_run
@@ -95,8 +96,8 @@ def monodromy(
         The trajectory ends early, an impact is a graze, or the motion did not settle to a periodic one.
     """
     for name, value in (("period", period), ("max_periods", max_periods), ("max_period", max_period)):
-        if value is not None and value < 1:
-            raise ParameterError(name, "must be 1 or greater")
+        if value is not None:
+            checked_order(name, value, 1)
     run = linearised_run(oscillator, omega, clearance, displacement, velocity, phase)
     count = oscillator.size
     if period is None:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.checks import check_point
 from grazemap_core.contact.cell_problem import at_phase, cell_problem, free_state, trajectory_models
 from grazemap_core.contact.held_problem import HeldModel
 from grazemap_core.contact.kernels.cells import CellProblem
@@ -19,7 +20,6 @@ from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Wor
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 EVENTS = 64
 """Events that the record of a run holds at first."""
@@ -97,9 +97,7 @@ def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> Forc
     ConditioningError
         The modal model is ill-conditioned.
     """
-    for name, value in (("omega", omega), ("clearance", clearance)):
-        if not SMALLEST_NUMBER <= value <= LARGEST_NUMBER:
-            raise ParameterError(name, f"must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    check_point(omega, clearance)
     models = trajectory_models(oscillator)
     steady = forced_response(oscillator, np.array([omega]))[0]
     return ForcedChain(oscillator, omega, clearance, models, steady)

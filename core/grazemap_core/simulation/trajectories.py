@@ -10,6 +10,7 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
+from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.cells import bounds
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
 from grazemap_core.contact.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, RECORD_FULL, ROWS, TIME, UNDECIDED
@@ -182,8 +183,7 @@ def _plan(
         ("samples_per_period", samples_per_period, 1),
         ("max_period", max_period, 1),
     ):
-        if value < minimum:
-            raise ParameterError(name, f"must be {minimum} or greater")
+        checked_order(name, value, minimum)
     if times is not None:
         times = np.array(times, dtype=np.float64)
         end = periods * (2.0 * math.pi / omega)

@@ -14,7 +14,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.kernels.bernstein import MAX_DEPTH
+from grazemap_core.numerics.kernels.bernstein import STACK_SHAPE
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 OK = 0
@@ -110,9 +110,9 @@ def workspace(blocks: int, events: int = 0) -> Workspace:
         taylor=np.zeros(TAYLOR_DEGREE + 1),
         terms=np.zeros((blocks + 1, 4)),
         distance=np.zeros(TAYLOR_DEGREE + 1),
-        stack=np.zeros((MAX_DEPTH + 2, TAYLOR_DEGREE + 1)),
-        start=np.zeros(MAX_DEPTH + 2),
-        width=np.zeros(MAX_DEPTH + 2),
+        stack=np.zeros(STACK_SHAPE),
+        start=np.zeros(STACK_SHAPE[0]),
+        width=np.zeros(STACK_SHAPE[0]),
         tally=np.zeros(TALLY_SIZE),
         cursor=np.zeros(4, dtype=np.int64),
         near=np.zeros(5),

@@ -2,239 +2,38 @@
 
 A trajectory that settles to a periodic motion gives the orbit at one point of a region. From there the orbit is solved
 for from point to neighbouring point, as long as the map has the same name and the same slowest impact there. A region
-is a connected set of such points. Every point of a region is so checked twice: the map found its motion by simulation,
-and its equations are solved here.
+is a connected set of such points. Every point of a region is thus checked twice: the map found its motion by
+simulation, and its equations are solved here.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from functools import cached_property
-from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.codes import INFINITE, RESOLVED
+from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
+from grazemap_core.maps.borders.named_grid import Grid, Name, Point, name_of
 from grazemap_core.maps.borders.progress import BorderProgress
-from grazemap_core.maps.kernels.lane_state import (
-    IMPACTS_LEFT,
-    IMPACTS_RIGHT,
-    PERIOD,
-    REASON,
-    SETTLED_AFTER,
-    STICKING,
-    SYMMETRIC,
-)
+from grazemap_core.maps.borders.region import Equations, Region
+from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
 from grazemap_core.model.harmonic_response import forced_response
-from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.batches import solve_sequences
-from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.kernels.admissibility import CLEAR
-from grazemap_core.orbits.kernels.equations import OrbitProblem
-from grazemap_core.orbits.kernels.newton import CONVERGED
-from grazemap_core.orbits.tolerances import ORBIT_FLOOR
-from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
-Point = tuple[int, int]
-"""Row (clearance) and column (omega) of a point of a map."""
-
 NO_REGION = -1
-NO_NAME = -1
 _RUNS = 3
 """Trajectories from rest at a point, each twice as long as the one before, that are tried for an orbit there."""
 _RANDOM_STATES = 256
-"""Initial states at a point that are tried for one that leads to the map's motion."""
+"""Number of initial states that are tried at a point, to find one that leads to the map's motion."""
 _MOST_STATES = 4
-"""Of those, the ones that settle first, how many are followed."""
-
-
-class Name(NamedTuple):
-    """What a map calls a periodic motion; mirror images have one name.
-
-    Attributes
-    ----------
-    period : int
-    more, fewer : int
-        Impacts on the stop that is struck more often, and on the other one; codes as in a map.
-    symmetric, sticking : bool
-    """
-
-    period: int
-    more: int
-    fewer: int
-    symmetric: bool
-    sticking: bool
-
-    @property
-    def impacts(self) -> int:
-        """Impacts that have to be solved for: of symmetric motions those of half the period."""
-        both = max(self.more, 0) + max(self.fewer, 0)
-        return both // 2 if self.symmetric else both
-
-    @property
-    def free(self) -> bool:
-        """It is the steady motion, without impacts."""
-        return self.more == -1
-
-    @property
-    def solvable(self) -> bool:
-        """It is a finite sequence of impacts."""
-        return not (self.free or self.sticking or INFINITE in (self.more, self.fewer))
-
-
-class Grid(NamedTuple):
-    """A map as far as its borders need it.
-
-    Attributes
-    ----------
-    oscillator : Oscillator
-    omega, clearance : (m,), (n,)
-    names : tuple of Name
-    name : int (n, m)
-        Place in `names`; NO_NAME where the map has no periodic motion.
-    slowest : (n, m)
-        Speed of the slowest impact, which distinguishes orbits of one name.
-    settled_after : int (n, m)
-    """
-
-    oscillator: Oscillator
-    omega: Floats
-    clearance: Floats
-    names: tuple[Name, ...]
-    name: Integers
-    slowest: Floats
-    settled_after: Integers
-
-    @classmethod
-    def of(cls, oscillator: Oscillator, omega: Floats, clearance: Floats, arrays: Mapping[str, NDArray[Any]]) -> Grid:
-        """Take the arrays of `unfolding.unfolding_map_tile`.
-
-        Raises
-        ------
-        ParameterError
-            The arrays are not of the grid's shape, or the grid has fewer than two values on a side.
-        """
-        for key, values in (("omega", omega), ("clearance", clearance)):
-            if len(values) < 2 or not np.all(np.diff(values) > 0.0):
-                raise ParameterError(key, "must be an increasing list of at least two numbers")
-        right, left = arrays["impacts_right"], arrays["impacts_left"]
-        if right.shape != (len(clearance), len(omega)):
-            raise ParameterError("arrays", "must have a row for every clearance and a column for every omega")
-        periodic = arrays["kind"] == KINDS.index("periodic")
-        columns = [arrays["period"], np.maximum(right, left), np.minimum(right, left)]
-        codes = np.stack([*columns, arrays["symmetric"], arrays["sticking"]], axis=-1).astype(np.int64)
-        found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
-        name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
-        name[periodic] = places.ravel()
-        names = tuple(_name(*code) for code in found.tolist())
-        slowest = np.nan_to_num(arrays["least_impact_velocity"])
-        return cls(oscillator, omega, clearance, names, name, slowest, arrays["settled_after"].astype(np.int64))
-
-    def name_at(self, point: Point) -> Name | None:
-        """Return the name of a point's motion; None where it is not periodic."""
-        number = int(self.name[point])
-        return None if number == NO_NAME else self.names[number]
-
-    def place(self, point: Point) -> tuple[float, float]:
-        """Return omega and clearance of a point."""
-        return float(self.omega[point[1]]), float(self.clearance[point[0]])
-
-
-class Equations:
-    """The equations at all columns of a grid, set up once for every period, and for symmetric motions."""
-
-    def __init__(self, grid: Grid) -> None:
-        """Take the grid; the equations are set up when they are asked for."""
-        self._grid = grid
-        self._families: dict[tuple[int, bool], OrbitFamily] = {}
-        self._problems: dict[tuple[int, bool, int], OrbitProblem] = {}
-
-    def problem(self, period: int, symmetric: bool, column: int) -> OrbitProblem:
-        """Return the problem of a column.
-
-        Raises
-        ------
-        ParameterError, SteadyMotionError, ConditioningError
-            As `OrbitFamily.of`.
-        """
-        key = (period, symmetric, column)
-        if key not in self._problems:
-            kind = (period, symmetric)
-            if kind not in self._families:
-                self._families[kind] = OrbitFamily.of(self._grid.oscillator, period, symmetric)
-            family, omega = self._families[kind], float(self._grid.omega[column])
-            steady = family.steady(omega)
-            length = max(abs(steady[0]), float(self._grid.clearance[-1]))
-            self._problems[key] = family.problem(omega, length, steady)
-        return self._problems[key]
-
-
-class Solved(NamedTuple):
-    """Orbits at several points of a column: phases and velocities (p, k), and (p,) whether they are such motions."""
-
-    phases: Floats
-    velocities: Floats
-    fine: Booleans
-
-
-@dataclass(eq=False)
-class Region:
-    """A connected set of points with one family of orbits.
-
-    Attributes
-    ----------
-    name : Name
-    period : int
-    stops : int (k,)
-        Of symmetric motions those of half the period.
-    symmetric : bool
-    orbits : dict of Point to (phases, velocities), (k,) each
-    """
-
-    name: Name
-    period: int
-    stops: Integers
-    symmetric: bool
-    grid: Grid
-    equations: Equations
-    orbits: dict[Point, tuple[Floats, Floats]] = field(default_factory=dict)
-
-    def sequence(self, point: Point) -> ImpactSequence:
-        """Return the impacts at a point."""
-        return self._sequence(*self.orbits[point])
-
-    def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
-        """Solve for the orbits at points of a column, each from its own guess.
-
-        An orbit is fine if it is stable, admissible, not of a shorter period, and symmetric only if the region's are.
-        """
-        problem = self.equations.problem(self.period, self.symmetric, column)
-        phases = np.array([phases for phases, _ in guesses])
-        velocities = np.array([velocities for _, velocities in guesses])
-        first = self._sequence(phases[0], velocities[0])
-        found, speeds, results = solve_sequences(
-            problem, first, self.grid.clearance[rows], phases, velocities, floor=-ORBIT_FLOOR
-        )
-        found_velocities = speeds * (problem.omega * problem.length)
-        fine = (results.status == CONVERGED) & (results.contact == CLEAR)
-        fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
-        for i in np.flatnonzero(fine):
-            one = self._sequence(found[i], found_velocities[i])
-            fine[i] = one.repeats_after() == self.period and (self.symmetric or not one.mirrors())
-        return Solved(found, found_velocities, fine)
-
-    def _sequence(self, phases: Floats, velocities: Floats) -> ImpactSequence:
-        return ImpactSequence(self.period, self.stops, phases, velocities, self.symmetric)
+"""Number of those states that are followed: the first to settle."""
 
 
 class Regions:
@@ -300,9 +99,9 @@ class Regions:
         return None
 
     def _guesses(self, point: Point, name: Name) -> Iterator[ImpactSequence]:
-        """Yield impacts near a motion: of trajectories from rest, of the next point of its name, of random states.
+        """Yield guesses of a motion's impacts: from rest, from the nearest point of its name, from random states.
 
-        After a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
+        After a chaotic transient, a trajectory with other roundings than the map's may lead to another motion.
         """
         yield from self._settled(point, name, np.zeros((2, self.grid.oscillator.size)), self.grid.settled_after[point])
         for region in self.found:
@@ -316,7 +115,7 @@ class Regions:
         steady = forced_response(self.grid.oscillator, np.array([omega]))[0]
         rest = np.zeros((2, self.grid.oscillator.size))
         codes, _ = self._settler.run(omega, steady, np.array([clearance]), rest, states)
-        there = [k for k, code in enumerate(codes[0]) if _name_of(code) == name]
+        there = [k for k, code in enumerate(codes[0]) if name_of(code) == name]
         for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
             yield from self._settled(point, name, clearance * states[k], codes[0, k, SETTLED_AFTER])
 
@@ -343,7 +142,7 @@ class Regions:
 
     @cached_property
     def _longest(self) -> int:
-        """Forcing periods in which all points had settled."""
+        """Forcing periods after which all points had settled."""
         return max(1, int(np.max(self.grid.settled_after)))
 
     @cached_property
@@ -358,7 +157,7 @@ class Regions:
         return apart <= SAME_SPEED * omega * clearance
 
     def _grow(self, region: Region, first: Point, left: Booleans) -> None:
-        """Solve for the orbits of all points that can be reached from the first one, and take them from `left`."""
+        """Solve for the orbits of all points that can be reached from the first one, and remove them from `left`."""
         number = len(self.found)
         self.found.append(region)
         self.number[first] = number
@@ -375,7 +174,7 @@ class Regions:
                     due.append(beside)
 
     def _grow_within(self, region: Region, number: int, column: int, left: Booleans) -> None:
-        """Go on up and down a column, as long as there is more."""
+        """Solve for orbits up and down a column, until a point does not belong to the region."""
         tried: set[tuple[int, Point]] = set()
         while True:
             steps: dict[int, tuple[int, Point]] = {}
@@ -390,7 +189,7 @@ class Regions:
             self._take(region, number, column, list(steps.values()), left)
 
     def _take(self, region: Region, number: int, column: int, steps: list[tuple[int, Point]], left: Booleans) -> bool:
-        """Solve for orbits at rows of a column, each from the orbit at a point; return whether one is the map's."""
+        """Solve for orbits at rows of a column, each from the orbit at a point; return whether any is the map's."""
         if not steps:
             return False
         rows = np.array([row for row, _ in steps])
@@ -407,20 +206,8 @@ class Regions:
         return some
 
 
-def _name(period: int, more: int, fewer: int, symmetric: int, sticking: int) -> Name:
-    return Name(period, more, fewer, bool(symmetric), bool(sticking))
-
-
-def _name_of(code: Integers) -> Name | None:
-    """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
-    if code[REASON] != RESOLVED:
-        return None
-    impacts = int(code[IMPACTS_RIGHT]), int(code[IMPACTS_LEFT])
-    return _name(int(code[PERIOD]), max(impacts), min(impacts), int(code[SYMMETRIC]), int(code[STICKING]))
-
-
 def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
-    """Return the impacts of a record of one period, wherever it has settled to; None where they are no sequence."""
+    """Return the impacts of a record of one period; None where they are not a finite sequence."""
     if run.motion.kind == "periodic" and run.motion.period == period:
         try:
             return impacts_of(run)
@@ -438,7 +225,7 @@ def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
 
 
 def _named(sequence: ImpactSequence | None, name: Name) -> Iterator[ImpactSequence]:
-    """Yield a sequence if it can be that of a name, half of it where the motion is symmetric."""
+    """Yield a sequence if it agrees with a name; half of it where the motion is symmetric."""
     if sequence is None or sequence.period != name.period:
         return
     whole = sequence.whole

@@ -2,8 +2,8 @@
 
 The kernels do not allocate, so that a map can call them at every point; all scratch is in `Tangents`:
 
-    begin_matrix, run_matrix over the period, leading_multiplier      for a periodic motion
-    begin_growth, run_growth, classify_growth                         for an unresolved motion
+    begin_matrix, the linearised flow over the period, leading_multiplier      for a periodic motion
+    begin_growth, run_growth, classify_growth                                  for an unresolved motion
 
 The growth of two perturbations is measured over every half period in the energy norm of the blocks, the sum of
 w^2 u^2 + u'^2, and they are made orthonormal after it (Benettin et al. 1980). The mean over n periods differs from the
@@ -130,8 +130,8 @@ def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents)
         Whether the motion is its own mirror image. Its multipliers are then the squares of those of half the motion
         followed by the mirror image.
     scratch : Tangents
-        Its matrix is that of `begin_matrix` after `run_matrix` over n half periods of a symmetric motion, or 2 n of any
-        other.
+        Its matrix is that of `begin_matrix` after the linearised flow (`run_half_linearised`) over n half periods of a
+        symmetric motion, or 2 n of any other.
 
     Returns
     -------
@@ -218,39 +218,6 @@ def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
 
 
 @kernel
-def run_matrix(
-    problem: CellProblem,
-    held: HeldProblem,
-    u: Floats,
-    clearance: float,
-    span: HalfPeriods,
-    work: Workspace,
-    scratch: Tangents,
-) -> tuple[int, int]:
-    """Advance a state and apply the linearised flow to scratch.full, both in place.
-
-    Parameters
-    ----------
-    u : (N, 2)
-        State after `span.before + span.done` half periods.
-    span : HalfPeriods
-    work : Workspace
-        That of the trajectory that led to u, or its cursor and near (and held.state and held.since if mass 1 rests).
-
-    Returns
-    -------
-    status : OK, or as `run_half_linearised`; after RECORD_FULL the run may continue with a larger record.
-    done : int
-        Half periods of the run that are completed.
-    """
-    for k in range(span.done, span.halves):
-        status = run_half_linearised(problem, held, u, clearance, span.before + k, work, scratch.full, scratch.began)
-        if status != OK:
-            return status, k
-    return OK, span.halves
-
-
-@kernel
 def run_growth(
     problem: CellProblem,
     held: HeldProblem,
@@ -267,10 +234,19 @@ def run_growth(
 
     Parameters
     ----------
+    u : (N, 2)
+        State after `span.before + span.done` half periods.
+    span : HalfPeriods
     skipped : int
         Half periods at the beginning that are not a part of the moments.
+    work : Workspace
+        That of the trajectory that led to u, or its cursor and near (and held.state and held.since if mass 1 rests).
 
-    Other parameters and results as in `run_matrix`.
+    Returns
+    -------
+    status : OK, or as `run_half_linearised`; after RECORD_FULL the run may continue with a larger record.
+    done : int
+        Half periods of the run that are completed.
     """
     for k in range(span.done, span.halves):
         status = run_half_linearised(problem, held, u, clearance, span.before + k, work, scratch.pair, scratch.began)
