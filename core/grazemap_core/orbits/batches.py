@@ -94,7 +94,7 @@ def periodic_orbits(
     Raises
     ------
     ParameterError
-        As `periodic_orbits.periodic_orbit`, or an array has not one row per clearance.
+        As `periodic_orbits.periodic_orbit`, or an array does not have one row per clearance.
     """
     gaps = np.ascontiguousarray(clearance, dtype=np.float64)
     if gaps.ndim != 1 or gaps.size == 0:

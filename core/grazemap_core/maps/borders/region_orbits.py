@@ -2,8 +2,8 @@
 
 A trajectory that settles to a periodic motion gives the orbit at one point of a region. From there the orbit is solved
 for from point to neighbouring point, as long as the map has the same name and the same slowest impact there. A region
-is a connected set of such points. Every point of a region is so checked twice: the map found its motion by simulation,
-and its equations are solved here.
+is a connected set of such points. Every point of a region is thus checked twice: the map found its motion by
+simulation, and its equations are solved here.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ NO_NAME = -1
 _RUNS = 3
 """Trajectories from rest at a point, each twice as long as the one before, that are tried for an orbit there."""
 _RANDOM_STATES = 256
-"""Initial states at a point that are tried for one that leads to the map's motion."""
+"""Number of initial states that are tried at a point, to find one that leads to the map's motion."""
 _MOST_STATES = 4
-"""Of those, the ones that settle first, how many are followed."""
+"""Number of those states that are followed: the first to settle."""
 
 
 class Name(NamedTuple):
@@ -83,17 +83,17 @@ class Name(NamedTuple):
 
     @property
     def free(self) -> bool:
-        """It is the steady motion, without impacts."""
+        """Whether it is the steady motion, without impacts."""
         return self.more == -1
 
     @property
     def solvable(self) -> bool:
-        """It is a finite sequence of impacts."""
+        """Whether it is a finite sequence of impacts."""
         return not (self.free or self.sticking or INFINITE in (self.more, self.fewer))
 
 
 class Grid(NamedTuple):
-    """A map as far as its borders need it.
+    """The part of a map on which its borders depend.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class Equations:
     """The equations at all columns of a grid, set up once for every period, and for symmetric motions."""
 
     def __init__(self, grid: Grid) -> None:
-        """Take the grid; the equations are set up when they are asked for."""
+        """Take the grid; the equations are set up on first use."""
         self._grid = grid
         self._families: dict[tuple[int, bool], OrbitFamily] = {}
         self._problems: dict[tuple[int, bool, int], OrbitProblem] = {}
@@ -180,7 +180,7 @@ class Equations:
 
 
 class Solved(NamedTuple):
-    """Orbits at several points of a column: phases and velocities (p, k), and (p,) whether they are such motions."""
+    """Orbits at several points of a column: phases and velocities (p, k), and whether each is accepted (p,)."""
 
     phases: Floats
     velocities: Floats
@@ -216,7 +216,8 @@ class Region:
     def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
         """Solve for the orbits at points of a column, each from its own guess.
 
-        An orbit is fine if it is stable, admissible, not of a shorter period, and symmetric only if the region's are.
+        An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and symmetric only if the
+        region's are.
         """
         problem = self.equations.problem(self.period, self.symmetric, column)
         phases = np.array([phases for phases, _ in guesses])
@@ -300,9 +301,9 @@ class Regions:
         return None
 
     def _guesses(self, point: Point, name: Name) -> Iterator[ImpactSequence]:
-        """Yield impacts near a motion: of trajectories from rest, of the next point of its name, of random states.
+        """Yield guesses of a motion's impacts: from rest, from the nearest point of its name, from random states.
 
-        After a chaotic transient a trajectory that rounds otherwise than the map's may lead to another motion.
+        After a chaotic transient, a trajectory with other roundings than the map's may lead to another motion.
         """
         yield from self._settled(point, name, np.zeros((2, self.grid.oscillator.size)), self.grid.settled_after[point])
         for region in self.found:
@@ -343,7 +344,7 @@ class Regions:
 
     @cached_property
     def _longest(self) -> int:
-        """Forcing periods in which all points had settled."""
+        """Forcing periods after which all points had settled."""
         return max(1, int(np.max(self.grid.settled_after)))
 
     @cached_property
@@ -358,7 +359,7 @@ class Regions:
         return apart <= SAME_SPEED * omega * clearance
 
     def _grow(self, region: Region, first: Point, left: Booleans) -> None:
-        """Solve for the orbits of all points that can be reached from the first one, and take them from `left`."""
+        """Solve for the orbits of all points that can be reached from the first one, and remove them from `left`."""
         number = len(self.found)
         self.found.append(region)
         self.number[first] = number
@@ -375,7 +376,7 @@ class Regions:
                     due.append(beside)
 
     def _grow_within(self, region: Region, number: int, column: int, left: Booleans) -> None:
-        """Go on up and down a column, as long as there is more."""
+        """Solve for orbits up and down a column, until a point does not belong to the region."""
         tried: set[tuple[int, Point]] = set()
         while True:
             steps: dict[int, tuple[int, Point]] = {}
@@ -390,7 +391,7 @@ class Regions:
             self._take(region, number, column, list(steps.values()), left)
 
     def _take(self, region: Region, number: int, column: int, steps: list[tuple[int, Point]], left: Booleans) -> bool:
-        """Solve for orbits at rows of a column, each from the orbit at a point; return whether one is the map's."""
+        """Solve for orbits at rows of a column, each from the orbit at a point; return whether any is the map's."""
         if not steps:
             return False
         rows = np.array([row for row, _ in steps])
@@ -420,7 +421,7 @@ def _name_of(code: Integers) -> Name | None:
 
 
 def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
-    """Return the impacts of a record of one period, wherever it has settled to; None where they are no sequence."""
+    """Return the impacts of a record of one period; None where they are not a finite sequence."""
     if run.motion.kind == "periodic" and run.motion.period == period:
         try:
             return impacts_of(run)
@@ -438,7 +439,7 @@ def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
 
 
 def _named(sequence: ImpactSequence | None, name: Name) -> Iterator[ImpactSequence]:
-    """Yield a sequence if it can be that of a name, half of it where the motion is symmetric."""
+    """Yield a sequence if it agrees with a name; half of it where the motion is symmetric."""
     if sequence is None or sequence.period != name.period:
         return
     whole = sequence.whole
