@@ -148,7 +148,7 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
     if motion.kind != "periodic" or motion.period is None or run.final is None:
         raise ParameterError("trajectory", "has not settled to a periodic motion")
     if motion.sticking or np.any(run.impacts.kind != "impact"):
-        raise ParameterError("trajectory", "has chatter, rest or grazes, so there is no sequence of impacts to solve for")
+        raise ParameterError("trajectory", "has chatter, rest or grazes, so there is no sequence of impacts")
     record, period = run.record, motion.period
     length = record.period
     periods = round(record.end / length)
