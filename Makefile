@@ -96,7 +96,7 @@ hardware: $(STAMP)  ## compile every kernel for other processors and compare wit
 verify: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 verify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 digits (ten minutes)
-	$(BIN)/python tests/certified_pixels.py 1000
+	$(BIN)/python tests/verified_points.py 1000
 
 # The other tools go into the same environment: both locks agree on every version, so no installed package changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock

@@ -10,7 +10,7 @@ NOT_CLOSED = 1
 SLOW_CONVERGENCE = 2
 """The orbit returns, but contracts too slowly for its limit to be resolved."""
 NEAR_GRAZING = 3
-"""The orbit returns, but an impact is so slow that the limit may not have it."""
+"""The orbit returns, but an impact is so slow that the limit motion may not contain it."""
 NO_STICKING_FLOW = 4
 """Mass 1 comes to rest on a stop, and the motion of the other masses has no accurate closed form."""
 TOO_MANY_IMPACTS = 5

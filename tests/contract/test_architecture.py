@@ -57,7 +57,7 @@ def test_every_folder_has_a_paragraph(package: str) -> None:
     described = re.findall(r"^\*\*([a-z_, ]+)\*\*", section, re.MULTILINE)
     named = {name for names in described for name in names.split(", ")}
     assert {room.name for room in TODAY.rooms[package].values() if room.is_folder} <= named
-    assert named <= set(TODAY.rooms[package]) | {"borders", "queue"}
+    assert named <= set(TODAY.rooms[package]) | {"borders"}
 
 
 def test_every_file_that_is_named_is_there() -> None:

@@ -17,7 +17,7 @@ PLAIN = set(
         """array by check code comparison coordinate core curve equation error exact finding first folder found grid
         half init interval line map maximum moment multi name next number one pair parameter pass piece plan point
         problem progress result root run search second segment setting short solved start step sum table task two
-        warmup work""",
+        warmup warning work""",
     )
 )
 

@@ -35,16 +35,17 @@ class BifurcationCurve:
     type : {"SN", "PD", "SB", "NS", "GR"}
     omega, clearance : (m,)
     phases, velocities : (m, k)
-        As in `OrbitBranch`. Of a GR the graze is one of the impacts, its velocity 0.
+        As in `OrbitBranch`. For a GR one of the impacts is the graze; its velocity is 0.
     stops : int (k,)
     impact : int or None
-        GR only: which impact is the graze.
+        GR only: index of the impact that is the graze.
     period : int
     symmetric : bool
     multipliers : complex (m, 2N)
-        Of half the period, mirrored, for symmetric motions. Of a GR one of them is infinite, or a large number.
+        For symmetric motions: over half the period, followed by the mirror image. For a GR one of them is infinite, or
+        a large number.
     admissible : bool (m,)
-        Mass 1 meets no stop but at the impacts; a GR's own graze does not count.
+        Mass 1 has no contact with a stop other than the impacts; the graze of a GR does not count.
     residual : (m,)
         Of the orbit, in units of length.
     ends : (str, str)
@@ -70,7 +71,7 @@ class BifurcationProblem(ContinuationProblem):
     """The equations of an orbit, and the condition that a test function vanishes."""
 
     def __init__(self, family: OrbitFamily, point: SpecialPoint, stops: Integers, impact: int | None) -> None:
-        """Take the kind of the condition, and of a GR which impact's speed is 0."""
+        """Take the type of the condition and, for a GR, the index of the impact whose speed is 0."""
         fixed = {"clearance": point.clearance, "omega": point.omega, "restitution": point.restitution}
         super().__init__(family, stops, ("clearance", "omega"), fixed)
         self.kind, self.impact = point.type, impact
@@ -82,7 +83,7 @@ class BifurcationProblem(ContinuationProblem):
         return neimark_sacker_test(self.evaluate(unknowns), self.count)
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
-        """Return those of the orbit, and the condition with its gradient brought to length 1."""
+        """Return the equations of the orbit, and the condition, its gradient scaled to length 1."""
         residual, derivatives, terms = self.of_orbit(unknowns)
         if self.impact is not None:
             value, gradient = self.condition(unknowns), np.zeros(len(unknowns))
@@ -99,10 +100,10 @@ class BifurcationProblem(ContinuationProblem):
         return np.append(residual, value), np.concatenate([derivatives, gradient[None]]), terms
 
     def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
-        """Return the condition at the orbit next to a guess, and its gradient along the orbits, by differences.
+        """Return the condition at the orbit nearest to a guess, and its gradient along the orbits, by differences.
 
-        This is the whole gradient that Newton's method needs: the step to that orbit is the part of the step across the
-        surface of orbits, and the condition is evaluated after it.
+        Newton's method needs no other component of the gradient: the equations of the orbit determine the step across
+        the surface of orbits, and the condition is evaluated after that step.
         """
         there = unknowns - np.linalg.lstsq(derivatives, residual, rcond=None)[0]
         gradient = np.zeros(len(unknowns))
@@ -114,8 +115,8 @@ class BifurcationProblem(ContinuationProblem):
     def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
         """Return `_singular` of the matrix of perturbations that return with the opposite sign.
 
-        Over two spans these perturbations return unchanged, so the orbit is taken twice: the second derivatives are
-        those of its equations. A second span of a symmetric motion is the mirror image, and so is its change.
+        Over two spans these perturbations return unchanged. The equations are therefore those of the orbit over two
+        spans. The second span of a symmetric motion is the mirror image of the first, and so is its perturbation.
         """
         count, mirror = self.count, self._mirror
         turn = self.family.turn
@@ -131,18 +132,19 @@ class BifurcationProblem(ContinuationProblem):
     ) -> tuple[float, Floats]:
         """Return the smallest singular value of a matrix, with the sign of its determinant, and its gradient.
 
-        With left and right vectors u, w it is u J w, and its gradient that of u J w with both held. J w is a derivative
-        of the equations along w, so that is the difference of two Jacobians, at w to either side.
+        With the left and right singular vectors u and w, the value is u J w, and its gradient is that of u J w at
+        constant u and w. J w is the derivative of the equations along w, so the gradient is taken from the difference
+        of two Jacobians, on either side along w.
 
         Parameters
         ----------
         matrix : (2 k, 2 k)
-        path : OrbitPath
-            Whose Jacobian holds the matrix: this one, or that of two spans with changes (w, -w).
+        path : ContinuationProblem
+            Its Jacobian contains the matrix: that of one span, or that of two spans with the perturbations (w, -w).
         unknowns
             Of that path.
         repeat : float
-            What the equations of a second span are to those of the first.
+            Factor from the equations of the first span to those of the second.
         """
         left, sizes, right = np.linalg.svd(matrix)
         sign = 1.0 if np.linalg.slogdet(matrix)[0] >= 0.0 else -1.0
@@ -158,12 +160,12 @@ class BifurcationProblem(ContinuationProblem):
 
     @property
     def _mirror(self) -> float:
-        """What signed velocities of a second span are to those of the first."""
+        """Factor from the signed velocities of the first span to those of the second."""
         return -1.0 if self.family.pattern.symmetric else 1.0
 
     @cached_property
     def _twice(self) -> ContinuationProblem:
-        """The path of the same orbits taken twice, or of symmetric ones whole."""
+        """The problem of the same orbits over two spans; of symmetric orbits, over the whole period."""
         pattern = self.family.pattern
         family = OrbitFamily.of(
             self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
@@ -188,11 +190,11 @@ def bifurcation_curve(
     point : SpecialPoint
         Of a branch of this oscillator, converged; its restitution, if it varied there, is that of the curve.
     omega, clearance : (float, float)
-        Ranges, 0 < least < largest, with the point in them.
+        Ranges, 0 < minimum < maximum, that contain the point.
     longest_step : float
         As for `orbit_branch`.
     max_points : int
-        In either direction.
+        Maximum number of points in either direction.
 
     Raises
     ------
@@ -205,7 +207,7 @@ def bifurcation_curve(
         raise ParameterError("point", "has not converged")
     for name, bounds, value in (("omega", omega, point.omega), ("clearance", clearance, point.clearance)):
         if not (0.0 < bounds[0] < bounds[1] < math.inf and bounds[0] <= value <= bounds[1]):
-            raise ParameterError(name, "must be greater than 0, rise, and have the point between its ends")
+            raise ParameterError(name, "must be two increasing numbers greater than 0, with the point between them")
     if not 0.0 < longest_step <= 1.0:
         raise ParameterError("longest_step", "must lie between 0 and 1")
     checked_order("max_points", max_points, 1)
@@ -216,7 +218,7 @@ def bifurcation_curve(
     path = BifurcationProblem(family, point, impacts.stops, impact)
     start = path.unknowns(impacts, path.fixed)
     tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
-    refined = path.correct(start, tangent)  # points at which a branch ends on another one are known to its root only
+    refined = path.correct(start, tangent)  # accurate to the root of round-off where branches meet
     start = start if refined is None else refined[0]
     first = path.evaluate(start)
     last = len(start) - 1

@@ -1,8 +1,8 @@
 """Branch switching: orbits of the other branches that pass through a special point.
 
-At a PD the other branch has twice the period, at an SB it is one of the pair of motions that are not symmetric. Where a
-branch ends on another one, it is that one; at a GR its orbits have one impact more, or less. SN and NS have no other
-branch (theory, "Beyond a special point").
+At a PD the other branch has twice the period; at an SB it is one of the pair of motions that are not symmetric; at a GR
+its orbits have one impact more, or less. Where a branch ends on another one, the other branch is the one on which it
+ends. SN and NS have no other branch (theory, "Beyond a special point").
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class OrbitStart:
     Attributes
     ----------
     clearance, omega, restitution : float
-        Where it is one: all but the branch's parameter as at the special point.
+        Parameters of the orbit; all but the branch's parameter are those of the special point.
     impacts : ImpactSequence
     admissible : bool
-        It is a motion. Of a GR an orbit is chosen that is, if there is one on either side; if not it is that at the
-        graze itself.
+        Whether the orbit is a motion. For a GR an orbit that is a motion is chosen, from either side; if there is none,
+        the orbit at the graze itself.
     """
 
     clearance: float
@@ -63,9 +63,9 @@ def starts_beyond(
     Returns
     -------
     tuple of OrbitStart
-        PD, SB: one. GR: one, of symmetric motions a second one that has, or loses, the contact on one stop only; its
-        mirror image is not listed. None where nothing but the motion without impacts is left, for SN and NS, and
-        where Newton's method does not find what should be there.
+        PD, SB: one. GR: one; of symmetric motions also a second one, which gains or loses the contact on one stop only
+        (its mirror image is not listed). None for SN and NS, where only the motion without impacts remains, and where
+        Newton's method does not converge.
 
     Raises
     ------
@@ -86,9 +86,9 @@ def starts_beyond(
 
 
 def merged(impacts: ImpactSequence) -> ImpactSequence | None:
-    """Return the orbit that a sequence has become, of a part of its period or symmetric, or None where it is itself.
+    """Return the orbit of a smaller period, or the symmetric one, that a sequence coincides with, or None.
 
-    So it is where a branch ends on another one; the two agree there to about `MERGED_ORBITS`.
+    They coincide where a branch ends on another one, to about `MERGED_ORBITS`.
     """
     least = impacts.repeats_after(MERGED_ORBITS)
     if least < impacts.period:
@@ -140,7 +140,7 @@ def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:
 def _on_parent(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
 ) -> OrbitStart | None:
-    """Return the orbit of the branch on which another one ends, for that one's special point."""
+    """Return the orbit of the parent branch, for the special point of a branch that ends on it."""
     path, guess = _path(oscillator, point, parameter, impacts)
     normal = np.zeros(len(guess))
     normal[-1] = 1.0
@@ -151,8 +151,9 @@ def _on_parent(
 def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> OrbitStart | None:
     """Return an orbit of the branch that bifurcates at a PD or an SB.
 
-    Its branch leaves along the perturbation that returns with the opposite sign after a span; its amplitude is
-    prescribed, and the parameter is found. The parent has an amplitude of 0, so the orbit that is found is another one.
+    The branch leaves along the perturbation that returns with the opposite sign after a span. The amplitude of the
+    perturbation is prescribed, and the parameter is solved for. The amplitude of the parent orbit is 0, so the solution
+    is another orbit.
     """
     impacts = point.impacts
     parent, unknowns = _path(oscillator, point, parameter, impacts)
@@ -177,7 +178,7 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
 
 
 def _sequences_at_graze(point: SpecialPoint) -> list[tuple[ImpactSequence, int | None]]:
-    """Return the other sequences that solve the equations at a graze, and which of their impacts is it."""
+    """Return the other sequences that solve the equations at a graze, each with the index of its grazing impact."""
     impacts, number = point.impacts, point.impact
     if number is None:
         assert point.phase is not None
@@ -189,7 +190,7 @@ def _sequences_at_graze(point: SpecialPoint) -> list[tuple[ImpactSequence, int |
     without: list[tuple[ImpactSequence, int | None]] = []
     if len(impacts.stops) > 1:
         without.append((_without(impacts, number), None))
-    if impacts.symmetric:  # its mirror image stays
+    if impacts.symmetric:  # the mirror image of the impact remains
         without.append((_without(impacts.whole, number), number + len(impacts.stops) - 1))
     elif len(impacts.stops) == 1 and impacts.period % 2 == 1:  # the steady motion: it touches both stops
         without.append((replace(impacts, symmetric=True), 0))
@@ -208,7 +209,7 @@ def _without(impacts: ImpactSequence, number: int) -> ImpactSequence:
 def _from_graze(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence, graze: int | None
 ) -> OrbitStart | None:
-    """Return an orbit with a sequence that solves the equations at a graze: on the side on which it is a motion."""
+    """Return an orbit with a sequence that solves the equations at a graze, from the side where it is a motion."""
     path, guess = _path(oscillator, point, parameter, impacts)
     if graze is None:
         normal = np.linalg.svd(path.equations(guess)[1])[2][-1]

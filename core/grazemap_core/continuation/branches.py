@@ -39,7 +39,8 @@ class OrbitBranch:
     clearance, omega, restitution : (m,)
     phases, velocities : (m, k)
         Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; of
-        symmetric motions those of half the period. An impact is virtual where its velocity has not its stop's sign.
+        symmetric motions those of half the period. An impact is virtual where the sign of its velocity is not that of
+        its stop.
     stops : int (k,)
     period : int
     symmetric : bool
@@ -94,16 +95,17 @@ def orbit_branch(
     ----------
     oscillator : Oscillator
     orbit : PeriodicOrbit
-        Converged; a symmetric one is continued as such.
+        Converged. A symmetric orbit is continued as a symmetric one.
     start, stop : float
-        Range of the parameter, 0 < start < stop, with the orbit's value in it; of restitution 0 <= start < stop <= 1.
+        Range of the parameter, 0 < start < stop, which contains the orbit's value; of restitution,
+        0 <= start < stop <= 1.
     parameter : {"clearance", "omega", "restitution"}
         What varies.
     longest_step : float
-        Of the continuation, in radians of phase, units of speed, and the parameter's value at the start, together.
-        Two special points of one type within a step would not be seen.
+        Maximum length of a step: phases in radians, speeds in units of speed, and the parameter relative to its value
+        at the start, taken together as one vector. Two special points of one type within a step may be missed.
     max_points : int
-        In either direction.
+        Maximum number of points in either direction.
     to_special : bool
         End the branch after the first segment with a special point, in either direction.
 

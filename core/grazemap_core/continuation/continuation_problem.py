@@ -1,7 +1,8 @@
 """The equations that are continued: periodic orbits over one parameter, or several.
 
 A point of the curve holds the phases of the impacts, their speeds and the parameters, all in units in which they are of
-one size. The curve is smooth through grazing, where a speed is 0, and through saddle-nodes, where the parameter turns.
+comparable size. The curve is smooth through grazing, where a speed is 0, and through saddle-nodes, where the parameter
+turns.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ class ContinuationPoint:
         Phases, speeds and the p parameters, in the path's units.
     clearance, omega, restitution : float
     residual : float
-        Largest one, in units of length.
+        Largest residual, in units of length.
     kantorovich : float
         As in `PeriodicOrbit`.
     multipliers : complex (2 N,)
-        Of half the period, mirrored, for symmetric motions.
+        For symmetric motions: over half the period, followed by the mirror image.
     fold_test, doubling_test : float
         ``prod v_i det(M - I)`` and ``prod v_i det(M + I)`` up to factors that do not vanish.
     contact : int
@@ -71,12 +72,12 @@ class ContinuationPoint:
 
     @property
     def isolated(self) -> bool:
-        """Whether the Newton-Kantorovich theorem holds: there is one orbit near the numbers, and only one."""
+        """Whether the Newton-Kantorovich theorem holds: there is exactly one orbit near the numbers."""
         return self.kantorovich <= MAX_KANTOROVICH
 
     @property
     def admissible(self) -> bool:
-        """Whether mass 1 has no contact with a stop but its impacts, and every impact velocity points at its stop."""
+        """Whether every impact velocity points at its stop, and mass 1 has no other contact with a stop."""
         return self.contact == CLEAR
 
 
@@ -88,7 +89,7 @@ class ContinuationProblem:
     family : OrbitFamily
     stops : (k,)
     parameters : tuple of str
-        What varies; what does not keeps its value in `fixed`.
+        The parameters that vary. The others keep their values in `fixed`.
     units : dict of str to float
         The unknown of a parameter is its value over this.
     length : float
@@ -98,9 +99,9 @@ class ContinuationProblem:
     def __init__(
         self, family: OrbitFamily, stops: Integers, parameters: tuple[Parameter, ...], fixed: dict[str, float]
     ) -> None:
-        """Take the values of the parameters at the start, which are units too; restitution, without one, has 1.
+        """Take the values of the parameters at the start, which are also their units; the unit of restitution is 1.
 
-        A restitution that is left out of `fixed` is the family's.
+        A restitution that is not in `fixed` is that of the family's oscillator.
         """
         self.family = family
         self.stops = stops.astype(np.float64)
@@ -127,7 +128,7 @@ class ContinuationProblem:
         return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
 
     def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
-        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last ones are kept."""
+        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last is kept."""
         if self._problem is None or self._problem.omega != omega:
             self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
         value = self.fixed["restitution"] if restitution is None else restitution
@@ -168,7 +169,7 @@ class ContinuationProblem:
         return work.residual.copy(), derivatives, terms
 
     def tangent(self, unknowns: Floats, along: Floats) -> Floats | None:
-        """Return the unit vector along the path, on the side of `along`; None where there is none."""
+        """Return the unit tangent of the path, in the direction of `along`; None where there is none."""
         _, derivatives, _ = self.equations(unknowns)
         right = np.zeros(len(unknowns))
         right[-1] = 1.0
@@ -182,7 +183,7 @@ class ContinuationProblem:
     def correct(self, guess: Floats, normal: Floats) -> tuple[Floats, int] | None:
         """Return the orbit in the hyperplane through a guess, and the Newton steps used; None when there is none near.
 
-        `normal` is the plane's; a parameter's own direction gives the orbit at that parameter.
+        `normal` is the normal of the hyperplane; the direction of a parameter gives the orbit at that value of it.
         """
         unknowns, count = guess.copy(), self.count
         offset = float(normal @ guess)

@@ -38,7 +38,7 @@ class MotionCurves:
     Attributes
     ----------
     orbit : PeriodicOrbit
-        With which the search began.
+        The orbit from which the search starts.
     branches : (OrbitBranch, OrbitBranch)
         Over clearance and over frequency.
     curves : tuple of BifurcationCurve
@@ -82,7 +82,7 @@ def motion_curves(
     ranges: dict[Parameter, Window] = {"clearance": clearance, "omega": omega}
     for name, value in (("omega", orbit.omega), ("clearance", orbit.clearance)):
         if not ranges[name][0] <= value <= ranges[name][1]:  # type: ignore[index]
-            raise ParameterError(name, "must hold that of the orbit")
+            raise ParameterError(name, "must contain that of the orbit")
     first, second = (
         orbit_branch(oscillator, orbit, *bounds, name, longest_step, max_points) for name, bounds in ranges.items()
     )
@@ -156,17 +156,17 @@ def _distance_from_origin(path: np.ndarray[tuple[int, ...], np.dtype[np.float64]
 
 
 def _as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
-    """Return a point's impacts as its curve has them: with the contact that appears at a graze."""
+    """Return the impacts of a point in the form of its curve: with the contact that appears at a graze."""
     if point.type != "GR" or point.impact is not None:
         return point.impacts, point.impact
     return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
 
 
 def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | None:
-    """Return a special point that its curve can begin at, None where there is none.
+    """Return the special point at which its curve can start, or None.
 
-    Where the branch ends on another one it is that one's: the parameter is good to round-off there, and so is then the
-    orbit of the other branch.
+    Where the branch ends on another one, it is the special point of the other branch: the parameter is accurate to
+    round-off there, and so is the orbit of the other branch.
     """
     parent = merged(point.impacts) if point.type in ("PD", "SB") else None
     if parent is None:

@@ -35,8 +35,8 @@ Bounds = Sequence[tuple[int, float, float]]
 """Index of an unknown, and its minimum and maximum."""
 
 Visit = Callable[[Floats, Floats, bool], str | None]
-"""Takes the tangent at the point before, the unknowns of a point, and whether the last unknown has turned.
-Returns the reason why the curve ends there, a key of `ENDS`, or None."""
+"""Takes the tangent at the previous point, the unknowns of a point, and whether the last unknown has turned. Returns
+the reason why the curve ends there, a key of `ENDS`, or None."""
 
 
 def follow_path(
@@ -68,7 +68,7 @@ def follow_path(
                     return "range"
                 continue
             unknowns = at_bound[0]
-            if float(tangent @ (unknowns - here)) <= 0.0:  # it began there
+            if float(tangent @ (unknowns - here)) <= 0.0:  # the path starts at this bound
                 return "range"
             following = path.tangent(unknowns, tangent)
         turned = following is not None and float(following[-1] * tangent[-1]) < 0.0

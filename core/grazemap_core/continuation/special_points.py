@@ -46,16 +46,16 @@ class SpecialPoint:
         "guess": a test function changes its sign there, but does not vanish to round-off. Where a branch ends on
         another one it has no tangent, so the parameter is accurate to round-off and the orbit to its square root.
     test : float
-        What is left of the test function, relative to its values at the neighbouring points.
+        Residual of the test function, relative to its values at the neighbouring points.
     admissible : bool
-        The orbit there is a motion; of a GR: the orbits on one side of it are.
+        Whether the orbit there is a motion; for a GR, whether the orbits on one side of it are.
     impacts : ImpactSequence
     multipliers : complex (2 N,)
-        Of half the period, mirrored, for symmetric motions.
+        For symmetric motions: over half the period, followed by the mirror image.
     segment : int
         It lies between this point of the branch and the next.
     stop, phase : int, float, or None
-        GR only: on which stop, and at which forcing phase.
+        GR only: stop and forcing phase of the graze.
     impact : int or None
         GR only: number of the impact that vanishes; None where a further contact appears.
     """
@@ -78,8 +78,9 @@ class SpecialPoint:
 def neimark_sacker_test(point: ContinuationPoint, count: int) -> float:
     """Return a function that changes its sign where a pair of multipliers passes the unit circle.
 
-    The product of ``(1 - mu_i mu_j)`` over pairs, each factor brought to size 1, with the sign that infinite
-    multipliers take from it at an impact of speed 0. Real pairs mu, 1/mu are zeros too; `on_unit_circle` excludes them.
+    It is the product of ``(1 - mu_i mu_j)`` over all pairs, each factor divided by ``1 + |mu_i mu_j|``. The change of
+    sign at an impact of speed 0, where multipliers pass through infinity, is compensated. Real pairs mu, 1/mu are zeros
+    too; `on_unit_circle` excludes them.
     """
     mu = np.where(np.abs(point.multipliers) < LARGEST_MULTIPLIER, point.multipliers, LARGEST_MULTIPLIER)
     first, second = np.triu_indices(len(mu), 1)
@@ -90,7 +91,7 @@ def neimark_sacker_test(point: ContinuationPoint, count: int) -> float:
 
 
 Located = tuple[float, SpecialPoint]
-"""A special point of a segment, after the distance along its tangent at which it lies."""
+"""Distance along the tangent of a segment, and the special point there."""
 
 
 class Segment:
@@ -145,7 +146,7 @@ class Segment:
 
     def _folds(self) -> list[Located]:
         """Return the point at which the parameter turns: a fold, or the end of the branch on another one."""
-        for test in (_fold_test, self._rise):  # where the branch ends on another one the first only touches zero
+        for test in (_fold_test, self._rise):  # where the branch ends on another one, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
                 return [(where, self._point(self._fold(self.at(where)), test, where))]
@@ -208,7 +209,7 @@ class Segment:
         phase: float | None = None,
         impact: int | None = None,
     ) -> SpecialPoint:
-        """Return the special point at a distance, its admissibility that of the orbit there unless it is given."""
+        """Return the special point at a distance; unless it is given, its admissibility is that of the orbit there."""
         point = self.at(where)
         size = max(abs(test(self.first)), abs(test(self.second)))
         left = abs(test(point)) / size if size > 0.0 else 0.0
@@ -232,12 +233,12 @@ class Segment:
         return neimark_sacker_test(point, self.path.count)
 
     def _rise(self, point: ContinuationPoint) -> float:
-        """Return the parameter's part of the unit tangent."""
+        """Return the parameter's component of the unit tangent."""
         tangent = self.path.tangent(point.unknowns, self.along)
         return 0.0 if tangent is None else float(tangent[-1])
 
     def _fold(self, point: ContinuationPoint) -> SpecialType:
-        """Return the type of a point at which the parameter turns, as it does where a branch ends on another one."""
+        """Return the type of a point at which the parameter turns; it also turns where a branch ends on another one."""
         impacts = self.path.impacts(point.unknowns)
         if impacts.repeats_after(MERGED_ORBITS) < impacts.period:
             return "PD"

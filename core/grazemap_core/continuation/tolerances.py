@@ -7,14 +7,14 @@ from typing import Final
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 
 PATH_EXACT: Final = 0.1 * RESPONSE_ROUNDOFF
-"""Residual, relative to the terms that it is a sum of, after which a Newton step changes nothing but round-off: a tenth
+"""Residual, relative to the sum of the moduli of its terms, below which a Newton step changes roundings only: a tenth
 of the round-off that is allowed for."""
 
 PATH_NEWTON_STEPS: Final = 8
 """Newton steps from a predicted orbit; if more are needed, the step along the branch was too long."""
 
 FAST_NEWTON_STEPS: Final = 4
-"""Newton steps, that to round-off included, up to which the next step along the branch may be longer."""
+"""Number of Newton steps, the one to round-off included, up to which the next step along the branch may be longer."""
 
 FIRST_STEP: Final = 0.2
 """First step along a branch, relative to the longest one: it grows fast where the branch allows."""
@@ -38,22 +38,25 @@ UNIT_CIRCLE_DISTANCE: Final = 1e-6
 """Distance from the unit circle at which a pair of multipliers is on it, where the test function vanishes."""
 
 GRAZE_MARGIN: Final = 1e-4
-"""Share of the step between two orbits, to either side of one with an impact of velocity 0, at which it is seen whether
-its neighbours are admissible. It grazes, perhaps both stops at once, so at the orbit itself round-off would decide."""
+"""Distance from an orbit with an impact of velocity 0, as a share of the step between two orbits, at which
+admissibility is tested on either side. The orbit itself grazes, perhaps both stops at once, so round-off would decide
+there."""
 
 CURVE_DIFFERENCE: Final = 1e-6
-"""Step of the differences from which gradients of test functions are taken, in a path's units: their error of 1e-10
-slows Newton's method down by as little, and is not in what it solves for."""
+"""Step of the differences that approximate gradients of test functions, in a path's units. Their error of 1e-10 hardly
+slows Newton's method down, and its solution does not contain the error."""
 
 MERGED_ORBITS: Final = 1e-4
 """Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
-another one: along it the difference is of first order, and the turn is found to about the root of round-off."""
+another one: along the branch the difference grows linearly, and the turn is found to about the square root of
+round-off."""
 
 SWITCH_STEPS: Final = (1e-2, 1e-3, 1e-4)
 """Distances from a special point, in a path's units, at which an orbit of another branch is looked for, one after the
-other. The matrix, singular at the point, has a smallest singular value of about this at it, and a prediction errs by
-its square, so that Newton's method converges; shorter ones serve where another special point, or impact, is as near."""
+other. At such a distance the smallest singular value of the matrix, which is singular at the point, is about the
+distance, and the error of the prediction is about its square: Newton's method converges. The shorter distances are for
+points that have another special point, or impact, nearby."""
 
 SAME_CURVE: Final = 5e-3
-"""Distance from the polyline of a curve at which a special point of its type, all its impacts compared, is on it. Steps
-of 0.05 over turns of up to `MIN_TANGENT_COSINE` leave a fourth of it between a curve and its chords."""
+"""Distance from the polyline of a curve, all impacts compared, up to which a special point of its type lies on it. With
+steps of 0.05 and turns of up to `MIN_TANGENT_COSINE`, a curve is within a fourth of this from its chords."""

@@ -203,7 +203,7 @@ def _scaled_states(state: Floats, clearance: float, horizontal: Coordinate, vert
     size = state.shape[1]
     indices = [_index(role, one, size) for role, one in (("horizontal", horizontal), ("vertical", vertical))]
     if indices[0] == indices[1]:
-        raise ParameterError("vertical", "must be another coordinate than the horizontal one")
+        raise ParameterError("vertical", "must differ from the horizontal coordinate")
     for index in indices:
         state[index] = 0.0
     across, up = (np.asarray(one.values, dtype=np.float64) for one in (horizontal, vertical))
@@ -220,7 +220,7 @@ def _index(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
     if coordinate.name not in _NAMES:
         raise ParameterError(role, f"must be one of {', '.join(_NAMES)}")
     if not 1 <= coordinate.mass <= size:
-        raise ParameterError(role, f"must be of a mass from 1 to {size}")
+        raise ParameterError(role, f"mass must be from 1 to {size}")
     if not np.all(np.isfinite(coordinate.values)):
         raise ParameterError(role, "every number must be finite")
     return _NAMES.index(coordinate.name), coordinate.mass - 1
@@ -230,7 +230,7 @@ def _clusters(means: Floats) -> list[Integers]:
     """Return the members of each cluster of points (n, 2): points connected by distances up to the tolerance."""
     tolerance = SEPARATION * LIMIT_DISTANCE
     clusters = [np.arange(len(means))]
-    for axis in (0, 1, 0, 1):  # cut where a coordinate has a gap, as long as that cuts
+    for axis in (0, 1, 0, 1):  # split where a coordinate has a gap; each axis twice
         cut: list[Integers] = []
         for members in clusters:
             ordered = members[np.argsort(means[members, axis], kind="stable")]

@@ -26,7 +26,7 @@ Parameter = Literal["clearance", "omega"]
 PARAMETERS: Final = ("clearance", "omega")
 POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
-"""Forcing periods over which exponents are measured if a trajectory has not closed, after a tenth as many."""
+"""Forcing periods over which exponents are measured if a trajectory has not closed; a tenth as many precede them."""
 
 
 @dataclass(frozen=True, eq=False)

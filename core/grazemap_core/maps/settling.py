@@ -158,7 +158,7 @@ def _in_blocks(model: ModalModel, states: Floats) -> Floats:
     count, _, size = states.shape
     flat = states.reshape(count, 2 * size)
     result = np.zeros((count, 2 * size))
-    for c in range(2 * size):  # term by term: a product of matrices would round according to how many states there are
+    for c in range(2 * size):  # term by term: the roundings of a product of matrices depend on the number of states
         result += flat[:, c : c + 1] * model.to_modal[:, c]
     return result.reshape(count, size, 2)
 

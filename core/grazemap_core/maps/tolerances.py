@@ -17,8 +17,8 @@ below (CELL_REACH / 2)^15 / 15! = 2e-17 of a mode's amplitude. The kernels are w
 
 LANE_SURE: Final = 1e-7
 """Margin of the certificates of the lockstep kernel, relative to the terms of the gap. It is above the square root of
-round-off, so that a root that round-off moves is still the only one. Other lanes go through a second pass, or on by
-themselves."""
+round-off, so that round-off cannot turn one root into two. Lanes within the margin go through a second pass or are
+computed one by one."""
 
 LANE_REST_SHARE: Final = 1e-4
 """Share of a cell after which a rebound ends, were the contact acceleration constant, up to which a lane goes through a
@@ -31,8 +31,8 @@ ROOT_CHANGE: Final = 1e-8
 """Last change of a contact by Halley's method, in half cells, up to which it has converged."""
 
 ROOT_SLOPE_CHANGE: Final = 1e-6
-"""Relative change of the slope, from the second derivative, up to which it has too. Halley's method is of third order:
-the next change would be about the square of this, 1e-12, of the last one, in all 1e-20."""
+"""Relative change of the slope, from the second derivative, that a converged contact may have. Halley's method is of
+third order: the next change would be about the square of this, 1e-12, of the last one, in all 1e-20."""
 
 HALF_PERIOD_EVENTS: Final = 48
 """Events of one half period that a lane can record. A lane with more is run again by itself, for verification and for
@@ -63,49 +63,50 @@ MOST_CONTRACTION: Final = 36.0
 stop a change of the state may vanish."""
 
 APPARENT: Final = 8.0
-"""Distance of impacts, in units of that of the orbit, up to which they may repeat after a shorter time: two states at
-that distance from an orbit are at most twice as far apart. Where they do not repeat, only time is lost."""
+"""Difference of impacts, in units of the distance to the orbit, up to which they may be repetitions after a shorter
+time: two states at that distance from an orbit are at most twice as far apart. A wrong guess costs only time."""
 
 SAME_SPEED: Final = 1e-6
 """Difference of the slowest impacts of two orbits, in units of omega * clearance, up to which they are one. A motion
-that a map has verified is known to round-off; neighbouring families of one name are apart by far more, but for points
-that a fold or a birth is closer to than 1e-12 of the clearance."""
+that a map has verified is known to round-off; neighbouring families of one name differ by far more, except within 1e-12
+of the clearance from a bifurcation."""
 
 BORDER_REACH: Final = 0.55
 """Distance from the middle between two neighbouring points of a map, in its steps, up to which a curve separates them:
-half a step where it passes between them, and what its chords are away from it."""
+half a step for a curve that passes between them, plus the distance of the curve from its chords."""
 
 BORDER_STEP: Final = 16.0
-"""Longest step along a curve that is to explain borders, in steps of the map. Near the default oscillator's
+"""Maximum step along a curve that may explain borders, in steps of the map. Near the default oscillator's
 codimension-two point chords of it are 0.03 steps of a 256 x 256 map away from the saddle-node curve."""
 
 END_OF_RANGE: Final = 8.0 * EPSILON
-"""Relative difference from the end of its range up to which a branch has arrived there: values and their units are
-multiplied and divided."""
+"""Relative difference from the end of its range up to which a branch has arrived there; the conversion to a unit and
+back has roundings."""
 
 BORDER_MARGIN: Final = 1.5
-"""Steps of the map by which the window of such a curve is wider than the borders that are left to be explained."""
+"""Steps of the map by which the window of such a curve extends beyond the borders that are not explained yet."""
 
 BORDER_WORK: Final = 500_000
-"""Orbits that are followed one way for one border, times the square of their impacts, which is what one takes: all 500
-of up to 31 impacts, fifty of a hundred, some seconds. More than 353 impacts are not followed."""
+"""Limit of the work for one border in one direction: the number of orbits times the square of their impacts, to which
+the cost of an orbit is proportional. It allows all 500 orbits of up to 31 impacts, or fifty of a hundred impacts, and
+takes some seconds. Motions with more than 353 impacts are not followed."""
 
 BORDER_LEAST_IMPACTS: Final = 16
-"""Impacts up to which an orbit takes as much as one with so many."""
+"""Number of impacts below which the cost of an orbit does not decrease further."""
 
 BORDER_FEWEST: Final = 4
-"""Orbits below which following is not begun."""
+"""Minimum number of orbits that the limit must allow; otherwise a motion is not followed."""
 
 BORDERS_WORK: Final = 100_000_000
-"""The same summed over all borders of a map: about twenty minutes. What comes last are motions that few points of
-the map have."""
+"""Limit of the same work for all borders of a map together: about twenty minutes. Motions of few points come last."""
 
 BORDER_SEARCH_PERIODS: Final = 20_000_000
-"""Forcing periods at most, of random states together, that are looked through for the motions of a map's points that
-neither the trajectory from rest nor a neighbour leads to: a minute."""
+"""Maximum number of forcing periods, over all random states, of the search for those motions of a map to which neither
+a trajectory from rest nor a neighbour leads: about a minute."""
 
 GROWTH_SKIPPED: Final = 20
-"""Of the half periods in which growth is measured, twice the integer part of one in so many do not count: a tenth."""
+"""Of the half periods in which growth is measured, the first do not count: twice the integer part of their number over
+this, a tenth."""
 
 MOST_GROWTH_PERIODS: Final = 2000
 """Maximum number of forcing periods over which the growth of changes is measured."""

@@ -65,13 +65,13 @@ def unfolding_map_tile(
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
-        periodic and not certified), certified (bool: the orbit is verified, `verification`), period, impacts_right,
-        impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in complete chatter;
-        all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in the period),
-        multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov (float64: largest
-        exponent per forcing period, for a periodic motion from its multiplier; NaN where it was not computed),
-        lyapunov_error (float64: standard error of an exponent that was measured along the trajectory, NaN for others),
-        least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
+        periodic but not verified), verified (bool: `verification.verify` confirms the periodic orbit), period,
+        impacts_right, impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in
+        complete chatter; all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in
+        the period), multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov
+        (float64: largest exponent per forcing period, for a periodic motion from its multiplier; NaN where it was not
+        computed), lyapunov_error (float64: standard error of an exponent that was measured along the trajectory, NaN
+        for others), least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
         settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: fraction of the
         initial states that lead to this motion or its mirror image) and motions_found (int32: number of different
         motions that are not unresolved). A preview has no multiplier, lyapunov and lyapunov_error.

@@ -93,9 +93,9 @@ def _pairings(matrix: Floats, triangular: Floats) -> list[Pairs]:
     """Return pairings of the exponents, the best guess first, as indices on the diagonal of the Schur form.
 
     Complex pairs are given. Real exponents that are nearly defective together have nearly parallel eigenvectors and
-    must share a block; real exponents that are close but independent had better not, because (u, u') coordinates of
-    theirs are nearly dependent. So the most parallel ones are paired first; the closest ones and the two halves of
-    the sorted list are the alternatives.
+    must share a block; real exponents that are close but independent should not share one, because their (u, u')
+    coordinates would be nearly dependent. The most parallel ones are therefore paired first; the closest ones and the
+    two halves of the sorted list are the alternatives.
     """
     size = len(triangular)
     subdiagonal = np.append(np.diag(triangular, -1), 0.0)

@@ -38,7 +38,7 @@ class ModalModel:
         Displacement of mass i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With proportional damping
         ``shape[:, :, 0]`` holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero.
     unit_impulse : ndarray of shape (N, 2)
-        What a unit velocity given to mass 1 adds to (u_j, u_j').
+        Change of (u_j, u_j') by a unit velocity given to mass 1.
     to_modal : ndarray of shape (2N, 2N)
         Takes (x_1 .. x_N, v_1 .. v_N) to (u_1, u_1', u_2, u_2', ...).
     from_modal : ndarray of shape (2N, 2N)

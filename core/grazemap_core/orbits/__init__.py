@@ -6,5 +6,5 @@
 `periodic_orbits` : one orbit with everything that is computed for it; `batches` : many orbits at once.
 `simulated_orbits` : periodic motions that rest on a stop, from simulation.
 `search` : a first guess for an orbit of which only period and stops are known.
-`family`, `states` : what the others share.
+`family`, `states` : equations at any frequency, states and multipliers; shared by the others.
 """

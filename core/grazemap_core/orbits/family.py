@@ -63,14 +63,14 @@ class OrbitFamily:
 
     @property
     def turn(self) -> float:
-        """Phase after which the impacts repeat, or do so on the other stops."""
+        """Phase after which the impacts repeat, or repeat on the opposite stops."""
         return self.pattern.half_periods * math.pi
 
     def steady(self, omega: float) -> Complexes:
         """Return the steady motion's amplitudes, complex (N,)."""
         amplitudes = steady_response(self.oscillator, [omega])[0]
         if not (np.isfinite(amplitudes[0]) and abs(amplitudes[0]) > 0.0):
-            raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
+            raise ParameterError("omega", "is a frequency at which the amplitude of mass 1 overflows or underflows")
         return np.asarray(amplitudes)
 
     def problem(self, omega: float, length: float, steady: Complexes) -> OrbitProblem:
@@ -119,7 +119,7 @@ class OrbitFamily:
         )
 
     def _slope(self, omega: float, steady: Complexes) -> complex:
-        """Return the derivative of mass 1's steady amplitude by the frequency."""
+        """Return the derivative of mass 1's steady amplitude with respect to the frequency."""
         masses, damping = self.oscillator.mass_matrix, self.oscillator.damping_matrix
         stiffness = self.oscillator.stiffness_matrix - omega * omega * masses + 1j * omega * damping
         return complex(np.linalg.solve(stiffness, (2.0 * omega * masses - 1j * damping) @ steady)[0])

@@ -32,7 +32,7 @@ class ImpactSequence:
     phases : ndarray of shape (k,)
         ``omega t`` with the forcing ``f sin(omega t)``, radians, increasing, the first in [0, 2 pi n).
     velocities : ndarray of shape (k,)
-        Of mass 1 before the impact, signed: of the sign of the stop for an impact, of the other one for a virtual one.
+        Of mass 1 before the impact. The sign is that of the stop; of a virtual impact it is the opposite one.
     symmetric : bool
         These are the impacts of half the period, and their mirror images those of the other half.
     """
@@ -96,7 +96,7 @@ class ImpactSequence:
         )
 
     def repeats_after(self, tolerance: float = SAME_ORBIT) -> int:
-        """Return the least period of the sequence, in forcing periods: `period`, or a divisor of it."""
+        """Return the minimum period of the sequence, in forcing periods: `period`, or a divisor of it."""
         whole = self.whole
         for period in range(1, self.period):
             parts, rest = divmod(self.period, period)
@@ -148,7 +148,7 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
     if motion.kind != "periodic" or motion.period is None or run.final is None:
         raise ParameterError("trajectory", "has not settled to a periodic motion")
     if motion.sticking or np.any(run.impacts.kind != "impact"):
-        raise ParameterError("trajectory", "has chatter, rest or grazes, which are no sequence of impacts")
+        raise ParameterError("trajectory", "has chatter, rest or grazes, so there is no sequence of impacts")
     record, period = run.record, motion.period
     length = record.period
     periods = round(record.end / length)

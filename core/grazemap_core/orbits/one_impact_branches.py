@@ -42,7 +42,7 @@ class BranchPoint:
     stop : int or None
         GR only: +1 when the further contact is with the stop that is struck (first), -1 when with the other one.
     time : float or None
-        GR only: when it is, counted from the impact; 0 where the impact itself is the graze.
+        GR only: time of the contact after the impact; 0 where the impact itself is the graze.
     """
 
     type: Special
@@ -76,9 +76,10 @@ class OneImpactBranch:
         ``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``.
     sums : PeriodicSums
     lowest : float
-        Angle at which the clearance is 0, where the branch ends if it has not before.
+        Angle at which the clearance is 0, where the branch ends if it does not end before.
     admissible_above : float
-        Orbits with an angle above this, and below pi/2, have no contacts but their impacts; pi/2 if none has.
+        Orbits with an angle above this, and below pi/2, have no contacts other than their impacts; pi/2 if there are
+        none.
     admissibility : {"decided", "undecided"}
         "undecided" where round-off hides whether orbits of vanishing impact speed have another contact;
         `admissible_above` is pi/2 then too.
@@ -173,12 +174,12 @@ def branch_of(
     """Return a branch from a model and a steady motion that have been computed."""
     amplitude = float(np.abs(steady[0]))
     if not (math.isfinite(amplitude) and amplitude > 0.0):
-        raise ParameterError("omega", "is a frequency at which the motion of mass 1 is too small or large a number")
+        raise ParameterError("omega", "is a frequency at which the amplitude of mass 1 overflows or underflows")
     sums = periodic_sums(response, pattern, omega)
     rebound = 1.0 + oscillator.restitution
     c = rebound * sums.displacement
     d = (1.0 + rebound * sums.velocity) / omega
-    if not d > 0.0:  # it is, but for round-off in an elastic impact of a practically undamped chain
+    if not d > 0.0:  # only by round-off, for an elastic impact of a practically undamped chain
         raise ConditioningError("the impact speed is not determined: hardly any energy is lost in a period")
     contact, admissibility = _first_contact(response, pattern, omega, sums, rebound / d)
     points = _special_points(omega, pattern, amplitude, c, d, sums, rebound, contact)

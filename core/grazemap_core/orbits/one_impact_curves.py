@@ -30,7 +30,7 @@ class OneImpactCurve:
     ----------
     clearance, impact_velocity : ndarray of shape (n,)
     admissible : ndarray of bool, shape (n,)
-        The orbit has no contact with a stop but its impacts.
+        The orbit has no contact with a stop other than its impacts.
     stop : ndarray of int, shape (n,)
         GR only, else 0: +1 where the further contact is with the stop that is struck (first), -1 with the other one.
     """

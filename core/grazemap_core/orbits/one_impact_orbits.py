@@ -48,8 +48,8 @@ class OneImpactOrbit:
     stable : bool
         Every multiplier has a modulus below 1.
     admissible : bool
-        There is no contact with a stop but its impacts. An orbit that is not admissible solves the equations, but is no
-        motion.
+        There is no contact with a stop other than its impacts. An orbit that is not admissible solves the equations,
+        but is no motion.
     """
 
     omega: float
@@ -159,10 +159,10 @@ def _before(branch: OneImpactBranch) -> Floats:
 def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> Complexes:
     """Return the eigenvalues of flow times saltation matrix, by decreasing modulus.
 
-    Of the saltation matrix one part, ``(1 + R)(a/v) k x_1``, grows as the impact velocity v vanishes. With its factor
-    ``s = omega x_1 V/v`` for an unknown of its own, V = omega A, the eigenvalues are those of a pencil whose entries
-    stay of one size, so the small ones keep their digits next to one that goes to infinity; the pencil's other infinite
-    one is the unknown's own.
+    Of the saltation matrix one part, ``(1 + R)(a/v) k x_1``, grows as the impact velocity v vanishes. Its factor
+    ``s = omega x_1 V/v``, with V = omega A, becomes an additional unknown. The eigenvalues are then those of a pencil
+    whose entries remain of comparable size, so small ones keep their digits beside one that tends to infinity. The
+    second infinite eigenvalue of the pencil belongs to the additional unknown.
     """
     model, omega = branch.model, branch.omega
     rebound = 1.0 + branch.oscillator.restitution

@@ -38,7 +38,7 @@ class PeriodicOrbit:
     converged : bool
         The residual is round-off. Otherwise the numbers below are NaN.
     reason : str
-        Why it has not; empty when it has.
+        Why Newton's method has not converged; empty if it has.
     residual : float
         Largest residual, in units of the larger one of clearance and steady amplitude.
     steps : int
@@ -47,7 +47,7 @@ class PeriodicOrbit:
         The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
         lies within `radius`, as certainly as floating-point numbers allow.
     radius : float
-        Of phases in radians, and of velocities over omega and that unit of length.
+        For phases in radians, and for velocities in units of omega times that length.
     displacement, velocity : ndarray of shape (N,)
         State just before the first impact; a trajectory started there begins with the impact.
     phase : float
@@ -103,7 +103,7 @@ class PeriodicOrbit:
 
     @property
     def isolated(self) -> bool:
-        """The Newton-Kantorovich theorem holds: there is one orbit, and only one, within `radius`."""
+        """The Newton-Kantorovich theorem holds: exactly one orbit lies within `radius`."""
         return self.converged and self.kantorovich <= MAX_KANTOROVICH
 
     @property
@@ -113,12 +113,12 @@ class PeriodicOrbit:
 
     @property
     def verified(self) -> bool:
-        """The orbit is isolated, admissible and stable, and its period is the least one."""
+        """The orbit is isolated, admissible and stable, and its period is the minimum one."""
         return self.isolated and self.admissible and self.stable and self.least_period == self.impacts.period
 
     @property
     def impacts_per_period(self) -> tuple[int, int]:
-        """Impacts on stop A and on stop C in the least period; -1 for a stop that is not touched."""
+        """Impacts on stop A and on stop C in the minimum period; -1 for a stop that is not touched."""
         whole = self.impacts.whole
         parts = self.impacts.period // self.least_period
         right, left = (int(np.sum(whole.stops == stop)) // parts or -1 for stop in (1, -1))
@@ -126,7 +126,7 @@ class PeriodicOrbit:
 
     @property
     def motion(self) -> Motion:
-        """The motion that this is: unresolved where it has not converged, or is not admissible."""
+        """The orbit as a motion; unresolved if it has not converged, or is not admissible."""
         if not self.converged:
             return Motion(kind="unresolved", sticking=False, reason=self.reason)
         right, left = self.impacts_per_period
@@ -143,7 +143,7 @@ class PeriodicOrbit:
 
     @property
     def label(self) -> str:
-        """``n-pr-ql`` of the least period; -1 for a stop that is not touched."""
+        """``n-pr-ql`` of the minimum period; -1 for a stop that is not touched."""
         right, left = self.impacts_per_period
         return f"{self.least_period}-{right if right > 0 else '(-1)'}r-{left if left > 0 else '(-1)'}l"
 

@@ -108,7 +108,7 @@ def _mirrored(sequence: ImpactSequence) -> ImpactSequence:
 
 
 def _turned_to(sequence: ImpactSequence, period: int, wanted: Integers) -> ImpactSequence | None:
-    """Return a whole sequence from the impact on at which its stops are those wanted, or None."""
+    """Return a whole sequence, rotated so that its stops are those wanted, or None."""
     if sequence.period != period or sequence.stops.size != wanted.size:
         return None
     whole = 2.0 * math.pi * period

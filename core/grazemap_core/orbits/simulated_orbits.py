@@ -23,8 +23,8 @@ from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
 REASON = (
-    "found by simulation, not from equations of impact: mass 1 rests on a stop; multipliers are those of the tangent "
-    "flow, the residual is by how much the motion does not close, over the clearance"
+    "found by simulation, not from equations of impact: mass 1 rests on a stop; the multipliers are those of the "
+    "linearised flow, and the residual is the distance between the start and the state a period later, in clearances"
 )
 """Why the orbit is not verified."""
 
@@ -41,14 +41,14 @@ class SimulatedOrbit:
     start : State
         At forcing phase 0.
     impacts : Impacts
-        Of one period from there. Of a complete chatter those that are followed one by one, `kind` "chatter" the last;
-        how many that are is no property of the motion.
+        Of one period from there. Of a complete chatter only the impacts that were computed one by one, the last with
+        `kind` "chatter"; their number is not a property of the motion.
     sticking : Sticking
         Of one period from there; a rest that continues beyond its end is two intervals.
     multipliers : complex (2 N,)
         Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
     closing : float
-        Largest displacement, over the clearance, by which the motion misses its start a period later.
+        Largest displacement, in units of the clearance, between the start and the state a period later.
     """
 
     omega: float
@@ -156,7 +156,7 @@ def _in_flight(run: Trajectory, end: float) -> float:
     middles, lengths = 0.5 * (marks[1:] + marks[:-1]), np.diff(marks)
     starts, stops = run.sticking.start[:, None], run.sticking.stop_time[:, None]
     resting = np.any((starts < middles) & (middles < stops), axis=0)
-    # between the last bounce that is followed and the rest there are all the others
+    # the other impacts of a chatter lie between the last one recorded and the rest
     chatters = run.impacts.time[run.impacts.kind == "chatter"]
     resting |= np.isin(marks[:-1], chatters)
     if np.all(resting):

@@ -8,15 +8,15 @@ from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.tolerances import EPSILON
 
 ORBIT_RESIDUAL: Final = 1e-12
-"""Largest residual, relative to the terms that it is a sum of, with which an orbit counts as solved; round-off of an
+"""Maximum residual, relative to the sum of the moduli of its terms, of an orbit that counts as solved; round-off of an
 orbit with tens of impacts is a hundredth of it."""
 
 ORBIT_SETTLED: Final = 1e-8
 """Newton step, in radians of phase and in units of omega times length, after which the next one is round-off."""
 
 ORBIT_EXACT: Final = 0.01 * RESPONSE_ROUNDOFF
-"""Residual, relative to the terms that it is a sum of, at which Newton's method has nothing left to do: a hundredth of
-the round-off that is allowed for, which only a guess that is a solution already reaches."""
+"""Residual, relative to the sum of the moduli of its terms, at which Newton's method stops at once: a hundredth of the
+round-off that is allowed for, which only a guess that is a solution already reaches."""
 
 ORBIT_NEWTON_STEPS: Final = 40
 """Maximum number of Newton steps. A close guess takes three to five; steps from a far one are shortened a few times."""

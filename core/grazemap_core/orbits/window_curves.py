@@ -17,7 +17,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_curves import OneImpactCurve, OneImpactCurves, one_impact_curves
 
 NEXT_STEP = 1.2
-"""Steps within which an impact velocity that falls linearly must reach zero: one, and some for its curvature."""
+"""Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class CurvePiece:
         symmetric motions.
     symmetric : bool
     admissible : bool
-        The orbits have no contact with a stop but their impacts; otherwise the piece is no border of motions.
+        The orbits have no contact with a stop other than their impacts; otherwise the piece is no border of motions.
     stop : int
         GR only, else 0: +1 where the further contact is with a stop that is struck first, -1 with the other one.
     omega, clearance, impact_velocity : ndarray of shape (m,), m >= 2
@@ -155,7 +155,7 @@ def _end(curve: OneImpactCurve, curves: OneImpactCurves, window: tuple[float, fl
         return "window"
     if np.isfinite(curve.clearance[beyond]):
         return "admissible" if window[0] <= curve.clearance[beyond] <= window[1] else "window"
-    # the impact velocity goes to zero, linearly, where a curve leaves the grazing curve: within a step from here
+    # where a curve leaves the grazing curve, its impact velocity falls linearly to zero within a step
     before = place - step
     if not 0 <= before < len(curves.omega):
         return "none"

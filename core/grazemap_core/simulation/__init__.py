@@ -1,7 +1,7 @@
 """Trajectories and what they settle to.
 
-The package follows trajectories with a record of every impact, detects the period of the motion, extrapolates the limit
-of a convergent orbit, and computes monodromy matrices and Lyapunov exponents from the linearised flow.
+The package follows trajectories with a record of every impact, detects the period of the motion, and computes monodromy
+matrices and Lyapunov exponents from the linearised flow.
 
 - `start`: validated initial states, and the arrays of a trajectory.
 - `trajectories`: recorded trajectories, with samples and the motion that they settle to.
@@ -10,5 +10,5 @@ of a convergent orbit, and computes monodromy matrices and Lyapunov exponents fr
 - `linearised_run`: a trajectory with the linearised flow along it.
 - `monodromy`: the monodromy matrix and its Floquet multipliers.
 - `lyapunov`: the two largest Lyapunov exponents.
-- `kernels`: recorded runs, samples, period detection, extrapolation, tangent flow and exponents.
+- `kernels`: recorded runs, samples, period detection, tangent flow and exponents.
 """

@@ -20,7 +20,7 @@ REASONS: Final[dict[int, str]] = {
     codes.NOT_CLOSED: "the stroboscopic orbit did not close within the periods simulated and the largest period "
     "looked for, and the Lyapunov exponents, if they were computed, do not decide the kind of the motion",
     codes.SLOW_CONVERGENCE: "the stroboscopic orbit converges too slowly to determine its limit",
-    codes.NEAR_GRAZING: "an impact is so slow that the limit may not have it",
+    codes.NEAR_GRAZING: "an impact is so slow that the limit motion may not contain it",
     codes.NO_STICKING_FLOW: "mass 1 rests on a stop, and the chain of the other masses is at an undamped resonance or "
     "ill-conditioned",
     codes.TOO_MANY_IMPACTS: "too many impacts: in half a forcing period, or before the motion settled",
@@ -93,7 +93,8 @@ def motion_from_codes(
 def kinds_of(reason: Integers, growth: Integers, unverified: Integers) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Return the codes of kind and reason.
 
-    From the codes of `closing`; of `lyapunov` where that has named nothing, and of `verification` where it has.
+    `reason` is the code of `period_detection`. Where it names no motion, `growth`, the code of `lyapunov`, decides the
+    kind; where it names one, `unverified`, the code of `verification`, is the reason.
     """
     periodic = reason == codes.RESOLVED
     kind = np.select(

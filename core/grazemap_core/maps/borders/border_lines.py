@@ -25,9 +25,9 @@ def positions(values: Floats, points: Floats) -> Floats:
 
 
 def nearest(line: Line, drawn: Booleans, places: Floats) -> Floats:
-    """Return the distance (p,) of places (p, 2) from a line, its pieces left out that have neither end drawn.
+    """Return the distances (p,) of points (p, 2) from a line, without the segments of which neither end is drawn.
 
-    Infinite where nothing is drawn.
+    Infinite if no segment is drawn.
     """
     points = np.stack([line.rows, line.columns], axis=1)
     if len(points) == 1:

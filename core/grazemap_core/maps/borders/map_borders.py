@@ -47,10 +47,10 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
 EXPLANATIONS: Final = ("unexplained", "curve", "coexistence", "goes on")
-"""What a border is, the position is the code. "curve": the motion of one point ends between them, on a curve that was
-computed. "coexistence": both motions are there at both points, stable and admissible, so that it is a border of basins
-of attraction. "goes on": of a pair with a point that is not periodic: the periodic motion of the other one is there
-too, and the trajectory does not lead to it, or has not yet."""
+"""Explanations of a border; the position is the code. "curve": the motion of one point ends between the two points, on
+a curve that was computed. "coexistence": both motions exist at both points, stable and admissible, so the border is one
+of basins of attraction. "goes on": one point is not periodic; the periodic motion of the other point exists there too,
+but the trajectory does not lead to it, or has not yet."""
 
 REASONS: Final = (
     "",
@@ -68,14 +68,14 @@ REASONS: Final = (
 _UNEXPLAINED, _CURVE, _COEXISTENCE, _GOES_ON = range(4)
 _NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES, _TOO_LONG, _ALL_SPENT, _ILL_CONDITIONED = range(1, 9)
 _GRAZING_SAMPLES = 4
-"""Of the grazing curve, per step of a map."""
+"""Samples of the grazing curve per step of a map."""
 _CURVE_POINTS = 500
 _BRANCH_STEP = 0.05
 _TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
-"""Work for a point of a curve, relative to that for a point of a branch: singular values of twice the size, or
-differences for which multipliers and contacts are computed."""
+"""Work for a point of a curve, relative to a point of a branch: singular values of a matrix of twice the size, or
+differences of functions of the multipliers and contacts."""
 _SHORTER = 0.1
-"""Of a step along a branch, where nothing was met."""
+"""Factor on the step along a branch, for a second attempt if the first finds no special point and does not arrive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +86,10 @@ class BorderCurve:
     ----------
     type : {"SN", "PD", "SB", "NS", "GR"}
     name : Name
-        Of the motion that ends there.
+        Name of the motion that ends there.
     omega, clearance : (m,)
     admissible : bool (m,)
-        The orbits are motions.
+        Whether the orbits are motions.
     orbits : BifurcationCurve or None
         None for the grazing curve, on which the steady motion touches both stops.
     """
@@ -113,7 +113,7 @@ class MapBorders:
     along : int (p,)
         0: the pair differs in clearance, 1: in omega.
     regular : bool (p,)
-        Both motions are periodic. The others have one that is chaotic, quasi-periodic or unresolved.
+        Whether both motions are periodic; otherwise one is chaotic, quasi-periodic or unresolved.
     explanation, reason : int (p,)
         Positions in EXPLANATIONS and REASONS.
     curve : int (p,)
@@ -122,7 +122,7 @@ class MapBorders:
         From the middle between the points to the curve, in steps of the map; NaN without one.
     curves : tuple of BorderCurve
     without_orbit : bool (n, m)
-        Points with a periodic motion with impacts, whose orbit was not found; not used for those that rest on a stop.
+        Points with a periodic motion with impacts whose orbit was not found, except those that rest on a stop.
     irregular_pairs : int
         Pairs of two points that are not periodic, of different kinds; not among the p.
     """
@@ -245,7 +245,7 @@ class _Explaining:
         return same
 
     def run(self) -> None:
-        """Explain what can be: borders of periodic motions first."""
+        """Explain the borders, those of periodic motions first."""
         both = np.flatnonzero(self.regular & ~np.any(self.ends, axis=1) & np.all(self.known, axis=1)).tolist()
         for done, place in enumerate(both):
             self.progress.coexisting(done / len(both))
@@ -265,18 +265,18 @@ class _Explaining:
 
     @property
     def _all_waiting(self) -> Booleans:
-        """Pairs and sides (p, 2) at which a motion ends, no curve is known yet, nor a reason why there is none."""
+        """Pairs and sides (p, 2) at which a motion ends, with neither a curve nor a reason for its absence yet."""
         return np.asarray(self.ends & (self.reason == 0) & (self.curve < 0)[:, None])
 
     def _waits(self, i: int, side: int) -> bool:
         return bool(self.curve[i] < 0 and self.ends[i, side] and self.reason[i, side] == 0)
 
     def _waiting(self, number: int, chosen: Booleans) -> Booleans:
-        """Return those of `_all_waiting` whose motion has the name of a number."""
+        """Return those of `_all_waiting` whose motion has the name with this number."""
         return np.asarray(self._all_waiting & chosen[:, None] & (self.number == number))
 
     def _most_frequent(self, chosen: Booleans) -> Iterator[int]:
-        """Yield the name at whose motions most is waiting, until nothing is."""
+        """Yield the name with the most borders left to explain, until none is left."""
         while True:
             left = self.number[self._all_waiting & chosen[:, None]]
             if not len(left):
@@ -285,7 +285,7 @@ class _Explaining:
             yield int(np.flatnonzero(counts == np.max(counts))[-1])
 
     def _weight(self) -> Floats:
-        """Return how much of the work is expected at pairs and sides (p, 2): each name's shared by its borders."""
+        """Return the expected work at pairs and sides (p, 2); the work for a name is divided among its borders."""
         weight = np.zeros(self.number.shape)
         for number in np.unique(self.number[self._all_waiting]).tolist():
             there = self._all_waiting & (self.number == number)
@@ -302,7 +302,7 @@ class _Explaining:
         name = self.grid.names[free[0]]
         self._take(BorderCurve("GR", name, omega, clearance, np.ones(count, dtype=np.bool_), None), free[0])
         left = self.ends & (self.curve < 0)[:, None] & (self.number == free[0])
-        self.reason[left] = _LEAVES  # it ends there and nowhere else: the curve is steeper than a step
+        self.reason[left] = _LEAVES  # the motion ends on this curve only, which is steeper than a step
 
     def _take(self, curve: BorderCurve, number: int) -> None:
         """Explain by a curve all pairs at which a motion of a name ends and which it passes."""
@@ -320,9 +320,9 @@ class _Explaining:
                 self.curve[i], self.distance[i] = len(self.curves) - 1, apart
 
     def _orbits(self, each: int, reason: Integers) -> int:
-        """Return how many orbits that take so much each may be followed one way for a border; 0, and why, for none.
+        """Return how many orbits of this cost may be followed in one direction for a border.
 
-        `reason` is that of one side of a pair, modified in place.
+        If there are none, `reason`, of one side of a pair, is modified in place.
         """
         if self.spent >= BORDERS_WORK:
             reason[...] = _ALL_SPENT
@@ -354,7 +354,7 @@ class _Explaining:
             self.ends[i, side] = True
             self.reason[i, side] = 0 if start is not None else _NOT_SOLVED
             return start
-        # the motion exists there too, or it is unknown where it ends
+        # the motion exists there too, or the point where it ends is unknown
         self.ends[i, side] = False
         self.known[i, side] = arrives
         self.reason[i, side] = 0 if arrives else _TOO_LONG if full else _BREAKS_OFF
@@ -363,14 +363,14 @@ class _Explaining:
     def _follow_branch(self, i: int, side: int, region: Region, most: int) -> tuple[SpecialPoint | None, bool, bool]:
         """Follow the branch of a motion from its point to the other one, or to the first special point.
 
-        Returns that point, whether the branch arrives, and whether it was left because of its length.
+        Returns that point, whether the branch arrives, and whether it was abandoned because of its length.
         """
         point, other = self.pairs[i][side], self.pairs[i][1 - side]
         orbit = periodic_orbit(self.grid.oscillator, *self.grid.place(point), region.sequence(point))
         vary: Parameter = "clearance" if point[1] == other[1] else "omega"
         here, there = (self.grid.place(one)[1 if vary == "clearance" else 0] for one in (point, other))
         rises = there > here
-        # a step from next to a saddle-node may pass over it, back to where it began
+        # a step that starts next to a saddle-node may pass over it and return to its start
         for step in (self._longest_step(), _SHORTER * self._longest_step()):
             branch = orbit_branch(
                 self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
@@ -383,7 +383,7 @@ class _Explaining:
         return (special[0] if special else None), arrives, "points" in branch.ends
 
     def _end(self, i: int, side: int, number: int, chosen: Booleans) -> None:
-        """Find where a motion ends at a pair, and follow the curve of that."""
+        """Find the special point at which a motion ends at a pair, and follow its curve."""
         point = self._follow_across(i, side)
         if point is None:
             return
@@ -405,7 +405,7 @@ class _Explaining:
             reason[...] = _LEAVES
 
     def _side(self, axis: int, number: int, chosen: Booleans) -> tuple[float, float]:
-        """Return the range of a parameter that holds all borders at which a motion ends and that are left."""
+        """Return the range of a parameter that contains all unexplained borders at which a motion ends."""
         values = self.grid.omega if axis else self.grid.clearance
         waiting = np.flatnonzero(np.any(self._waiting(number, chosen), axis=1))
         places = [point[axis] for i in waiting.tolist() for point in self.pairs[i]]
@@ -421,7 +421,7 @@ class _Explaining:
         return min(_BRANCH_STEP, BORDER_STEP * max(steps))
 
     def result(self, kind: NDArray[np.int8]) -> MapBorders:
-        """Return what was found; what is neither on a curve nor known on both sides is unexplained."""
+        """Return the borders; a pair without a curve, whose motions are not known at both points, is unexplained."""
         stays = self.known & ~self.ends
         explanation = np.full(len(self.pairs), _UNEXPLAINED, dtype=np.int64)
         explanation[self.regular & np.all(stays, axis=1)] = _COEXISTENCE
@@ -450,12 +450,12 @@ class _Explaining:
 
 
 def _an_orbit(impacts: int) -> int:
-    """Return what following one orbit takes, in the units of `BORDER_WORK`."""
+    """Return the cost of following one orbit, in the units of `BORDER_WORK`."""
     return max(impacts, BORDER_LEAST_IMPACTS) ** 2
 
 
 def _is_one(other: Region | None, place: Point, region: Region, velocities: Floats) -> bool:
-    """Return whether the orbit at a point of another region is one with these impacts, or their mirror images."""
+    """Return whether the orbit at a point of another region has these impacts, or their mirror images."""
     if other is None or other.name != region.name:
         return False
     speeds = [np.sort(np.abs(one)) for one in (other.orbits[place][1], velocities)]

@@ -12,12 +12,12 @@ Report = Callable[[int, int], object]
 """Called with (done, total)."""
 
 TOTAL: Final = 1000
-"""Parts of the whole."""
+"""Number of steps of the whole."""
 
 _REGIONS, _ACROSS, _COEXISTING = 0.05, 0.2, 0.3
-"""Of the whole, at the end of each stage but the last: finding the orbits of all points, solving for those of border
-pairs at the other point, following the motions that are there at both, and then those that end, to their curves. The
-last one is the longest unless a map is fine and its motions are few."""
+"""Share of the whole that is done at the end of each stage but the last. The stages find the orbits of all points,
+solve for those of border pairs at the other point, follow the motions that exist at both points, and follow the motions
+that end to their curves. The last stage is the longest, unless a map is fine and its motions are few."""
 
 
 class BorderProgress:

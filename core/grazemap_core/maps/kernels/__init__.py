@@ -1,1 +1,1 @@
-"""kernels."""
+"""Compiled kernels of maps: trajectories in lockstep, and their classification."""

@@ -206,7 +206,7 @@ def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool
 
 @kernel
 def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> bool:
-    """Write a motion that was named by its returns, verified where it can be; else its multiplier is sought next.
+    """Write a motion that was named by its returns. It is verified if possible; else its multiplier is computed next.
 
     Returns whether the trajectory is finished.
     """
@@ -216,7 +216,7 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> b
     window = period if symmetric else 2 * period  # half periods after which z returns
     after = max(0, (k - counts[STARTED] - 3 * window + 1) // 2)
     if right == -1 and left == -1:
-        unverified = GRAZE_UNRESOLVED  # else the envelope would have fitted between the stops
+        unverified = GRAZE_UNRESOLVED  # otherwise the envelope would lie between the stops
     elif sticking or right == INFINITE or left == INFINITE or column.group.regime[lane] == RESTING:
         unverified = STICKS
     else:
@@ -239,8 +239,8 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> b
 def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> Verification:
     """Look for the motion near a lane and verify it, as `verification.verify`.
 
-    The shortest part of the motion in which the impacts repeat is tried first. That they repeat throughout is known
-    no better than to the distance itself, so the motion must be as near.
+    The shortest time after which the impacts repeat is tried first. They are compared to within about `distance` only,
+    so the orbit must be that near.
     """
     problem, blocks, scratch, group = column.model.problem, column.blocks, column.verification, column.group
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]

@@ -29,7 +29,7 @@ class Column(NamedTuple):
     results : TrajectoryResults
         Receives the motions.
     group : Lanes
-        Every lane's state now.
+        Current states of all lanes.
     history : StroboscopicHistory
         Every lane's states at the ends of the last half periods.
     tangents : LaneTangents

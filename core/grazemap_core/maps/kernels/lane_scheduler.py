@@ -73,7 +73,7 @@ def settle_column(masses: Masses, column: Column) -> None:
     for lane in range(LANES):
         _vacate(column, lane)
     n = task.clearances.shape[0] * task.directions.shape[0]
-    # typed by hand: a literal 0 would have everything below compiled once more
+    # typed explicitly: for a literal 0 everything below would be compiled a second time
     queued = int(np.int64(0))
     done = 0
     k = int(np.int64(0))

@@ -22,7 +22,7 @@ GROWTH = 7
 HALVES_RUN, IMPACTS = 8, 9
 """Half periods that were run, and impacts that were followed one by one."""
 UNVERIFIED = 10
-"""Why a named motion is not verified, a code of `codes`; NAMED where it is."""
+"""Why a named motion is not verified, a code of `codes`; RESOLVED where it is."""
 CODES = 11
 
 # columns of `TrajectoryResults.figures`

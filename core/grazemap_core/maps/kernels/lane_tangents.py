@@ -87,7 +87,7 @@ class LaneTangents(NamedTuple):
 
 
 def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> LaneTangents:
-    """Return lanes without changes for an oscillator's blocks and exponents over so many half periods."""
+    """Return arrays for changes along lanes, none of which has any, and for growth over `halves` half periods."""
     masses = len(decay)
     size = 2 * masses
     return LaneTangents(

@@ -249,7 +249,7 @@ def _coefficient(masses: Masses, row: Floats, start: Floats, forcing: float, k: 
 def _expand_positions(
     masses: Masses, table: Floats, forcing: Floats, start: Floats, series: Floats, count: int
 ) -> None:
-    """Write the coefficients of x1 in z, three at a time: so many rows of the table fit in registers."""
+    """Write the coefficients of x1 in z, three at a time, as three rows of the table fit in registers."""
     count = min(count, LANES)
     for n in range(0, TERMS, 3):
         f0, f1, f2 = forcing[n], forcing[n + 1], forcing[n + 2]

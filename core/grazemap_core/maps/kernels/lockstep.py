@@ -161,7 +161,7 @@ class Impact(NamedTuple):
 
 
 def lanes(masses: int, events: int = 0) -> Lanes:
-    """Return lanes out of use for an oscillator, with the capacity for so many events of each."""
+    """Return lanes out of use for an oscillator, each with the capacity for `events` events."""
     return Lanes(
         even=np.zeros((2 * masses + 2) * LANES),
         odd=np.zeros((2 * masses + 2) * LANES),
@@ -247,7 +247,7 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats,
     group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
-    group.regime[lane] = RESTING  # it goes through its first cell by itself
+    group.regime[lane] = RESTING  # its first cell is computed for this lane alone
     group.limit[lane] = -np.inf
     if may_rest(problem.restitution, problem.step, contact_acceleration, leaving):
         group.status[lane] = AT_STOP
@@ -372,7 +372,7 @@ def _enter_impacts_of_round(
 
 @kernel
 def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: int, u: Floats, deferred: int) -> int:
-    """Let lane k of the second pass go: to the end of the cell if that is clear, else deferred.
+    """Remove lane k from the second pass: at the end of the cell if that is clear, otherwise deferred.
 
     Returns how many lanes are deferred now.
     """
@@ -430,7 +430,7 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
     clearance, on, here = group.clearance, group.second_pass.rows, step.here
     states = 2 * len(masses)
     free, others = _solve_free(masses, model, group, step, used)
-    # typed by hand: a literal 0 would have `_run_second_pass` compiled once more for each
+    # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
     filled = int(np.int64(0))
     deferred = int(np.int64(0))
     for i in range(free + others):
@@ -651,7 +651,7 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
 def run_halves(
     masses: Masses, model: LaneModel, group: Lanes, halves: int, used: int, u: Floats, work: Workspace
 ) -> None:
-    """Carry lanes that have just started over so many half periods; parameters as `run_half`."""
+    """Carry lanes that have just started over several half periods; parameters as `run_half`."""
     model, group, work = reference(model), reference(group), reference(work)
     for half in range(halves):
         run_half(masses, model, group, half, used, u, work)

@@ -110,7 +110,7 @@ def _series(s: Floats, t: float) -> float:
 def _set_targets(
     batch: PairBatch, count: int, index: int, events: Floats, problem: CellProblem, viscous_term: float
 ) -> None:
-    """Write what carries every lane to its impact number `index`, or to the end, and through the impact."""
+    """Write the flow of every lane to its impact number `index`, or to the end, and the factors of the impact."""
     flow_table, step, factor = problem.flow_table, problem.step, 1.0 + problem.restitution
     end = step * (problem.cells // 2)
     rows, flow = batch.rows, batch.flow

@@ -1,7 +1,7 @@
 """Numba's compiler for parts: stops at LLVM's intermediate code.
 
-It uses numba's interface for compiler passes of one's own, and what is not documented of numba: `JITCodeLibrary` with
-the methods below, and the option `_nrt`. Importing this module fails where one of them is missing.
+It uses numba's interface for custom compiler passes, and two undocumented parts of numba: `JITCodeLibrary` with the
+methods below, and the option `_nrt`. Importing this module fails where one of them is missing.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ OK = 0
 NOT_CONVERGED = 1
 
 EXCEPTIONAL_SHIFT = 10
-"""Every so many QR steps for one eigenvalue the shift is another one, as in LAPACK."""
+"""Number of QR steps for one eigenvalue after which an exceptional shift is used, as in LAPACK."""
 
 
 @kernel

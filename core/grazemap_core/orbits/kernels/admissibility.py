@@ -24,7 +24,7 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.tolerances import MAXIMUM_ANGLE, MAXIMUM_AT_IMPACT, MAXIMUM_NEWTON_STEPS
 
 CLEAR = 0
-"""Mass 1 has no contact with a stop but its impacts."""
+"""Mass 1 has no contact with a stop other than its impacts."""
 MEETS = 1
 """It has another contact, or one of the impacts is virtual: mass 1 moves away from the stop before it."""
 TOUCHES = 2
@@ -33,7 +33,7 @@ GIVEN_UP = 3
 """MAX_CELLS were not enough to decide."""
 
 STACK: Final = 256
-"""Cells that may wait to be searched. A cell that is halved adds one, and none is halved below LEAST_CONTACT_CELL."""
+"""Cells that may wait to be searched. A cell that is halved adds one, and none is halved below MIN_CONTACT_CELL."""
 _TOO_MANY: Final = -1
 
 

@@ -29,11 +29,11 @@ class OrbitProblem(NamedTuple):
         Change of each block's part in displacement and velocity of mass 1 by a unit impulse, a unit change of its
         velocity.
     periodic_impulse, doubled_impulse : (N, 2)
-        The same just after an impulse that has also been given at every earlier span: multiplied by `sign` from span to
-        span, and by ``-sign``.
+        The same just after the last of infinitely many impulses, one per span: multiplied by `sign` from span to span,
+        and by ``-sign``.
     periodic_impulse_by_span : (N, 2)
-        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` by the span, but for
-        the blocks' generator.
+        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` by the span, without
+        the factor of the blocks' generator.
     steady_real, steady_imag : float
         Steady amplitude of mass 1, in lengths: its steady motion is Im((steady_real + i steady_imag) exp(i omega t)).
     steady_real_by_omega, steady_imag_by_omega : float
@@ -72,7 +72,7 @@ class OrbitProblem(NamedTuple):
 def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float, float, float, float, float]:
     """Return the response of mass 1 a time after an impulse that is repeated every span.
 
-    Displacement, velocity and acceleration; the derivatives of the first two by the frequency at fixed phases, but for
+    Displacement, velocity and acceleration; the derivatives of the first two by the frequency at fixed phases, up to
     factors; and the sum of the terms' moduli, each times the angle that round-off of its sines comes from.
     """
     value, slope, second_derivative, by_time, slope_by_time, part = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

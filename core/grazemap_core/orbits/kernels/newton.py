@@ -147,7 +147,7 @@ def solve_orbit(
         for i in range(count):
             phases[i] = trial[0, i]
             speeds[i] = trial[1, i]
-        # after a step this short the next would be round-off, and so was this one where the residual was before
+        # the next step would be round-off: this one is short, or the residual was round-off before it
         settled = (share == 1.0 and length <= ORBIT_SETTLED) or before <= RESPONSE_ROUNDOFF * terms
     return NOT_CONVERGED, ORBIT_NEWTON_STEPS, norm, terms
 

@@ -1,4 +1,4 @@
-"""Verification of the motion that a trajectory converges to: one periodic orbit, admissible, stable, of least period.
+"""Verification of the motion that a trajectory converges to: an isolated orbit, admissible, stable, of minimum period.
 
 The impacts of a trajectory that nearly returns, taken from its events (`guess_from_record`) or from a simulation of its
 next half periods (`guess_from_replay`), are the guess from which Newton's method starts. The orbit is then a solution
@@ -9,7 +9,8 @@ numbers allow,
 - it is admissible: every impact velocity points at its stop, and mass 1 has no other contact with a stop
   (`admissibility.further_contact_from`), for all phases and velocities within that radius;
 - it is stable: all Floquet multipliers lie inside the unit circle;
-- its period is the least: two parts of the orbit are the same only where the uniqueness of the solution implies it.
+- its period is the minimum: two parts of the orbit count as the same only where the uniqueness of the solution implies
+  it.
 
 That the trajectory converges to this orbit is not verified. It approached the orbit from return to return, with the
 same sequence of impacts, and the orbit is the limit of these returns.
@@ -131,8 +132,8 @@ class Verification(NamedTuple):
     Attributes
     ----------
     reason : int
-        NAMED where the motion is verified; otherwise the code of `codes` that says why it is not, and all other fields
-        are meaningless.
+        RESOLVED where the motion is verified; otherwise the code of `codes` that says why it is not, and all other
+        fields are meaningless.
     length : int
         Half periods after which the motion repeats, or is mirrored: an odd m stands for a symmetric motion of m forcing
         periods, an even m for a motion of m/2.
@@ -298,7 +299,8 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
     """Return the smallest number of half periods after which the impacts of the guess repeat, to a distance `away`.
 
     A trajectory that converges to a motion is often closer to where it was several returns ago than to where it was one
-    return ago, so `length` may be a multiple of what its impacts repeat after. It is returned where nothing repeats.
+    return ago, so `length` may be a multiple of the time after which its impacts repeat. It is returned where no part
+    repeats.
     """
     if count == 0:
         return length
@@ -324,7 +326,7 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
 def _least_length(
     stops: Floats, phases: Floats, speeds: Floats, turn: float, length: int, radius: float, uniqueness_radius: float
 ) -> int:
-    """Return the least number of half periods after which the motion repeats; 0 where round-off hides it.
+    """Return the minimum number of half periods after which the motion repeats; 0 where round-off hides it.
 
     Parameters
     ----------
@@ -479,7 +481,7 @@ def _orbit_problem(
     Without `doubled_impulse` and `periodic_impulse_by_span`, which verification does not use.
     """
     unit = unit_of_speeds(problem, clearance)
-    return OrbitProblem(  # by position: numba takes no more than fifteen names
+    return OrbitProblem(  # by position: numba takes at most fifteen keyword arguments
         chain.decay,
         chain.discriminant,
         chain.frequency_squared,
@@ -531,7 +533,7 @@ def _is_admissible(
     radius: float,
     scratch: VerificationScratch,
 ) -> bool:
-    """Return whether every orbit within `radius` has no contact with a stop but its impacts."""
+    """Return whether every orbit within `radius` has no contact with a stop other than its impacts."""
     if not _slowest(stops, speeds) > radius:
         return False
     _state_after_first_impact(problem, speeds, scratch)
@@ -564,7 +566,7 @@ def verify(
     length: int,
     distance: float,
 ) -> Verification:
-    """Solve for the orbit near a trajectory, and verify that it is isolated, admissible, stable and of least period.
+    """Solve for the orbit near a trajectory, and verify that it is isolated, admissible, stable and of minimum period.
 
     Parameters
     ----------

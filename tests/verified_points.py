@@ -1,4 +1,4 @@
-"""Certified points of maps, run once more in 50 digits: `python certified_pixels.py POINTS [PROCESSES]`.
+"""Verified points of maps, run once more in 50 digits: `python verified_points.py POINTS [PROCESSES]`.
 
 What is compared with is a simulator that shares nothing with the core (`swift_oracle`): from rest, past the periods
 after which the map says that the motion was known, until its impacts repeat. The label is read off its impacts alone.
@@ -31,8 +31,8 @@ MAX_PERIODS = 400
 EQUAL, OTHER, NO_VERDICT = "equal", "other", "no verdict"
 
 
-class Pixel(NamedTuple):
-    """A certified point of a map."""
+class Point(NamedTuple):
+    """A verified point of a map."""
 
     oscillator: Oscillator
     omega: float
@@ -46,8 +46,8 @@ class Pixel(NamedTuple):
     multiplier: float
 
 
-def certified_pixel(seed: int) -> Pixel:
-    """A random point of Figure 8's window, every fifth of a random chain, that is certified and has impacts."""
+def verified_point(seed: int) -> Point:
+    """A random point of Figure 8's window, every fifth of a random chain, that is verified and has impacts."""
     rng = np.random.default_rng(seed)
     while True:
         if seed % 5 == 4:
@@ -63,7 +63,7 @@ def certified_pixel(seed: int) -> Pixel:
         one = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]), MAX_PERIODS)
         found = {name: values[0, 0].item() for name, values in one.items()}
         if found["verified"] and max(found["impacts_right"], found["impacts_left"]) > 0:
-            return Pixel(
+            return Point(
                 oscillator,
                 omega,
                 clearance,
@@ -84,25 +84,25 @@ class Impacts(NamedTuple):
     velocity: np.ndarray[Any, np.dtype[np.float64]]
 
 
-def impacts_in_fifty_digits(pixel: Pixel) -> Impacts | None:
-    """Run until a motion of the pixel's period, or a part of it, has settled; the run ends at the time 0.
+def impacts_in_fifty_digits(point: Point) -> Impacts | None:
+    """Run until a motion of the point's period, or a part of it, has settled; the run ends at the time 0.
 
     None where that takes too long.
     """
-    run = SwiftOracle.of(pixel.oscillator, pixel.omega, pixel.clearance, digits=DIGITS)
-    length = 2.0 * np.pi / pixel.omega
-    until = pixel.settled_after + 4 * pixel.period
+    run = SwiftOracle.of(point.oscillator, point.omega, point.clearance, digits=DIGITS)
+    length = 2.0 * np.pi / point.omega
+    until = point.settled_after + 4 * point.period
     # what one motion period changes is less than what is left, the more so the slower it settles
-    tolerance = SETTLED * max(1e-3, 1.0 - pixel.multiplier)
+    tolerance = SETTLED * max(1e-3, 1.0 - point.multiplier)
     while True:
         run.run(MOST_IMPACTS, until * length)
         seen = Impacts(np.array([float(t) for t in run.times]) / length, np.array([float(v) for v in run.speeds]))
         if len(seen.time) == MOST_IMPACTS or until >= LONGEST:
             return None
         seen = seen._replace(time=seen.time - until)
-        if _repeats(seen, _quiet_moment(seen), pixel.period, tolerance) is not None:
+        if _repeats(seen, _quiet_moment(seen), point.period, tolerance) is not None:
             return seen
-        until = min(LONGEST, until + 4 * pixel.period)
+        until = min(LONGEST, until + 4 * point.period)
 
 
 def _within(impacts: Impacts, end: float, periods: float) -> Impacts:
@@ -123,18 +123,18 @@ def _repeats(
     return last if same else None
 
 
-def verdict(pixel: Pixel, impacts: Impacts | None) -> str:
-    """Whether a run has settled to the pixel's motion, or its mirror image."""
+def verdict(point: Point, impacts: Impacts | None) -> str:
+    """Whether a run has settled to the point's motion, or its mirror image."""
     if impacts is None:
         return NO_VERDICT
     end = _quiet_moment(impacts)
-    for period in range(1, pixel.period + 1):
+    for period in range(1, point.period + 1):
         last = _repeats(impacts, end, float(period))
         if last is not None:
             right, left = int(np.sum(last.velocity > 0.0)), int(np.sum(last.velocity < 0.0))
             symmetric = period % 2 == 1 and _repeats(impacts, end, 0.5 * period, sign=-1.0) is not None
-            same = period == pixel.period and symmetric == pixel.symmetric
-            return EQUAL if same and sorted([right, left]) == sorted([pixel.right, pixel.left]) else OTHER
+            same = period == point.period and symmetric == point.symmetric
+            return EQUAL if same and sorted([right, left]) == sorted([point.right, point.left]) else OTHER
     return OTHER
 
 
@@ -145,24 +145,24 @@ def _quiet_moment(impacts: Impacts) -> float:
     return float(0.5 * (times[longest] + times[longest + 1]))
 
 
-def verdict_of(seed: int) -> tuple[str, Pixel]:
-    """Find a pixel and judge it."""
-    pixel = certified_pixel(seed)
-    return verdict(pixel, impacts_in_fifty_digits(pixel)), pixel
+def verdict_of(seed: int) -> tuple[str, Point]:
+    """Find a point and judge it."""
+    point = verified_point(seed)
+    return verdict(point, impacts_in_fifty_digits(point)), point
 
 
 def main(points: int, processes: int) -> int:
-    """Judge pixels, print what came out, and those that differ. Returns how many do."""
+    """Judge points, print the outcome, and those that differ. Returns how many do."""
     counts = {EQUAL: 0, OTHER: 0, NO_VERDICT: 0}
     with get_context("spawn").Pool(processes) as pool:
-        for done, (outcome, pixel) in enumerate(pool.imap_unordered(verdict_of, range(points)), 1):
+        for done, (outcome, point) in enumerate(pool.imap_unordered(verdict_of, range(points)), 1):
             counts[outcome] += 1
             if outcome != EQUAL:
-                print(f"{outcome}: {pixel}", flush=True)
+                print(f"{outcome}: {point}", flush=True)
             if done % 50 == 0:
                 print(f"{done} of {points}: {counts}", flush=True)
     judged = counts[EQUAL] + counts[OTHER]
-    print(f"{counts[EQUAL]} of {judged} certified points as in {DIGITS} digits; {counts[NO_VERDICT]} without a verdict")
+    print(f"{counts[EQUAL]} of {judged} verified points as in {DIGITS} digits; {counts[NO_VERDICT]} without a verdict")
     return counts[OTHER]
 
 

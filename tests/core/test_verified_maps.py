@@ -1,12 +1,12 @@
-"""Certified points of maps: run once more in 50 digits, and their orbits solved for in 50 digits."""
+"""Verified points of maps: run once more in 50 digits, and their orbits solved for in 50 digits."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from certified_pixels import DEFAULT, EQUAL, NO_VERDICT, OTHER, Pixel, certified_pixel, impacts_in_fifty_digits, verdict
 from impact_orbit_oracle import solved
 from oracles import digits
+from verified_points import DEFAULT, EQUAL, NO_VERDICT, OTHER, Point, impacts_in_fifty_digits, verdict, verified_point
 
 from grazemap_core import codes
 from grazemap_core.maps.settling import Settling, settle_grid
@@ -23,12 +23,12 @@ MOST_IMPACTS = 6  # of orbits that are solved for in 50 digits: the time that ta
 
 
 @pytest.mark.parametrize("first", range(0, 20, 5))
-def test_certified_points_are_as_in_fifty_digits(first: int) -> None:
+def test_verified_points_are_as_in_fifty_digits(first: int) -> None:
     """From rest, by a simulator that shares nothing with the core; a fifth of them on random chains."""
     outcomes = []
     for seed in range(first, first + 5):
-        pixel = certified_pixel(seed)
-        outcomes.append(verdict(pixel, impacts_in_fifty_digits(pixel)))
+        point = verified_point(seed)
+        outcomes.append(verdict(point, impacts_in_fifty_digits(point)))
     assert OTHER not in outcomes
     assert outcomes.count(EQUAL) >= 4
 
@@ -41,7 +41,7 @@ def test_wrong_labels_are_caught() -> None:
     assert sorted(label[1:3]) == [-1, 1]
     assert not label[3]
     after = found["settled_after"][0, 0].item()
-    right = Pixel(DEFAULT, omega, clearance, 1, 1, 0, False, after, 0.0, 0.0)
+    right = Point(DEFAULT, omega, clearance, 1, 1, 0, False, after, 0.0, 0.0)
     run = impacts_in_fifty_digits(right)
     assert verdict(right, run) == EQUAL
     assert verdict(right._replace(right=0, left=1), run) == EQUAL  # the mirror image
@@ -57,25 +57,25 @@ def test_wrong_labels_are_caught() -> None:
 
 
 @pytest.mark.parametrize(("policy", "alike"), [("rest", 0.998), ("sweep-down", 0.98), ("ensemble", 0.998)])
-def test_a_preview_names_what_is_proven(policy: str, alike: float) -> None:
-    """Names told by returns alone, beside those that are proven; nothing else is told.
+def test_a_preview_names_what_is_verified(policy: str, alike: float) -> None:
+    """The names by returns alone agree with those of verified motions; nothing else is named.
 
-    Where a sweep's motion ends, round-off chooses between mirror images, and all that follow have the same.
+    Where a sweep's motion ends, round-off chooses between mirror images, and all later motions have the same.
     """
     grid = (DEFAULT, np.linspace(0.26, 0.3, 6), np.linspace(1.3, 2.05, 64))
     settings = {"max_periods": 400, "policy": policy, "initial_conditions": 3}
-    proven, preview = unfolding_map_tile(*grid, **settings), unfolding_map_tile(*grid, **settings, preview=True)
-    assert proven.keys() - preview.keys() == {"multiplier", "lyapunov", "lyapunov_error"}
-    # where the stops are not touched there is nothing to prove
+    full, preview = unfolding_map_tile(*grid, **settings), unfolding_map_tile(*grid, **settings, preview=True)
+    assert full.keys() - preview.keys() == {"multiplier", "lyapunov", "lyapunov_error"}
+    # where the stops are not touched there is nothing to verify
     assert not preview["verified"][preview["impacts_right"] > 0].any()
-    both = proven["verified"] & (preview["kind"] == PERIODIC)
-    assert both.sum() > 0.95 * proven["verified"].sum()
+    both = full["verified"] & (preview["kind"] == PERIODIC)
+    assert both.sum() > 0.95 * full["verified"].sum()
     names = ("period", "impacts_right", "impacts_left", "symmetric", "sticking")
-    assert np.mean([(proven[name] == preview[name])[both].mean() for name in names]) > alike
+    assert np.mean([(full[name] == preview[name])[both].mean() for name in names]) > alike
     assert set(np.unique(preview["kind"])) <= {KINDS.index("unresolved"), PERIODIC}
 
 
-def test_orbits_of_certified_points_are_those_of_fifty_digits() -> None:
+def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
     """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
     rng = np.random.default_rng(8)
     omegas, clearances = np.sort(rng.uniform(0.26, 0.32, 8)), np.sort(rng.uniform(1.2, 2.0, 60))
@@ -102,23 +102,23 @@ def test_orbits_of_certified_points_are_those_of_fifty_digits() -> None:
     assert compared == ORBITS
 
 
-def test_what_is_not_proven_says_why() -> None:
+def test_what_is_not_verified_says_why() -> None:
     sticky = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
     found = unfolding_map_tile(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40))
     rests = (found["kind"] == PERIODIC) & found["sticking"]
     assert rests.any()
     assert not found["verified"][rests].any()
-    assert set(found["reason"][rests].tolist()) == {codes.RESTS}
+    assert set(found["reason"][rests].tolist()) == {codes.STICKS}
     assert found["verified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
     undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
     found = unfolding_map_tile(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12))
     named = found["kind"] == PERIODIC
     assert not found["verified"].any()
-    assert set(found["reason"][named].tolist()) <= {codes.NOT_SOUGHT, codes.RESTS}
+    assert set(found["reason"][named].tolist()) <= {codes.NOT_VERIFIED, codes.STICKS}
     assert all(REASONS[code] for code in found["reason"][~found["verified"] & (found["kind"] != 3)].tolist())
 
 
-def test_without_a_proof_nothing_is_certified() -> None:
+def test_without_verification_nothing_is_verified() -> None:
     grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
     codes, figures = settle_grid(DEFAULT, *grid, Settling(400, 32, verified=False))
     found = arrays_of(codes[..., 0], figures[..., 0])
@@ -136,7 +136,7 @@ def test_motions_without_impacts_are_certain_only_clear_of_the_stops() -> None:
 
 
 def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
-    """Within round-off of a saddle-node or a breaking of the symmetry the orbit that it happens to is not certified."""
+    """Within round-off of a saddle-node or a breaking of the symmetry the orbit that it happens to is not verified."""
     places = [
         one.clearance
         for one in one_impact_branch(DEFAULT, 0.28, 1, symmetric=True).special_points
