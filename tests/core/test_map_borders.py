@@ -14,7 +14,7 @@ from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.borders.border_lines import Line, nearest, positions
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, REASONS, MapBorders, map_borders
-from grazemap_core.maps.borders.named_grid import Grid, Name
+from grazemap_core.maps.borders.motion_grid import Grid, Name
 from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
 from grazemap_core.maps.tolerances import BORDER_REACH
 from grazemap_core.maps.unfolding import unfolding_map_tile

@@ -3,7 +3,7 @@
 `map_borders` : every border of a map with its explanation.
 `region_orbits` : the orbit at every point of a map.
 `region` : connected points with one family of orbits.
-`named_grid` : the grid of a map and the names of its motions.
+`motion_grid` : the grid of a map and the names of its motions.
 `border_lines` : distances from a polyline, in steps of a map.
 `progress` : how much of the work is done.
 """

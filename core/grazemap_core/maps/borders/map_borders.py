@@ -27,7 +27,7 @@ from grazemap_core.continuation.motion_curves import followable
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.maps.borders.border_lines import Line, nearest, positions
-from grazemap_core.maps.borders.named_grid import NO_NAME, Grid, Name, Point
+from grazemap_core.maps.borders.motion_grid import NO_NAME, Grid, Name, Point
 from grazemap_core.maps.borders.progress import BorderProgress, Report
 from grazemap_core.maps.borders.region import Region
 from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions

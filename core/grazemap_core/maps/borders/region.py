@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.maps.borders.named_grid import Grid, Name, Point
+from grazemap_core.maps.borders.motion_grid import Grid, Name, Point
 from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence

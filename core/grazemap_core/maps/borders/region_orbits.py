@@ -17,7 +17,7 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.named_grid import Grid, Name, Point, name_of
+from grazemap_core.maps.borders.motion_grid import Grid, Name, Point, name_of
 from grazemap_core.maps.borders.progress import BorderProgress
 from grazemap_core.maps.borders.region import Equations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
