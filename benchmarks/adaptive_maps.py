@@ -24,7 +24,6 @@ from grazemap_core.maps.unfolding import unfolding_map_tile  # noqa: E402
 from grazemap_core.model.oscillator import Oscillator  # noqa: E402
 from grazemap_core.simulation.motion import KINDS  # noqa: E402
 
-Arrays = dict[str, NDArray[Any]]
 Pair = tuple[float, float]
 
 _CHAIN: Final = ([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0])

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.ensemble import first_impacts
 from benchmarks.work import Floats, Integers, Start
@@ -20,8 +19,6 @@ from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
-
-Booleans = NDArray[np.bool_]
 
 KERNEL = "lockstep"
 """Which of the core's kernels runs; goes into the result."""

@@ -53,11 +53,7 @@ class StickingOracle(SwiftOracle):
                 self._advance(series, at)
                 self._left = stop
                 if stop:
-                    self.times.append(self._t)
-                    self.stops.append(stop)
-                    self.speeds.append(self._v[0])
-                    self._x[0] = stop * arb(self.clearance)
-                    self._v[0] = (-arb(self.restitution) * self._v[0]).mid()
+                    self._strike(stop)
                     self._maybe_rest(stop, until)
 
     def _longest_step(self) -> arb:

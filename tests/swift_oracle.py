@@ -99,11 +99,15 @@ class SwiftOracle(EventOracle):
                 self._t = (self._t + h).mid()
                 self._left = stop
                 if stop:
-                    self.times.append(self._t)
-                    self.stops.append(stop)
-                    self.speeds.append(self._v[0])
-                    self._x[0] = stop * arb(self.clearance)
-                    self._v[0] = (-arb(self.restitution) * self._v[0]).mid()
+                    self._strike(stop)
+
+    def _strike(self, stop: int) -> None:
+        """Record an impact on a stop, here and now, and turn the velocity of mass 1 back."""
+        self.times.append(self._t)
+        self.stops.append(stop)
+        self.speeds.append(self._v[0])
+        self._x[0] = stop * arb(self.clearance)
+        self._v[0] = (-arb(self.restitution) * self._v[0]).mid()
 
     def state_at(self, time: float) -> tuple[list[arb], list[arb]]:
         """Displacement and velocity a short time ahead of where the run stands (no contact in between assumed)."""

@@ -36,8 +36,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     settings = settings or Settings()
     connection = settings.connect(socket_timeout=STORE_SECONDS)
     store = Store(connection)
-    hot = HotResults(settings.hot_bytes)
-    context = Context(settings, core_version(), store, Metrics(store), hot, Renderings(hot))
+    renderings = Renderings(HotResults(settings.hot_bytes))
+    context = Context(settings, core_version(), store, Metrics(store), renderings)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:

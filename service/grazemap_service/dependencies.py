@@ -16,7 +16,7 @@ from grazemap.wire import Job
 from grazemap_service.logs import bind_job
 from grazemap_service.metrics import Metrics
 from grazemap_service.problems import ProblemException
-from grazemap_service.representations import HotResults, Renderings
+from grazemap_service.representations import Renderings
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
 
@@ -33,7 +33,6 @@ class Context:
     core_version: str
     store: Store
     metrics: Metrics
-    hot: HotResults
     renderings: Renderings
     # apart from the framework's: threads that wait for a Redis that hangs do not delay other pages
     threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))

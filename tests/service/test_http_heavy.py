@@ -81,7 +81,8 @@ def test_a_large_result_is_streamed_as_json(client: TestClient, worker: Any, mon
     small = client.get(path)
     assert "content-length" in small.headers
     monkeypatch.setattr(representations, "STREAMED_BYTES", 10_000)
-    client.app.state.context.hot.clear()  # type: ignore[attr-defined]
+    renderings = client.app.state.context.renderings  # type: ignore[attr-defined]
+    monkeypatch.setattr(renderings, "_hot", representations.HotResults(1 << 20))
     large = client.get(path)
     assert "content-length" not in large.headers
     assert large.content == small.content

@@ -49,7 +49,6 @@ def problem_of(store: Store, job: Job) -> tuple[str, int]:
 
 def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("grazemap_worker.store.results.MOST_RESULT_BYTES", 10)
-    monkeypatch.setattr("grazemap_worker.store.tiles.MOST_RESULT_BYTES", 10)
     job = submit(store)
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
     with pytest.raises(ResultTooLarge, match="11 bytes"):

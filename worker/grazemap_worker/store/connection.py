@@ -71,7 +71,8 @@ class Scripts:
     """Runs the store's scripts; each is one atomic step."""
 
     def __init__(self, redis: Redis) -> None:
-        self.redis = redis
+        # redis-py types every answer bytes | str; by `connect` it is bytes.
+        self.redis: Any = redis
         self._scripts: dict[str, Any] = {}
 
     def run(self, name: str, *arguments: str | bytes | int | float) -> Any:

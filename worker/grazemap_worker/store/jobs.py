@@ -43,8 +43,7 @@ class Jobs:
 
     def __init__(self, scripts: Scripts, workers: Workers) -> None:
         self._scripts = scripts
-        # redis-py types every answer bytes | str; by `connect` it is bytes.
-        self._redis: Any = scripts.redis
+        self._redis = scripts.redis
         self._workers = workers
 
     def submit(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import OLDER_PREFIXES
@@ -32,8 +31,7 @@ class OlderLayouts:
 
     def __init__(self, scripts: Scripts) -> None:
         self._scripts = scripts
-        # redis-py types every answer bytes | str; by `connect` it is bytes.
-        self._redis: Any = scripts.redis
+        self._redis = scripts.redis
 
     def abandoned(self) -> list[str]:
         """Return the key prefixes of the earlier layouts that are there and have no live worker."""

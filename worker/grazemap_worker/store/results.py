@@ -7,7 +7,6 @@ one that is lost is computed again.
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import MOST_RESULT_BYTES, TILES_KEPT_AFTER_SUCCESS, job_key
@@ -27,8 +26,7 @@ class Results:
 
     def __init__(self, scripts: Scripts, budget: int) -> None:
         self._scripts = scripts
-        # redis-py types every answer bytes | str; by `connect` it is bytes.
-        self._redis: Any = scripts.redis
+        self._redis = scripts.redis
         self._budget = budget
 
     def commit(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
@@ -46,8 +44,7 @@ class Results:
         ResultTooLarge
             Over `MOST_RESULT_BYTES`.
         """
-        if len(data) > MOST_RESULT_BYTES:
-            raise ResultTooLarge(len(data), MOST_RESULT_BYTES)
+        check_size(data)
         etag = hashlib.sha256(data).hexdigest()
         return bool(
             self._scripts.run(
@@ -80,3 +77,9 @@ class Results:
         """Return the entity tag of a job's result, evicted or not, or None when it has not ended with one."""
         value = self._redis.hget(job_key(identity), "etag")
         return value.decode() if value else None
+
+
+def check_size(data: bytes) -> None:
+    """Raise ResultTooLarge when a result, or a part of one, is over `MOST_RESULT_BYTES`."""
+    if len(data) > MOST_RESULT_BYTES:
+        raise ResultTooLarge(len(data), MOST_RESULT_BYTES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import get_args
 
 from redis import Redis
 
@@ -51,6 +51,7 @@ class Store:
     def __init__(self, redis: Redis, result_bytes: int = DEFAULT_RESULT_BYTES) -> None:
         scripts = Scripts(redis)
         self.redis = redis
+        self._redis = scripts.redis
         self.workers = Workers(scripts)
         self.jobs = Jobs(scripts, self.workers)
         self.tiles = Tiles(scripts, self.jobs)
@@ -63,9 +64,8 @@ class Store:
 
     def counts(self) -> Counts:
         """Return what the store holds, for metrics."""
-        redis: Any = self.redis  # redis-py types every answer bytes | str; by `connect` it is bytes
         names: tuple[Status, ...] = get_args(Status)
-        pipeline = redis.pipeline(transaction=False)
+        pipeline = self._redis.pipeline(transaction=False)
         for name in names:
             pipeline.zcard(f"{PREFIX}status:{name}")
         pipeline.get(f"{PREFIX}unfinished:tiles")

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
-from typing import Any
 
 from grazemap.wire import parse_request
 from grazemap_worker.store.connection import Scripts
@@ -18,12 +17,12 @@ from grazemap_worker.store.keys import (
     ASSEMBLY,
     MOST_EXCEPTIONS,
     MOST_LOST,
-    MOST_RESULT_BYTES,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
 from grazemap_worker.store.problems import failure_problem
-from grazemap_worker.store.records import Claim, FailureKind, ResultTooLarge, Verdict
+from grazemap_worker.store.records import Claim, FailureKind, Verdict
+from grazemap_worker.store.results import check_size
 
 _TILES_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST, "timeout": 1}
@@ -42,8 +41,7 @@ class Tiles:
 
     def __init__(self, scripts: Scripts, jobs: Jobs) -> None:
         self._scripts = scripts
-        # redis-py types every answer bytes | str; by `connect` it is bytes.
-        self._redis: Any = scripts.redis
+        self._redis = scripts.redis
         self._jobs = jobs
 
     def claim(
@@ -94,8 +92,7 @@ class Tiles:
         ResultTooLarge
             Over `MOST_RESULT_BYTES`.
         """
-        if len(data) > MOST_RESULT_BYTES:
-            raise ResultTooLarge(len(data), MOST_RESULT_BYTES)
+        check_size(data)
         plan = self._jobs.plan_of(identity)
         if plan is None:
             return -1
