@@ -105,12 +105,12 @@ def run_map(
     answers: dict[int, this_core.Classified] = {}
     with context.Pool(processes, _warm_up, (ready,)) as pool:
         ready.wait(COMPILED_WITHIN)
-        began = told = time.perf_counter()
+        began = reported = time.perf_counter()
         for number, (index, answer) in enumerate(pool.imap_unordered(_numbered, enumerate(blocks)), 1):
             seconds[answer.process] += answer.seconds
             answers[index] = answer.found
-            if time.perf_counter() - told > 5.0:
-                told = time.perf_counter()
+            if time.perf_counter() - reported > 5.0:
+                reported = time.perf_counter()
                 progress(f"map {side} x {side}, {mode}: {number / len(blocks):.0%}")
         wall = time.perf_counter() - began
     motion, halves, impacts = (

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 START = 80
 """Side, gap and slope at both ends and at mid-cell, the quadratic's root, two steps on the polynomial through them."""
-BEHIND = 20
-"""Step, speed, kick, pressing, and the certificate before the impact."""
+IMPACT_LAW = 20
+"""Step, speed, velocity jump, contact acceleration, and the certificate before the impact."""
 CERTIFICATES = 40
 """The rest of the cell, the other stop, the next cell, coming to rest; that there is no contact at all."""
 
@@ -45,7 +45,7 @@ class Scheme:
         second = 3 * self.degree + 5  # value, slope and bend together; the step
         kick = 2 * self.masses * (self.degree + 1)  # what it amounts to at the end of the cell
         end = self._position_and_velocity + self._bounds
-        return series + free_end + START + first + second + BEHIND + kick + end + CERTIFICATES
+        return series + free_end + START + first + second + IMPACT_LAW + kick + end + CERTIFICATES
 
     def per_period(self, impacts: float) -> float:
         """Operations of one forcing period with so many impacts."""

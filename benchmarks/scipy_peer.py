@@ -1,4 +1,4 @@
-"""scipy's solve_ivp among the contestants: DOP853, both stops as terminal events, started anew behind every impact."""
+"""scipy's solve_ivp among the contestants: DOP853, both stops as terminal events, restarted after every impact."""
 
 from __future__ import annotations
 

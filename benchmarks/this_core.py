@@ -1,6 +1,6 @@
 """The impact core as the benchmarks call it: everything that depends on which of its kernels is used stands here.
 
-Flows in: the numbers of a `Work` or a `Start`; flows out: arrays. Nothing is timed here.
+The functions take the numbers of a `Work` or a `Start` and return arrays. Nothing is timed here.
 """
 
 from __future__ import annotations

@@ -176,5 +176,5 @@ def _mirrored(state: Floats) -> Floats:
 
 
 def _plain(value: float) -> str:
-    """Return nine digits behind the point, and no sign of a zero."""
+    """Return nine digits after the point, and no sign of a zero."""
     return f"{round(value, 9) + 0.0:.9f}"

@@ -1,4 +1,4 @@
-"""How a result travels: one nested document of arrays and records, as npz or as JSON.
+"""The formats of a result: one nested document of arrays and records, as npz or as JSON.
 
 A document is a dict with string keys. A value is a numpy array, a plain scalar (bool, int, float, str, None), a
 nested document, or a list of records (documents of one kind, whose fields may be missing in some of them, and whose
@@ -9,7 +9,7 @@ records, or is a list or an array, is ragged: ``name.values`` and ``name.offsets
 ``values[offsets[i]:offsets[i + 1]]``. Arrays of several dimensions are laid out in C order, and ``name.shape`` has
 their shapes, one row for each record that has the field. ``meta`` is a JSON string. The same document gives the same
 bytes.
-JSON: NaN and infinities are null, and what the meta says of the process and of the layout's version comes first.
+JSON: NaN and infinities are null. The process and the version of the layout, from the meta, come first.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ PREFER_WAIT: Final = 1
 # Attempts after the first one. With full jitter the pauses add up to 8 s on average: longer than a service needs
 # to be started again by its stack, short enough for a person who mistyped an address.
 DEFAULT_RETRIES: Final = 5
-# A job that is being computed is worth more patience: 23 s on average.
+# More attempts while a job is computed: 23 s on average.
 FOLLOW_RETRIES: Final = 8
 BACKOFF_START: Final = 0.5
 BACKOFF_LIMIT: Final = 10.0

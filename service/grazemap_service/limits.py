@@ -134,7 +134,7 @@ def _counts(request: ProcessRequest, settings: Settings) -> list[tuple[str, str,
 
 
 def _of_points(name: str, grid: Grid | CoordinateRange) -> str:
-    """Return the pointer to what says how many points a grid has."""
+    """Return the pointer to the field that gives the number of points of a grid."""
     return f"/{name}" if isinstance(grid, list) else f"/{name}/points"
 
 

@@ -117,8 +117,8 @@ class HostCheck:
 class KeyCheck:
     """Asks for ``Authorization: Bearer <key>`` on every path that is not open.
 
-    Without keys, only an address of this machine is served: a server started round the settings' own check does not
-    stand open.
+    Without keys, only addresses of this machine are served, even if a server was started without the check of the
+    settings.
     """
 
     def __init__(self, app: ASGIApp, keys: Sequence[SecretStr]) -> None:

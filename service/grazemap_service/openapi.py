@@ -1,4 +1,4 @@
-"""What the OpenAPI document says beyond the routes themselves: problems, keys, and nothing that is not true."""
+"""Additions and corrections to the OpenAPI document of the routes: problems, keys, types of jobs and results."""
 
 from __future__ import annotations
 

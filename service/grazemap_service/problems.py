@@ -31,7 +31,7 @@ STORE_RETRY_SECONDS = 2
 
 
 class Kind(NamedTuple):
-    """One row of the table: what a problem is called, its status, and what it tells."""
+    """One row of the table: title, status and meaning of a problem."""
 
     title: str
     status: int
@@ -40,7 +40,7 @@ class Kind(NamedTuple):
 
 KINDS: dict[str, Kind] = {
     "malformed-json": Kind(
-        "Malformed JSON", 400, "The body is not JSON in UTF-8, too deep, or repeats a name or has too many."
+        "Malformed JSON", 400, "The body is not JSON in UTF-8, is nested too deeply, or repeats or has too many names."
     ),
     "host-not-allowed": Kind("Host not allowed", 400, "The Host header names none of the allowed hosts."),
     "bad-request": Kind("Bad request", 400, "The request cannot be understood."),
@@ -50,7 +50,7 @@ KINDS: dict[str, Kind] = {
     "unknown-job": Kind("Unknown job", 404, "There is no job with this id."),
     "unfinished-tile": Kind("Unfinished tile", 404, "The job has no finished tile of this number."),
     "method-not-allowed": Kind("Method not allowed", 405, "The address does not take this method; see Allow."),
-    "not-acceptable": Kind("Not acceptable", 406, "No representation that is asked for is available."),
+    "not-acceptable": Kind("Not acceptable", 406, "None of the requested representations is available."),
     "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or ask again."),
     "dismissed-job": Kind("Dismissed job", 409, "The job was dismissed: post its request again to compute it."),
     "outdated-job": Kind("Outdated job", 409, "The job is of another version: post its request again."),

@@ -1,8 +1,8 @@
 """`python -m grazemap_service.stack`: the whole product on one machine.
 
-It starts, watches and restarts an embedded Redis, the HTTP service and the workers, and takes all of them with it
-when it ends. Once an answer can be had it prints one line of JSON on stdout, {"url": ..., "pid": ...}. Everything
-that must last lies in the data folder; without one, a temporary folder is used and removed at the end.
+It starts, watches and restarts an embedded Redis, the HTTP service and the workers, and ends all of them when it ends.
+When requests can be answered it prints one line of JSON on stdout, {"url": ..., "pid": ...}. Everything that must last
+lies in the data folder; without one, a temporary folder is used and removed at the end.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ class Stack:
             self._log.warning("child ended, starting it again", child=child.name, deaths=watched.deaths)
 
     def ready(self) -> bool:
-        """Return whether an answer can be had: the service is healthy, Redis answers and a worker lives."""
+        """Return whether requests can be answered: the service is healthy, Redis answers and a worker lives."""
         if not self._ready:
             self._ready = all(self._answers(path) for path in ("/healthz", "/readyz"))
             if not self._ready and time.monotonic() > self._patient_until:

@@ -19,8 +19,8 @@ from grazemap_worker.parent_death import tied
 HEALTHY_SECONDS = 10.0
 LONGEST_WAIT = 5.0
 MOST_LOG_BYTES = 10_000_000
-# How often Redis is asked whether it answers, and for how long; so often in a row it need not, for it stops to fork,
-# and so often in the beginning, while it reads its data.
+# Redis is asked at this interval whether it answers, with this time limit. It may fail to answer so often in a row,
+# because it stops to fork, and so often at the start, while it reads its data.
 PING_SECONDS = 3.0
 ANSWER_SECONDS = 1.0
 MOST_UNANSWERED = 10

@@ -227,7 +227,7 @@ def test_no_codimension_two_points_are_a_picture_too():
 def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
     ax = decode_result(npz("discontinuity-mappings")).plot()
     entries = legend(ax)
-    assert entries[:2] == ["what the impact does", r"error of $x + \beta u$, exponent 1.000"]
+    assert entries[:2] == ["displacement by the mapping", r"error of $x + \beta u$, exponent 1.000"]
     assert entries[-1] == "map (exact), return 2"
     assert ax.get_xscale() == ax.get_yscale() == "log"
     assert "stop C" in ax.get_title()
@@ -238,7 +238,7 @@ def test_what_leaves_a_resonant_point_is_drawn_against_the_grazing_curve():
     assert legend(ax) == [
         r"grazing curve $b = A(\omega)$",
         "SN, one-sided, n = 1",
-        "to where motions leave the graze",
+        "side on which motions exist",
     ]
     curve = next(line for line in ax.lines if line.get_label().startswith("SN"))
     x, y = curve.get_data()
@@ -332,7 +332,7 @@ def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motio
     assert legend(ax) == [
         "stable",
         "unstable",
-        "no motion: virtual, or meets a stop elsewhere",
+        "not admissible: virtual impact or further contact",
         "saddle-node (SN)",
         "graze (GR)",
     ]
@@ -381,8 +381,8 @@ def test_a_diagram_draws_what_its_borders_are():
     for text in (
         r"grazing curve $b = A(\omega)$",
         "saddle-node (SN), 1 curve",
-        "border of basins: both motions attract (1 steps)",
-        "border that is not explained (1 steps)",
+        "basin boundary: both motions attract (1 steps)",
+        "unexplained border (1 steps)",
     ):
         assert entries.count(text) == 1
     assert not any("graze (GR)" in text for text in entries)  # the grazing curve is drawn as such

@@ -141,7 +141,7 @@ def _counted(claim: Claim, store: Store) -> Report:
 
 
 def _counted_after_tiles(claim: Claim, store: Store) -> Report:
-    """Return the same for an assembly: its steps, however many, fill those that the plan has for it."""
+    """Return the same for an assembly: its steps are scaled to the number that the plan has for it."""
     tiles, after = claim.plan.count, claim.plan.after
     reported = 0
 

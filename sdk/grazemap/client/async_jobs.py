@@ -182,7 +182,7 @@ async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Even
         try:
             response = await connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
         except ServiceProblem:
-            # A job that ended otherwise has no result; the job itself says best why.
+            # A job that ended otherwise has no result: it says why.
             _require_success(await look(connection, job_id))
             raise
         if response.status_code == 304 and cached:

@@ -53,7 +53,7 @@ class AsyncFollower:
         self._path = path
         self._replay = replay
         self._deadline = None if timeout is None else connection.now() + timeout
-        # a running job is worth more attempts than a plain request, unless there are to be none
+        # more attempts than for a plain request, unless retries are switched off
         retries = connection.settings.retries
         self._retries = max(retries, constants.FOLLOW_RETRIES) if retries else 0
         self._done = False
@@ -86,7 +86,7 @@ class AsyncFollower:
             job = await self._look()
             broken = 0 if self._seen > before else broken + 1
             if job.status not in FINISHED:
-                self._done = False  # that was the end of an earlier computation of the same request
+                self._done = False  # the end of an earlier computation of the same request
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
                 await self._connection.sleep(pause(broken - 1))

@@ -47,7 +47,7 @@ class Connection:
         retries: int | None = None,
         deadline: float | None = None,
     ) -> httpx2.Response:
-        """Send a request until it has an answer that counts, and return one with a status below 400.
+        """Send a request, again where that may help, and return its answer, of a status below 400.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Errors of a discontinuity mapping, and of the map made of it, against the simulated motion."""
+"""Errors of a discontinuity mapping, and of the Poincare map made of it, compared with simulation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ def plot_mapping_error(result: DiscontinuityMapping, ax: Axes | None = None) -> 
     ax = axes_or_new(ax)
     order = np.argsort(result.overshoot)
     overshoot = result.overshoot[order]
-    ax.loglog(overshoot, result.size[order], color=INK, linewidth=1.0, linestyle=":", label="what the impact does")
+    ax.loglog(
+        overshoot, result.size[order], color=INK, linewidth=1.0, linestyle=":", label="displacement by the mapping"
+    )
     text = r"error of $x + \beta u$" + _exponent(result.fitted_order)
     ax.loglog(overshoot, result.error[order], color=_LEADING, marker="o", markersize=3.5, label=text)
     text = r"error of $x + \beta u + \gamma u^2$" + _exponent(result.fitted_order_of_second)
@@ -41,7 +43,7 @@ def plot_mapping_error(result: DiscontinuityMapping, ax: Axes | None = None) -> 
             label=f"map ({which} order), return {m}" if which == "leading" else f"map (exact), return {m}",
         )
     ax.set_xlabel("overshoot (m)" if result.units == "SI" else "overshoot")
-    ax.set_ylabel("largest relative error of an entry")
+    ax.set_ylabel(r"maximum error, in units of $b$, $\omega b$ and radians")
     stop = "A" if result.stop == 1 else "C"
     where = place_text(result.units, omega=result.omega, clearance=result.clearance)
     ax.set_title(f"Discontinuity mapping at stop {stop}, {where}", fontsize=10)

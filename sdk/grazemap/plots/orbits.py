@@ -89,7 +89,7 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     kinds: tuple[tuple[NDArray[np.bool_], dict[str, Any], str], ...] = (
         (result.admissible & result.stable, {"color": _LINE, "linewidth": 1.8, "zorder": 3}, "stable"),
         (result.admissible & ~result.stable, {"color": _LINE, "linewidth": 1.2, "linestyle": "--"}, "unstable"),
-        (~result.admissible, {"color": _PALE, "linewidth": 1.0}, "no motion: virtual, or meets a stop elsewhere"),
+        (~result.admissible, {"color": _PALE, "linewidth": 1.0}, "not admissible: virtual impact or further contact"),
     )
     for chosen, style, text in kinds:
         if not chosen.any():
@@ -114,7 +114,7 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     low, high = ax.get_ylim()
     ax.set_ylim(max(low, -_VIRTUAL * high), high)
     ax.set_xlabel(axis_label(result.meta["request"]["vary"], result.units))
-    ax.set_ylabel("speed of impacts" + (" (m/s)" if result.units == "SI" else ""))
+    ax.set_ylabel("impact speed" + (" (m/s)" if result.units == "SI" else ""))
     stops = "".join("A" if stop > 0 else "C" for stop in result.stops)
     ax.set_title(f"Branch of period {result.period}, impacts {stops or 'not found'}, {_fixed(result)}", fontsize=10)
     if result.reason:

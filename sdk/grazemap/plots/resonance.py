@@ -23,9 +23,9 @@ def plot_local_unfolding(
 ) -> Axes:
     """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
 
-    Saddle-nodes bound two motions, of which the branch that grows from the graze is one; period doubling and symmetry
-    breaking end the stability of that branch. As a branch has no motions beyond its saddle-node, what would lead across
-    that curve is drawn up to it: there its leading order ends. Curves of motions that touch a stop elsewhere are pale.
+    At a saddle-node curve the branch that starts at the graze ends; at a period-doubling or symmetry-breaking curve it
+    loses its stability. A branch has no motions beyond its saddle-node, so curves are drawn up to the saddle-node curve
+    that they would cross. Curves of inadmissible motions are pale.
     """
     ax = axes_or_new(ax)
     interval = result.meta["request"]["omega"]
@@ -45,7 +45,7 @@ def plot_local_unfolding(
     ax.set_xlim(start, stop)
     ax.set_xlabel(axis_label("omega", result.units))
     ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
-    ax.set_title("What leaves the grazing curve, to leading order", fontsize=10)
+    ax.set_title("Curves from the grazing curve, to leading order", fontsize=10)
     seen: set[str] = set()
     for line in ax.lines:  # curves of one kind have one entry
         label = str(line.get_label())
@@ -103,7 +103,7 @@ def _draw(
         linestyle=_DASHES[((point.multiple or 1) - 1) % len(_DASHES)],
         linewidth=1.4,
         alpha=0.35 if pale else 1.0,
-        label=f"{point.bifurcation}, {family}, n = {point.multiple}" + (", touches a stop elsewhere" if pale else ""),
+        label=f"{point.bifurcation}, {family}, n = {point.multiple}" + (", not admissible" if pale else ""),
     )
     ax.plot(
         point.omega,
@@ -122,7 +122,7 @@ def _label_sides(ax: Axes, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]
     _, colour, _ = BIFURCATIONS["SN"]
     saddle_nodes = [(point, unfolding) for point, unfolding in resonant if point.bifurcation == "SN"]
     if saddle_nodes:
-        ax.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="to where motions leave the graze")
+        ax.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="side on which motions exist")
     for point, unfolding in saddle_nodes:
         for side, where in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
             ax.annotate(

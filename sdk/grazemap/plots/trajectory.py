@@ -48,7 +48,9 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
     shown = _last_periods(trajectory, time)
     history.plot(time[shown], displacement[shown], color=_BLUE, linewidth=1.0)
     portrait.plot(displacement[~shown], velocity[~shown], color=_EARLIER, linewidth=0.6, label="earlier")
-    portrait.plot(displacement[shown], velocity[shown], color=_BLUE, linewidth=1.2, label="the periods on the left")
+    portrait.plot(
+        displacement[shown], velocity[shown], color=_BLUE, linewidth=1.2, label="last periods, as on the left"
+    )
     if not shown.all():
         portrait.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8)
     if mass == 1:

@@ -45,8 +45,8 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
     if borders is not None:
         _draw_border_curves(ax, borders)
         for name, colour, text in (
-            ("coexistence", _COEXISTENCE, "border of basins: both motions attract"),
-            ("unexplained", _UNEXPLAINED, "border that is not explained"),
+            ("coexistence", _COEXISTENCE, "basin boundary: both motions attract"),
+            ("unexplained", _UNEXPLAINED, "unexplained border"),
         ):
             chosen = np.flatnonzero(borders.where(name) & borders.regular)
             _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)

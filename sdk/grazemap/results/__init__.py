@@ -1,4 +1,4 @@
-"""What the processes answer, as objects with numpy arrays; saving and loading them.
+"""The results of the processes as objects with numpy arrays; saving and loading them.
 
 A result keeps the document it was made from, so that what is saved is what the service sent, fields of a newer
 service included. npz is the service's own format (`codec.py`); JSON is the same document as text, its null a NaN.

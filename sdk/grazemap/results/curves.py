@@ -58,7 +58,7 @@ class BifurcationCurve:
 @described(FOLLOWED_MOTION)
 @dataclass(frozen=True, eq=False)
 class FollowedMotion:
-    """A motion whose curves were asked for."""
+    """A motion whose curves were requested."""
 
     period: int
     stops: tuple[int, ...]
@@ -77,7 +77,7 @@ class BifurcationCurves(Result):
     motions: tuple[FollowedMotion, ...]
 
     def plot(self, ax: Axes | None = None, *, admissible: bool = True) -> Axes:
-        """Draw the curves; with `admissible` those only that are borders of motions."""
+        """Draw the curves; with `admissible` only those that are borders of motions."""
         from grazemap.plots.borders import plot_bifurcation_curves
 
         return plot_bifurcation_curves(self, ax, admissible)

@@ -87,7 +87,7 @@ def _complex(pairs: Any) -> ComplexArray:
 
 
 def _plain(value: Any) -> Any:
-    """Return a question as plain values, whichever way it has travelled."""
+    """Return a request as plain values, from npz and from JSON alike."""
     if isinstance(value, dict):
         return {name: _plain(item) for name, item in value.items()}
     return value.tolist() if isinstance(value, np.ndarray) else value

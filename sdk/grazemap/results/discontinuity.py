@@ -28,7 +28,7 @@ class Grazing:
 @described(NEXT_CONTACT)
 @dataclass(frozen=True, eq=False)
 class NextContact:
-    """Where the steady motion hits a stop again after its first impact, by the rule for stops just inside it."""
+    """The next contact of the steady motion after its first impact, slightly below the grazing curve."""
 
     order: IntArray
     stop: IntArray
@@ -38,7 +38,7 @@ class NextContact:
 @described(RETURNS)
 @dataclass(frozen=True, eq=False)
 class Returns:
-    """The steady motion when the stops stand the overshoot inside its amplitude: by the map (26) and itself.
+    """The steady motion with the stops inside its amplitude by the overshoot: by the map (26) and by simulation.
 
     Rows: one per overshoot; columns: half periods, the first being the graze. Deviations are from the grazing point of
     the two stops in turn, as if there were no impact there; NaN where the map is beyond its domain or the motion no
@@ -54,10 +54,10 @@ class Returns:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DiscontinuityMapping(Result):
-    """What an impact does to motions that overshoot a grazing stop, and what the motion does next.
+    """The effect of an impact on motions that overshoot a grazing stop, and their later returns.
 
-    Mass 1 is taken straight beyond the stop by each overshoot, all else as in the graze. Errors are largest entries in
-    units of clearance, omega times clearance, and radians.
+    Mass 1 is displaced beyond the stop by each overshoot; all other coordinates are those of the graze. Errors are
+    maximum entries in units of clearance, omega times clearance, and radians.
     """
 
     omega: float
@@ -83,7 +83,7 @@ class DiscontinuityMapping(Result):
     returns: Returns
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the error of the mapping, and of the returns of the map made of it, over the overshoot."""
+        """Draw the errors of the mapping, and of the returns by the Poincare map, over the overshoot."""
         from grazemap.plots.discontinuity import plot_mapping_error
 
         return plot_mapping_error(self, ax)

@@ -25,7 +25,7 @@ class Family:
 @described(UNFOLDING)
 @dataclass(frozen=True, slots=True)
 class Unfolding:
-    """What leaves the grazing curve at a resonant point, to leading order in the distance x from it in omega.
+    """The curve that leaves the grazing curve at a resonant point, to leading order in the distance x in omega.
 
     The curve of its bifurcation is b = A(omega) + slope x + quadratic x^2, on one side of the point.
     """
@@ -46,7 +46,7 @@ class Unfolding:
 @described(POINT)
 @dataclass(frozen=True, slots=True)
 class CodimensionTwoPoint:
-    """One codimension-two point of the grazing curve; what its kind has not is None."""
+    """One codimension-two point of the grazing curve; fields that its kind does not have are None."""
 
     kind: str
     omega: float
@@ -98,7 +98,7 @@ class CodimensionTwoPoints(Result):
         return plot_codimension_two_points(self, ax, curve)
 
     def plot_unfolding(self, ax: Axes | None = None, *, omega: tuple[float, float] | None = None) -> Axes:
-        """Draw what leaves the grazing curve at the resonant points, to leading order, against the curve itself.
+        """Draw the curves that leave the grazing curve at resonant points, to leading order, relative to it.
 
         `omega` is the interval drawn; left out: that of the request.
         """

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit(Verifiable, Result):
-    """A periodic motion with impacts; where `converged` is false, why there is none near what was asked for."""
+    """A periodic motion with impacts; where `converged` is false, `reason` says why there is none."""
 
     omega: float
     clearance: float
@@ -56,7 +56,7 @@ class PeriodicOrbit(Verifiable, Result):
 
     @property
     def said(self) -> str:
-        """What the orbit is, in a word or two."""
+        """The properties of the orbit in a few words."""
         if not self.converged:
             return "not found"
         if not self.admissible:

@@ -1,4 +1,4 @@
-"""The records inside results that several of them have, and the table of all records' classes."""
+"""The records that several results contain, and the table of all records' classes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class described:
 
 
 class Verifiable:
-    """What has the attribute `verified`, and its deprecated name."""
+    """Base of what has the attribute `verified`, with its deprecated name."""
 
     __slots__ = ()
 

@@ -46,7 +46,7 @@ class Trajectories(Result):
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
-        """As `Result.from_document`; the meta of each trajectory is that of the question with its state alone."""
+        """As `Result.from_document`; the meta of each trajectory has the request with its own state."""
         records, states = document["trajectories"], meta["request"]["initial"]
         single = (
             Trajectory.from_document(record, {**meta, "request": {**meta["request"], "initial": state}})

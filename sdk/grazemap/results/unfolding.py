@@ -63,9 +63,9 @@ class UnfoldingMap(Verifiable, Result):
         return bool(self.meta["request"].get("preview"))
 
     def motions(self) -> list[MotionShare]:
-        """Return the motions of the map, those that cover most of it first."""
+        """Return the motions of the map, the largest share first."""
         labels = [self.kind, self.period, self.impacts_right, self.impacts_left]
-        # neighbours are mostly alike: only where runs of equal ones begin have labels to be sorted
+        # most neighbours are equal, so only the first label of each run is sorted
         begins = np.ones(self.kind.size, dtype=np.bool_)
         begins[1:] = np.any([label.ravel()[1:] != label.ravel()[:-1] for label in labels], axis=0)
         starts = np.flatnonzero(begins)

@@ -1,4 +1,4 @@
-"""Unfolding diagrams: a map, the curves and points over it, and what every border of its regions is."""
+"""Unfolding diagrams: a map, the curves and points over it, and the explanation of every border of its regions."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class BorderCurve:
 
     @property
     def label(self) -> str:
-        """The motion; an asymmetric one with as many impacts on either stop says so."""
+        """The label of the motion; it says "asymmetric" where equal numbers of impacts would suggest symmetry."""
         return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
 
 
@@ -113,7 +113,7 @@ class MapBorders:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UnfoldingDiagram(Result):
-    """An unfolding map and all that is drawn over it, each as its own question would give it."""
+    """An unfolding map and all that is drawn over it, each as its own request would give it."""
 
     unfolding_map: UnfoldingMap
     grazing_curve: GrazingCurve
@@ -123,7 +123,7 @@ class UnfoldingDiagram(Result):
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
-        """Return the diagram; its parts have the meta that their own questions would have."""
+        """Return the diagram; its parts have the meta that their own requests would have."""
         asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
         parts: dict[str, Any] = {}
         for one in cls.schema:
@@ -168,7 +168,7 @@ class UnfoldingDiagram(Result):
         ]
 
     def summary(self) -> str:
-        """Return in a few lines how the borders of the map are explained, and what is left."""
+        """Return in a few lines how the borders of the map are explained, and how many are not."""
         umap = self.unfolding_map
         shares = {motion.kind: 0 for motion in umap.motions()}
         for motion in umap.motions():
@@ -226,5 +226,5 @@ class UnfoldingDiagram(Result):
 
 
 def _label(motion: str, right: int, left: int, symmetric: bool) -> str:
-    """Return the label of a motion; with as many impacts on either stop it may not be its own mirror image."""
+    """Return the label of a motion, marked if it has equally many impacts on both stops and is not symmetric."""
     return motion if symmetric or right != left else f"{motion} asymmetric"

@@ -12,13 +12,14 @@ ATTRACTOR = Record(
     "Attractor",
     "A motion that initial states lead to; those that are not periodic are distinguished by their kind only.",
     (
-        field("kind", "str", "What sort of motion it is.", values=KINDS[:-1]),
+        field("kind", "str", "The kind of the motion.", values=KINDS[:-1]),
         field("label", "str", "The name n-p_r-q_l as plain text.", when=_KNOWN),
         *NAME,
         field(
             "mean_position",
             "float",
-            "Of mass 1 where the forcing has its initial phase, less the steady motion, over the clearance.",
+            "Mean displacement of mass 1 at the initial phase of the forcing, less the steady motion, over the "
+            "clearance.",
             when=_KNOWN,
         ),
         field("mean_velocity", "float", "The same of the velocity, over omega times the clearance.", when=_KNOWN),
@@ -27,7 +28,7 @@ ATTRACTOR = Record(
         _VERIFIED,
         deprecated("certified", _VERIFIED),
         field("states", "int", "Initial states that lead to it."),
-        field("share", "float", "The same over all states."),
+        field("share", "float", "Fraction of all initial states."),
     ),
 )
 BASINS = ResultSchema(
@@ -41,7 +42,7 @@ BASINS = ResultSchema(
         field(
             "settled_after",
             "int",
-            "After how many forcing periods; -1 where the motion is not periodic.",
+            "Forcing periods until the trajectory had settled; -1 where the motion is not periodic.",
             _PLANE,
             "forcing periods",
             dtype="int32",

@@ -10,7 +10,7 @@ KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
 STOPS = (1, -1)
 BIFURCATIONS = ("SN", "PD", "SB", "NS", "GR")
 
-PERIOD = field("period", "int", "The least period n of a periodic motion.", unit="forcing periods")
+PERIOD = field("period", "int", "The minimum period n of a periodic motion.", unit="forcing periods")
 IMPACTS_RIGHT = field(
     "impacts_right",
     "int",
@@ -25,27 +25,30 @@ NAME: tuple[Field, ...] = tuple(
     one.in_result(when=_OF_PERIODIC) for one in (PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, STICKING)
 )
 
-ISOLATED = field(
-    "isolated", "bool", "Newton-Kantorovich: there is one solution of the orbit's equations near by, and only one."
-)
+ISOLATED = field("isolated", "bool", "Exactly one solution of the orbit's equations is near (Newton-Kantorovich).")
 ADMISSIBLE = field(
-    "admissible", "bool", "Every impact is one, and mass 1 touches no stop besides: the orbit is a motion."
+    "admissible",
+    "bool",
+    "Every impact velocity points at its stop, and there is no other contact: the orbit is a motion.",
 )
 STABLE = field("stable", "bool", "All multipliers are inside the unit circle.")
-VERIFIED = field("verified", "bool", "The orbit is isolated, admissible and stable, and the period is its least.")
+VERIFIED = field("verified", "bool", "The orbit is isolated, admissible and stable, and its period is the minimum.")
 EVIDENCE = (ISOLATED, ADMISSIBLE, STABLE, VERIFIED)
 
 MOTION = Record(
     "Motion",
     "The motion n-p_r-q_l that a trajectory settles to.",
     (
-        field("kind", "str", "What sort of motion it is.", values=KINDS),
+        field("kind", "str", "The kind of the motion.", values=KINDS),
         *NAME,
         field("label", "str", "The name n-p_r-q_l as plain text.", when=_OF_PERIODIC),
         VERIFIED,
         deprecated("certified", VERIFIED),
         field(
-            "reason", "str", "Why the motion is unresolved, or is not verified.", when="where there is something to say"
+            "reason",
+            "str",
+            "Why the motion is unresolved, or is not verified.",
+            when="of motions that are unresolved or not verified",
         ),
     ),
 )
@@ -81,7 +84,7 @@ RESTS = Record(
     "Sticking",
     "The intervals during which mass 1 rests on a stop.",
     (
-        field("start", "float", "Begin of the interval.", "interval", "s"),
+        field("start", "float", "Start of the interval.", "interval", "s"),
         field("stop_time", "float", "End of the interval.", "interval", "s"),
         field("stop", "int", "+1: stop A, -1: stop C.", "interval", dtype="int8", values=STOPS),
     ),

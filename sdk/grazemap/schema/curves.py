@@ -16,7 +16,7 @@ from grazemap.schema.fields import Record, ResultSchema, field
 from grazemap.schema.grazing import CODIMENSION_TWO_POINTS, GRAZING_CURVES
 from grazemap.schema.maps import UNFOLDING_MAPS
 
-_ASKED = "of curves of motions that were asked for"
+_ASKED = "of curves of requested motions"
 _FOUND = "where an orbit was found"
 _ENDS = field(
     "ends",
@@ -45,13 +45,13 @@ CURVE = Record(
     "A piece of a curve inside the window.",
     (
         *_MOTION,
-        ADMISSIBLE.in_result(description="Whether the motions there are ones; else the piece is no border of motions."),
+        ADMISSIBLE.in_result(description="Whether the orbits are motions; otherwise the piece is no border."),
         field("stop", "int", "Of a graze: +1 A, -1 C; else 0."),
         *_LINE,
         field(
             "impact_velocity",
             "float",
-            "The smallest impact speed, that of an impact that vanishes left out.",
+            "The minimum impact speed, without that of an impact that vanishes.",
             "point",
             "m/s",
         ),
@@ -65,7 +65,7 @@ CURVE = Record(
 )
 FOLLOWED_MOTION = Record(
     "FollowedMotion",
-    "A motion whose curves were asked for, and the orbit that the search began with.",
+    "A motion whose curves were requested, and the orbit from which the search started.",
     (
         PERIOD,
         field("stops", "int", "Of its impacts: +1 A, -1 C.", "impact", texts=True, variable=None),
@@ -84,7 +84,7 @@ BIFURCATION_CURVES = ResultSchema(
         field(
             "motions",
             FOLLOWED_MOTION,
-            "Those asked for, in order; none where closed forms were.",
+            "The requested motions, in order; none for curves in closed form.",
             "motion",
             variable=None,
         ),
@@ -99,7 +99,7 @@ BORDER_CURVE = Record(
         *_MOTION,
         *_LINE,
         ADMISSIBLE.in_result(dims=("point",)),
-        field("pairs", "int", "How many pairs of neighbouring points it explains."),
+        field("pairs", "int", "Number of pairs of neighbouring points that it explains."),
         _ENDS,
     ),
 )
@@ -107,16 +107,15 @@ MAP_BORDERS = Record(
     "MapBorders",
     "The borders of a map's regions: pairs of neighbouring points with different motions, mirror images being one.",
     (
-        field("row", "int", "Of the first point of a pair.", "border"),
-        field("column", "int", "Of the same.", "border"),
+        field("row", "int", "Row of the first point of a pair.", "border"),
+        field("column", "int", "Column of the same point.", "border"),
         field("along", "int", "0: the other point has the next larger clearance, 1: the next larger omega.", "border"),
         field("regular", "bool", "Whether both motions are periodic.", "border"),
         field(
             "explanation",
             "int",
-            "curve: one of the motions ends between the points; coexistence: both are there at both, "
-            "stable and admissible; goes on: of a pair that is not regular, its periodic motion is there at the other "
-            "point too.",
+            "curve: one of the motions ends between the points; coexistence: both motions exist at both points, stable "
+            "and admissible; goes on: the periodic motion of a pair that is not regular exists at the other point too.",
             "border",
             index_of="explanations",
         ),
@@ -132,11 +131,16 @@ MAP_BORDERS = Record(
             null=True,
         ),
         field("curves", BORDER_CURVE, "The curves.", "curve", variable=None),
-        field("without_orbit", "int", "Points with a periodic motion for which no orbit was found.", variable=None),
+        field(
+            "without_orbit",
+            "int",
+            "Number of points with a periodic motion for which no orbit was found.",
+            variable=None,
+        ),
         field(
             "irregular_pairs",
             "int",
-            "Pairs of points none of which is periodic, of different kinds; not among these.",
+            "Number of further pairs: two points of different kinds, neither of them periodic.",
             variable=None,
         ),
     ),
@@ -157,7 +161,7 @@ UNFOLDING_DIAGRAMS = ResultSchema(
         field(
             "borders",
             MAP_BORDERS,
-            "What every border of the map's regions is.",
+            "The borders of the map's regions, each with its explanation.",
             when="with borders",
             prefix="border_",
         ),

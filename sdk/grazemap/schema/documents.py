@@ -57,7 +57,7 @@ def _upgrade_orbit(new: Document) -> None:
 
 
 def problems(record: Record, document: Mapping[str, Any]) -> list[str]:
-    """Return what is wrong with a document: fields that lack or are not declared, types, dimensions, values."""
+    """Return what is wrong with a document: missing or undeclared fields, types, dimensions, values."""
     return list(_problems(record, document, record.name, {}))
 
 
@@ -128,7 +128,7 @@ def _value_problems(one: Field, value: Any, at: str, sizes: dict[str, int]) -> I
             return
         yield from _size_problems(one.dims, (len(value),), at, sizes)
         for item in value:
-            # what a record's own dimensions are called is its own
+            # the names of a record's own dimensions hold in this record only
             yield from _problems(one.type, item, at, {})
     elif isinstance(one.type, Request):
         if not isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""What schemas are made of: fields, records of fields, and the result of one process.
+"""The elements of schemas: fields, records of fields, and the result of one process.
 
 A schema is plain data. Everything that has to know the fields of a result is derived from it: reading and checking
 documents, result classes, Datasets, the responses in the API's document, and the tables of the guides.
@@ -74,13 +74,13 @@ class Field:
     dims : tuple of str
         The roles of its dimensions; a record with one is a list of records.
     unit : str
-        In SI; of a nondimensional oscillator it has none, but for angles and counts of forcing periods.
+        In SI. For a nondimensional oscillator it has none, except for angles and counts of forcing periods.
     when : str
         When it is present; empty: always.
     null : bool
         Whether its numbers may be NaN, or the whole of it null: in JSON both are null.
     dtype : str
-        Of the array, where it is not the one that the type stands for.
+        Of the array, if it is not that of the type.
     values : tuple
         The values that it may have, where they are few.
     index_of : str
@@ -88,7 +88,7 @@ class Field:
     replaces : str
         The field that this one is a deprecated name of.
     variable : str or None
-        Its name in a Dataset, where that is another one; None: it is not in it.
+        Its name in a Dataset, if that differs; None if it is not in Datasets.
     prefix : str
         Of the names in a Dataset of a record's fields.
     coordinate : bool
@@ -139,7 +139,7 @@ class ResultSchema(Record):
     derived : tuple of Field
         What a Dataset has besides, made by the result's class.
     form : str
-        What tells it from another result of the same process; empty where there is one form.
+        What distinguishes it from another result of the same process; empty where there is one form.
     """
 
     process: str = ""
@@ -156,7 +156,7 @@ def field(
 
 
 def deprecated(name: str, of: Field) -> Field:
-    """Return a field that is another name of one, for one version."""
+    """Return a field that is the deprecated name of another one."""
     return replace(
         of, name=name, description=f"Deprecated: another name of `{of.name}`.", replaces=of.name, variable=None
     )

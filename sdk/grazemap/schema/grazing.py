@@ -14,8 +14,8 @@ FAMILY = Record(
 )
 UNFOLDING = Record(
     "Unfolding",
-    "What leaves the grazing curve at a resonant point: b = A(omega) + slope x + quadratic x^2, to leading order in "
-    "the distance x from the point in omega.",
+    "The curve that leaves the grazing curve at a resonant point: b = A(omega) + slope x + quadratic x^2, to leading "
+    "order in the distance x from the point in omega.",
     (
         field(
             "orbits_before",
@@ -30,17 +30,17 @@ UNFOLDING = Record(
         field("slope", "float", "Of the difference to the grazing curve; 0 where the contact is tangent."),
         field("quadratic", "float", "Its coefficient of x^2.", when="where the contact is tangent"),
         field("velocity_slope", "float", "Impact velocity on the curve over |x|."),
-        field("transversality", "float", "How simple the point is, relative; 0: degenerate."),
+        field("transversality", "float", "Relative derivative of the sum that vanishes; 0: a degenerate point."),
         field(
             "admissible",
             "bool",
-            "Whether the motions near the point touch a stop at their impacts only.",
+            "Whether the motions near the point have no contact other than their impacts.",
             when="where that is decided",
         ),
         field(
             "margin",
             "float",
-            "By how much that holds, relative to the size of its terms.",
+            "Minimum of the distances that decide it, relative to the size of their terms.",
             when="where that is decided",
         ),
     ),
@@ -58,7 +58,7 @@ POINT = Record(
         ),
         OMEGA.in_result(coordinate=True),
         CLEARANCE,
-        field("order", "int", "After how many half periods of the forcing the graze recurs.", when=_RECURRENCE),
+        field("order", "int", "Number of half periods of the forcing after which the graze recurs.", when=_RECURRENCE),
         field("active", "bool", "Whether no smaller order recurs there already.", when=_RECURRENCE),
         field("families", FAMILY, "The paper's families of this order.", "family", when=_RECURRENCE, prefix="family_"),
         field(
@@ -68,7 +68,7 @@ POINT = Record(
         field(
             "bifurcation",
             "str",
-            "Which curve leaves the point: saddle-node, period doubling, symmetry breaking.",
+            "Type of the curve that leaves the point: saddle-node, period doubling, symmetry breaking.",
             when=_RESONANT,
             values=("SN", "PD", "SB"),
         ),
@@ -81,18 +81,18 @@ POINT = Record(
         field(
             "status",
             "str",
-            "near-double: two zeros too close to be separated, or a near touch that may be none.",
+            "near-double: two zeros too close to be separated, or an extremum close to zero.",
             when="where it was computed",
             values=("simple", "near-double"),
         ),
         field(
             "omega_error",
             "float",
-            "How far round-off of the model may have moved omega.",
+            "Error of omega by the round-off of the model.",
             unit="rad/s",
             when="where it was computed",
         ),
-        field("unfolding", UNFOLDING, "What leaves the grazing curve.", when=_SIMPLE, prefix="unfolding_"),
+        field("unfolding", UNFOLDING, "The curve that leaves the grazing curve.", when=_SIMPLE, prefix="unfolding_"),
     ),
 )
 
@@ -108,7 +108,7 @@ GRAZING_CURVES = ResultSchema(
         field(
             "first_recurrence",
             "int",
-            "The first half period after which an impact recurs; 0: none up to max_order.",
+            "Number of half periods after which an impact first recurs; 0: none up to max_order.",
             "omega",
         ),
         field("recurrence_stop", "int", "The stop of that recurrence: +1 A, -1 C, 0 none.", "omega"),

@@ -32,8 +32,8 @@ _FIGURES = (
     field(
         "lyapunov",
         "float",
-        "Largest exponent per forcing period: ln(multiplier)/n of a periodic motion, else as it was "
-        "measured; null where it was not, and where changes die out altogether.",
+        "Largest exponent per forcing period: ln(multiplier)/n of a periodic motion, otherwise as measured; null "
+        "where it was not measured, and where all changes vanish.",
         null=True,
         when=_PREVIEW,
     ),
@@ -54,18 +54,18 @@ _FIGURES = (
     field(
         "settled_after",
         "int",
-        "After how many forcing periods the trajectory had come to its motion, or so close that "
-        "its orbit could be solved for; -1 unless periodic.",
+        "Forcing periods after which the trajectory had settled, or was so close that its orbit could be solved for; "
+        "-1 unless periodic.",
         unit="forcing periods",
         dtype="int32",
     ),
     field(
-        "share", "float", "Of the initial states, those that lead to this motion or its mirror image.", when=_ENSEMBLE
+        "share", "float", "Fraction of the initial states that lead to this motion or its mirror image.", when=_ENSEMBLE
     ),
     field(
         "motions_found",
         "int",
-        "How many different motions were found, mirror images counted once.",
+        "Number of different motions found; mirror images count once.",
         dtype="int32",
         when=_ENSEMBLE,
     ),

@@ -19,12 +19,12 @@ _REST_STOP = RESTS["stop"].in_result(dtype="int64")
 _RESTS = Record(RESTS.name, RESTS.description, (*RESTS.fields[:-1], _REST_STOP))
 _PHASES = "omega t of the impacts, with the forcing f sin(omega t)."
 _VELOCITIES = "Of mass 1 before each impact, signed."
-_EXCESS = "How far beyond a stop mass 1 is at the highest turning point between its impacts; negative: inside."
+_EXCESS = "Distance of mass 1 beyond a stop at its highest maximum between the impacts; negative: inside."
 RESTITUTION = field("restitution", "float", "Speed after an impact over that before it.")
 
 PERIODIC_ORBITS = ResultSchema(
     "PeriodicOrbit",
-    "A periodic motion with impacts; where `converged` is false, why there is none near what was asked for.",
+    "A periodic motion with impacts; where `converged` is false, `reason` says why there is none.",
     (
         OMEGA,
         CLEARANCE,
@@ -36,8 +36,8 @@ PERIODIC_ORBITS = ResultSchema(
             "rests on a stop.",
             values=("equations", "simulation"),
         ),
-        field("reason", "str", "Why none was found, or why it is not verified.", null=True),
-        field("period", "int", "As asked for or found.", unit="forcing periods"),
+        field("reason", "str", "Why no orbit was found, or why it is not verified.", null=True),
+        field("period", "int", "The period, as requested or found.", unit="forcing periods"),
         field("stops", "int", "Of the impacts in order: +1 A, -1 C.", "impact", variable="impact_stops"),
         field("phases", "float", _PHASES, "impact", "rad", variable="impact_phases"),
         field("times", "float", "The times of the impacts, from phase 0 on.", "impact", "s", variable="impact_times"),
@@ -48,23 +48,30 @@ PERIODIC_ORBITS = ResultSchema(
         field(
             "residual",
             "float",
-            "Of the equations of impact, relative; of a simulation by how much it does not close, over the clearance.",
+            "Residual of the equations of impact, relative; of a simulation the distance between the start and the "
+            "state a period later, over the clearance.",
             null=True,
         ),
-        field("kantorovich", "float", "Of the Newton-Kantorovich theorem; up to 1/2 the orbit is isolated.", null=True),
+        field("kantorovich", "float", "Newton-Kantorovich number; up to 1/2 the orbit is isolated.", null=True),
         field(
-            "radius", "float", "Within which exactly one orbit lies: phases in radians, velocities relative.", null=True
+            "radius",
+            "float",
+            "Radius within which exactly one orbit lies; phases in radians, velocities relative.",
+            null=True,
         ),
         *EVIDENCE,
         deprecated("certified", VERIFIED),
-        field("multipliers", "complex", "Floquet multipliers, by falling modulus.", "multiplier", null=True),
-        field("physical", "bool", "Whether every impact has a velocity of its stop's sign."),
+        field("multipliers", "complex", "Floquet multipliers, by decreasing modulus.", "multiplier", null=True),
+        field("physical", "bool", "Whether every impact velocity points at its stop."),
         field(
-            "contacts", "str", "With a stop besides the impacts.", values=("none", "some", "undecided", "not searched")
+            "contacts",
+            "str",
+            "Contacts with a stop other than the impacts.",
+            values=("none", "some", "undecided", "not searched"),
         ),
         field("excess", "float", _EXCESS, unit="m", null=True),
-        field("excess_phase", "float", "When that is.", unit="rad", null=True),
-        field("excess_stop", "int", "At which stop: +1 A, -1 C, 0 none."),
+        field("excess_phase", "float", "Phase of that maximum.", unit="rad", null=True),
+        field("excess_stop", "int", "Stop of that maximum: +1 A, -1 C, 0 none."),
         field("start", STATE, "The state at phase 0: a trajectory from there runs along the orbit.", prefix="start_"),
         field("motion", MOTION, "Its name.", variable="label"),
     ),
@@ -79,8 +86,8 @@ BEYOND = Record(
         field(
             "request",
             Request("periodic-orbits"),
-            "Its question: to be posted to `/v1/periodic-orbits` as it is, or with "
-            "`vary` and `range` to `/v1/orbit-branches`.",
+            "Its request: to be posted to `/v1/periodic-orbits` unchanged, or with `vary` and `range` to "
+            "`/v1/orbit-branches`.",
         ),
     ),
 )
@@ -95,23 +102,25 @@ SPECIAL_POINT = Record(
             "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker, graze.",
             values=BIFURCATIONS,
         ),
-        field("parameter", "float", "The parameter that varies there.", variable=None),
+        field("parameter", "float", "Value of the parameter that varies.", variable=None),
         CLEARANCE,
         OMEGA,
         RESTITUTION,
         field("status", "str", "Whether it was solved for to round-off.", values=("converged", "guess")),
-        ADMISSIBLE.in_result(description="The orbit there is a motion; of a graze: the orbits on one side of it are."),
+        ADMISSIBLE.in_result(
+            description="Whether the orbit there is a motion; of a graze, whether the orbits on one side of it are."
+        ),
         field("segment", "int", "It lies between this point of the branch and the next."),
         field("phases", "float", _PHASES, "impact", "rad", variable=None),
         field("velocities", "float", _VELOCITIES, "impact", "m/s", variable=None),
-        field("stop", "int", "Where mass 1 grazes: +1 A, -1 C.", when=_OF_GRAZE),
-        field("phase", "float", "When it does.", unit="rad", when=_OF_GRAZE),
+        field("stop", "int", "The stop that is grazed: +1 A, -1 C.", when=_OF_GRAZE),
+        field("phase", "float", "Forcing phase of the graze.", unit="rad", when=_OF_GRAZE),
         field("impact", "int", "Number of the impact that vanishes.", when="of grazes where an impact vanishes"),
         field(
             "beyond",
             BEYOND,
-            "What can be switched to: the orbit of twice the period of a PD, one without the symmetry of "
-            "an SB, with an impact more or less of a GR.",
+            "Orbits of other branches: of twice the period at a PD, without the symmetry at an SB, with one impact "
+            "more or less at a GR.",
             "beyond",
             variable=None,
         ),
@@ -134,8 +143,10 @@ ORBIT_BRANCHES = ResultSchema(
             variable=None,
         ),
         field("phases", "float", _PHASES + " They change smoothly along the branch.", "point impact", "rad"),
-        field("velocities", "float", _VELOCITIES + " Of the wrong sign: the impact is virtual.", "point impact", "m/s"),
-        field("multipliers", "complex", "Floquet multipliers, by falling modulus.", "point multiplier", null=True),
+        field(
+            "velocities", "float", _VELOCITIES + " Away from the stop: the impact is virtual.", "point impact", "m/s"
+        ),
+        field("multipliers", "complex", "Floquet multipliers, by decreasing modulus.", "point multiplier", null=True),
         *(one.in_result(dims=("point",)) for one in EVIDENCE),
         deprecated("certified", VERIFIED.in_result(dims=("point",))),
         field("excess", "float", _EXCESS, "point", "m", null=True),
@@ -155,7 +166,7 @@ ORBIT_BRANCHES = ResultSchema(
             texts=True,
             variable=None,
         ),
-        field("reason", "str", "Why there are no points at all.", null=True, variable=None),
+        field("reason", "str", "Why there are no points.", null=True, variable=None),
     ),
     process="orbit-branches",
 )

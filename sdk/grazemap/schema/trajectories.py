@@ -8,16 +8,18 @@ from grazemap.schema.fields import Record, ResultSchema, field
 _FIELDS = (
     field("time", "float", "Times of the samples, from the start of the record.", "time", "s"),
     field("displacement", "float", "Of every mass.", "mass time", "m", null=True),
-    field("velocity", "float", "Of every mass; at the time of an impact that after it.", "mass time", "m/s", null=True),
+    field(
+        "velocity", "float", "Of every mass; at the time of an impact, the one after it.", "mass time", "m/s", null=True
+    ),
     field("impacts", IMPACTS, "Every contact with a stop.", prefix="impact_"),
     field("sticking", RESTS, "The rests on a stop.", prefix="sticking_"),
-    field("undecided", "int", "How often round-off left a decision open, from the start of the transient on."),
+    field("undecided", "int", "Number of events that round-off leaves undecided, from the start of the transient on."),
     field("motion", MOTION, "The motion at the end, or unresolved and the reason.", variable=None),
     field(
         "final",
         STATE,
-        "Where the record ends: a trajectory started there goes on as this one would; null where there is "
-        "no such state.",
+        "The state at the end of the record, from which a trajectory continues this one; null where there is no such "
+        "state.",
         null=True,
         prefix="final_",
     ),

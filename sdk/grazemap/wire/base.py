@@ -1,4 +1,4 @@
-"""What every wire model shares: strict numbers, lists that may be given as tuples and arrays, types of numbers.
+"""Elements of all wire models: strict numbers, lists that may be given as tuples and arrays, types of numbers.
 
 Requests refuse unknown fields, responses ignore them, so that an older client reads a newer service.
 """

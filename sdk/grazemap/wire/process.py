@@ -1,6 +1,6 @@
 """What the requests of all processes share: fields, numbers, their canonical text and the job id made from it.
 
-The same request has the same id: defaults are filled in, 1 is 1.0, -0.0 is 0.0, and the order of keys is gone.
+The same request has the same id: defaults are filled in, 1 is 1.0, -0.0 is 0.0, and the order of keys does not count.
 """
 
 from __future__ import annotations

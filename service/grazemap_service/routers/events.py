@@ -80,7 +80,7 @@ async def get_events(
             continue
         if status is None or status in FINISHED:
             if ending:
-                # resumed after the last event, or the stream is gone: say the end all the same
+                # resumed after the last event, or the stream is gone: the end is sent anyway
                 yield ServerSentEvent(event="done", data={"status": status or "dismissed"})
                 return
             ending = True

@@ -1,4 +1,4 @@
-"""Is the process up, can it work, and how is it doing: /healthz, /readyz, /metrics."""
+"""Health of the process, readiness for jobs, and metrics: /healthz, /readyz, /metrics."""
 
 from __future__ import annotations
 

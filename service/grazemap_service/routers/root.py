@@ -24,7 +24,7 @@ class ProcessDescription(BaseModel):
 
 
 class Limits(BaseModel):
-    """What the service takes at most."""
+    """The maximum sizes that the service accepts."""
 
     body_bytes: int
     masses: int

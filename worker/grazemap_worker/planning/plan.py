@@ -12,8 +12,8 @@ Tile = tuple[int, int, int, int]
 class Plan(BaseModel):
     """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`.
 
-    `after` is what putting the tiles together counts in a job's progress, beside 1 for each tile; with 0 it counts
-    nothing, and the progress is that of the tiles.
+    `after` is the number of steps that joining the tiles counts in a job's progress, in addition to 1 for each tile;
+    with 0 the progress counts tiles only.
     """
 
     model_config = ConfigDict(frozen=True)

@@ -160,7 +160,7 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
 
 
 def curves_seconds(request: UnfoldingDiagramsRequest) -> float:
-    """Return what the curves and points over the map of a diagram take."""
+    """Return the seconds that the curves and points over the map of a diagram take."""
     over = (
         plan("grazing-curves", request.grazing_curve),
         plan("codimension-two-points", request.codimension_two_points),
@@ -170,7 +170,7 @@ def curves_seconds(request: UnfoldingDiagramsRequest) -> float:
 
 
 def borders_seconds(request: UnfoldingDiagramsRequest) -> float:
-    """Return what explaining the borders of a map takes."""
+    """Return the seconds that explaining the borders of a map takes."""
     if not request.borders:
         return 0.0
     points = float(grid_points(request.omega) * grid_points(request.clearance))
@@ -178,7 +178,7 @@ def borders_seconds(request: UnfoldingDiagramsRequest) -> float:
 
 
 def _diagram_plan(request: UnfoldingDiagramsRequest) -> Plan:
-    """Return the plan of the map, and as many steps after its tiles as tiles would take so long."""
+    """Return the plan of the map, with steps after its tiles: as many as tiles would take the same time."""
     shape = _map_plan(request.unfolding_map)
     seconds = curves_seconds(request) + borders_seconds(request)
     after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))

@@ -23,7 +23,7 @@ TALLEST_TILE = 1024
 # enough for the computed lines along its sides to be few.
 ADAPTIVE_COLUMNS = 64
 ADAPTIVE_ROWS = 4096
-# So many strips have seams that take as long to close, and to put together, as one of them took.
+# Number of strips whose seams take as long to close and to join as one strip takes to compute.
 ADAPTIVE_STRIPS_CLOSED = 16
 # Its share of computed pixels was 0.26 and 0.14 in maps of 1024 x 1024 and 4096 x 4096 over one window: all of a
 # map this long and wide, times a power of its size, for borders are fractal. Pixels near them take longer.

@@ -1,4 +1,4 @@
-"""The process discontinuity-mappings: what an impact does near a graze, and what the motion does next."""
+"""The process discontinuity-mappings: the effect of an impact near a graze, and the later returns of the motion."""
 
 from __future__ import annotations
 

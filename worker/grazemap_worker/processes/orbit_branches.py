@@ -1,4 +1,4 @@
-"""The process orbit-branches: the branch of a periodic orbit over a parameter, and what lies beyond its points."""
+"""The process orbit-branches: the branch of a periodic orbit over a parameter, and the branches that meet it."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
 
 
 def _can_be_asked(impacts: ImpactSequence) -> bool:
-    """Say whether a motion is within what requests may name: doubled ones may have too many impacts or periods."""
+    """Return whether a request may name a motion: a doubled one may have too many impacts or periods."""
     return len(impacts.stops) <= MAX_IMPACTS and impacts.period <= LONGEST_PERIOD
 
 

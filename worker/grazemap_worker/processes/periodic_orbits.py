@@ -45,7 +45,7 @@ def compute(request: PeriodicOrbitsRequest, report: Callable[[int, int], object]
 def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
-    """Return the orbit that is asked for, or why there is nothing to begin with; `run` if it has settled already."""
+    """Return the requested orbit, or why there is no guess to start from; `run` if it has settled already."""
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
 
     guess = _guess(oscillator, request, run)
@@ -159,7 +159,7 @@ def _state(state: State) -> Document:
 
 
 def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
-    """Return the document of an orbit that was not found: no impacts, numbers that are not."""
+    """Return the document of an orbit that was not found: without impacts, its numbers NaN."""
     from grazemap_core.simulation.motion import Motion
 
     count = request.oscillator.size

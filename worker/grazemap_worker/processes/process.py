@@ -1,4 +1,4 @@
-"""What a process is to the worker: how its result comes about."""
+"""How the worker computes the result of a process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grazemap_worker.processes.conversion import Report
 
 @dataclass(frozen=True)
 class Process:
-    """How the result of a process comes about.
+    """The functions that compute the result of a process.
 
     Attributes
     ----------

@@ -38,7 +38,7 @@ def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document
 
 
 def _silent(done: int, total: int) -> None:
-    """Say nothing: these are no steps of the job."""
+    """Report nothing: these steps are not counted."""
 
 
 def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report) -> Document:

@@ -1,7 +1,7 @@
 """The process unfolding-maps: the motion that every point of a grid settles to, in tiles of the grid.
 
-An adaptive map's document has what inferred points have too as arrays of the grid, and everything else of the computed
-ones only, in `at_computed`: in the order of the grid's rows, as numpy's ``array[computed]``.
+The document of an adaptive map has arrays of the grid for what is known at inferred points too. All other arrays are of
+the computed points only, in `at_computed`: in the order of the grid's rows, as numpy's ``array[computed]``.
 """
 
 from __future__ import annotations

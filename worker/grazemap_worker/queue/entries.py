@@ -70,7 +70,7 @@ def _may_overtake(connection: Redis, target: Queue) -> bool:
     """Return whether another entry may go to the front, and note that it did.
 
     At most `MOST_OVERTAKING` go before the entry that was first when the first of them came; the next ones wait until
-    it is taken, so that each entry is reached. (Two that ask at once may go before it both: this is no promise.)
+    it is taken, so that each entry is reached. (Two concurrent callers may both overtake, so the bound is approximate.)
     """
     redis: Any = connection  # redis-py's types are those of bytes and of text at once
     noted = overtaken_key(target)

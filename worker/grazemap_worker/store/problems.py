@@ -11,7 +11,7 @@ TYPE_PREFIX = "urn:grazemap:problem:"
 
 
 def refused_problem(detail: str, pointer: str | None = None) -> Problem:
-    """Return the problem of a request that the core cannot compute: asking again will not help.
+    """Return the problem of a request that the core cannot compute; the same request fails again.
 
     `detail` is the core's own sentence about the physics (CoreError), which names no internals; `pointer` is the JSON
     pointer to the field that it is about.
@@ -29,7 +29,7 @@ def refused_problem(detail: str, pointer: str | None = None) -> Problem:
 def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
     """Return the problem of a job one of whose tiles failed too often; it says which part of the grid that was."""
     if tile == ASSEMBLY:
-        where = "putting the finished tiles together"
+        where = "joining the finished tiles"
     elif plan.count == 1:
         where = "the computation"
     else:
@@ -40,7 +40,7 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
         detail = f"{where} failed {MOST_EXCEPTIONS} times; the worker's log has the reason."
     elif kind == "timeout":
         name, title = "computation-too-long", "Computation too long"
-        detail = f"{where} did not end within the time that a worker gives to one part."
+        detail = f"{where} did not end within the time limit of one tile."
     else:
         name, title = "worker-lost", "Worker lost"
         detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log says more."
@@ -48,7 +48,7 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
 
 
 def outdated_problem() -> Problem:
-    """Return the problem of a job that was asked of a core version that no worker has any more."""
+    """Return the problem of a job of a core version that no worker has any more."""
     return Problem(
         type=TYPE_PREFIX + "core-outdated",
         title="Core outdated",

@@ -9,7 +9,7 @@ local name = result_key(id)
 if redis.call('EXISTS', name) == 1 then
   drop_result(name)
 end
--- Room is made first, so that Redis never holds more than the budget.
+-- Results are evicted first, so that Redis never holds more than the budget.
 while tonumber(redis.call('GET', key('results', 'bytes')) or 0) + size > tonumber(ARGV[6]) do
   local oldest = redis.call('ZRANGE', key('results'), 0, 0)[1]
   if not oldest then

@@ -2,7 +2,7 @@
 -- of them (no cluster). A job is "unfinished" while it is accepted or running.
 local prefix = ARGV[1]
 
--- Seconds for which the events of a job that is over are there; who follows it later is told its end by the record.
+-- Seconds for which the events of a job that is over are there; later the record says how it ended.
 local EVENTS_KEPT = 3600
 
 local function key(...)

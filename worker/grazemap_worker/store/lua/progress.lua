@@ -4,7 +4,7 @@ local status = get(id, 'status')
 if not (status and unfinished(status)) then
   return 0
 end
--- Who begins a step again that another has lost is behind what was said; all is done only with the result.
+-- A worker that repeats a lost step reports less than was reported before; all is done only with the result.
 local done = math.max(math.min(tonumber(ARGV[3]), total - 1), number(id, 'steps_done'))
 redis.call('HSET', key('job', id), 'unit', ARGV[5], 'steps_done', done, 'steps_total', total)
 -- Time to go: as long for each step as for those since the start, or since the tiles were done.
