@@ -128,7 +128,7 @@ lint: $(STAMP)  ## check style, spelling, import contracts, import circles and t
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
 
 client: $(STAMP)  ## generate the blocking client from the asynchronous one
-	$(BIN)/python sdk/generate_client.py
+	$(BIN)/python tools/generate_client.py
 
 types: $(STAMP)  ## check types with mypy, strict
 	$(BIN)/mypy

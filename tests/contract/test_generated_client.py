@@ -12,7 +12,8 @@ import pytest
 
 import grazemap
 
-SDK = Path(__file__).parents[2] / "sdk"
+ROOT = Path(__file__).parents[2]
+SDK = ROOT / "sdk"
 MODULES = ("client.py", "connection.py", "jobs.py", "watch.py")
 
 
@@ -20,8 +21,9 @@ MODULES = ("client.py", "connection.py", "jobs.py", "watch.py")
 def copy(tmp_path: Path) -> Path:
     """A copy of the client and its generator."""
     shutil.copytree(SDK / "grazemap" / "client", tmp_path / "sdk" / "grazemap" / "client")
-    shutil.copy(SDK / "generate_client.py", tmp_path / "sdk")
-    shutil.copy(SDK.parent / "pyproject.toml", tmp_path)
+    (tmp_path / "tools").mkdir()
+    shutil.copy(ROOT / "tools" / "generate_client.py", tmp_path / "tools")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
     return tmp_path / "sdk"
 
 
@@ -29,7 +31,7 @@ def stale(sdk: Path) -> list[str]:
     """Return the modules that are not what the generator makes."""
     made = sdk.parent / "made"
     made.mkdir()
-    subprocess.run([sys.executable, sdk / "generate_client.py", made], check=True, timeout=60)
+    subprocess.run([sys.executable, sdk.parent / "tools" / "generate_client.py", made], check=True, timeout=60)
     assert sorted(path.name for path in made.iterdir()) == list(MODULES)
     return [name for name in MODULES if (made / name).read_text() != (sdk / "grazemap" / "client" / name).read_text()]
 

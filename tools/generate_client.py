@@ -1,7 +1,7 @@
 """Generates the blocking client from the asynchronous one: `make client`.
 
-python sdk/generate_client.py          write the modules
-python sdk/generate_client.py FOLDER   write them into another folder
+python tools/generate_client.py          write the modules
+python tools/generate_client.py FOLDER   write them into another folder
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import unasync
 
-CLIENT = Path(__file__).parent / "grazemap" / "client"
+CLIENT = Path(__file__).parents[1] / "sdk" / "grazemap" / "client"
 MODULES = ("client", "connection", "jobs", "watch")
 _HEADER = "# Generated from {source} by `make client`: do not edit.\n"
 # Names, beside those that unasync knows and those of the modules' own classes.
