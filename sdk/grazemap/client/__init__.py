@@ -1,6 +1,6 @@
 """The clients, blocking and asynchronous: requests and results over HTTP.
 
-`async_client.py`, `async_jobs.py`, `async_watch.py` and `async_connection.py` are written; the blocking modules
+`methods.py` has the methods that both clients share, one for each process. `async_client.py`, `async_jobs.py`, `async_watch.py` and `async_connection.py` are written; the blocking modules
 `client.py`, `jobs.py`, `watch.py` and `connection.py` are generated from them (`make client`).
 """
 
