@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from grazemap.wire import Oscillator, ProblemError, ProcessRequest
+from grazemap.wire import ProblemError, ProcessRequest
 from grazemap_service.problems import ProblemException
 from grazemap_service.settings import Settings
 from grazemap_worker.planning import PLANNING, Limits, Plan, plan
-from grazemap_worker.planning.costs import period_cost
 from grazemap_worker.planning.rates import PERIODS_PER_SECOND
 from grazemap_worker.queue.entries import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
@@ -48,9 +47,11 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     for counted in planning.counts(request, _limits(settings)):
         if counted.number > counted.limit:
             raise _too_much(*counted)
-    omega = planning.least_omega(request)
-    if omega is not None:
-        _check_stiffness(request.oscillator, omega, settings)
+    with np.errstate(all="ignore"):
+        cost = planning.longest_period(request)
+    # a system so stiff that one period of it is over the limit
+    if cost is not None and not cost / PERIODS_PER_SECOND <= settings.max_seconds:
+        raise _too_much("/oscillator", "seconds", cost / PERIODS_PER_SECOND, settings.max_seconds)
     planned = plan(process, request)
     # written so that a nan, from an estimate that overflowed, is refused too
     if not planned.estimate.periods <= settings.max_work:
@@ -74,14 +75,6 @@ def _limits(settings: Settings) -> Limits:
         tile_periods=settings.max_tile_periods,
         result_bytes=MOST_RESULT_BYTES,
     )
-
-
-def _check_stiffness(oscillator: Oscillator, omega: float, settings: Settings) -> None:
-    """Refuse a system one period of which is over the limit, before its plan is made: estimates would overflow."""
-    with np.errstate(all="ignore"):
-        seconds = period_cost(oscillator, omega) / PERIODS_PER_SECOND
-    if not seconds <= settings.max_seconds:
-        raise _too_much("/oscillator", "seconds", seconds, settings.max_seconds)
 
 
 def _too_much(pointer: str, quantity: str, estimate: float, limit: float) -> ProblemException:

@@ -36,4 +36,4 @@ def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
     return [Count(of_points(f"{name}/values", values), "points", across * down, limits.pixels)]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: request.omega)
+PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))

@@ -41,8 +41,8 @@ def _of_motions(request: BifurcationCurvesRequest) -> Plan:
     return Plan(estimate=Estimate(periods=periods, seconds=seconds + periods * cost / PERIODS_PER_SECOND))
 
 
-def _least_omega(request: BifurcationCurvesRequest) -> float | None:
-    return None if request.motions is None else request.omega.start
+def _longest_period(request: BifurcationCurvesRequest) -> float | None:
+    return None if request.motions is None else period_cost(request.oscillator, request.omega.start)
 
 
-PLANNING = Planning(_plan, least_omega=_least_omega)
+PLANNING = Planning(_plan, longest_period=_longest_period)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, grid_values
-from grazemap_worker.planning.costs import period_costs
+from grazemap_worker.planning.costs import period_cost, period_costs
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
 from grazemap_worker.planning.rates import DIAGRAM_EXPONENT_PERIODS, PERIODS_PER_SECOND
@@ -29,8 +29,9 @@ def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
     ]
 
 
-def _least_omega(request: BifurcationDiagramsRequest) -> float:
-    return float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
+def _longest_period(request: BifurcationDiagramsRequest) -> float:
+    least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
+    return period_cost(request.oscillator, least)
 
 
-PLANNING = Planning(_plan, _counts, _least_omega)
+PLANNING = Planning(_plan, _counts, _longest_period)

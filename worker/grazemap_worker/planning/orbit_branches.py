@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from grazemap.wire import OrbitBranchesRequest
 from grazemap_worker.planning import periodic_orbits
-from grazemap_worker.planning.costs import branch_point_seconds
+from grazemap_worker.planning.costs import branch_point_seconds, period_cost
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Planning
 from grazemap_worker.planning.rates import BRANCH_POINTS
@@ -18,4 +18,4 @@ def _plan(request: OrbitBranchesRequest) -> Plan:
     return orbit.model_copy(update={"estimate": estimate})
 
 
-PLANNING = Planning(_plan, periodic_orbits.counts, lambda request: request.omega)
+PLANNING = Planning(_plan, periodic_orbits.counts, lambda request: period_cost(request.oscillator, request.omega))

@@ -48,14 +48,15 @@ class Planning:
     plan : callable (request) -> Plan
     counts : callable (request, limits) -> list of Count
         Cheap: the service calls it before the plan is made, so that a range of 10**18 points costs nothing.
-    least_omega : callable (request) -> float or None
-        The forcing frequency with the longest period that is simulated, None where none is.
+    longest_period : callable (request) -> float or None
+        What the longest forcing period that is simulated costs, as `costs.period_cost`; None where none is. Like the
+        counts it is looked at before the plan is made, whose numbers would overflow.
     after : callable (request) -> list of Step
     """
 
     plan: Callable[[Any], Plan]
     counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
-    least_omega: Callable[[Any], float | None] = lambda request: None
+    longest_period: Callable[[Any], float | None] = lambda request: None
     after: Callable[[Any], list[Step]] = lambda request: []
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
-from grazemap_worker.planning.costs import expected_periods, period_costs
+from grazemap_worker.planning.costs import expected_periods, period_cost, period_costs
 from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
@@ -84,9 +84,9 @@ def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
     return [grid_count(request, limits.adaptive_pixels if request.adaptive else limits.pixels)]
 
 
-def least_omega(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
-    """Return the first omega of the grid."""
-    return float(grid_values(request.omega)[0])
+def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
+    """Return what a period of the least omega of the grid costs."""
+    return period_cost(request.oscillator, float(grid_values(request.omega)[0]))
 
 
-PLANNING = Planning(plan, _counts, least_omega)
+PLANNING = Planning(plan, _counts, longest_period)
