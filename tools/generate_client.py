@@ -25,6 +25,7 @@ _NAMES = {
     "aiter_lines": "iter_lines",
     "AbstractAsyncContextManager": "AbstractContextManager",
     "AsyncBaseTransport": "BaseTransport",
+    "Awaited": "Blocking",
 }
 # Phrases of docstrings.
 _PHRASES = {" from asyncio": "", "await client.": "client."}

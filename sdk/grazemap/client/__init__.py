@@ -1,7 +1,8 @@
 """The clients, blocking and asynchronous: requests and results over HTTP.
 
-`async_client.py`, `async_jobs.py`, `async_watch.py` and `async_connection.py` are written; the blocking modules
-`client.py`, `jobs.py`, `watch.py` and `connection.py` are generated from them (`make client`).
+`methods.py` has the methods that both clients share, one for each process. `async_client.py`, `async_jobs.py`,
+`async_watch.py` and `async_connection.py` are written; the blocking modules `client.py`, `jobs.py`, `watch.py` and
+`connection.py` are generated from them (`make client`).
 """
 
 from grazemap.client.async_client import AsyncClient

@@ -60,7 +60,7 @@ def grazing_curve(
 ) -> GrazingCurvesRequest:
     """Return the request for a grazing curve. Raises ParameterError."""
     body = {"omega": as_grid("omega", omega, points, "points"), "max_order": max_order, "sequence": sequence}
-    return _request(GrazingCurvesRequest, "grazing-curves", oscillator, body)
+    return request_of(GrazingCurvesRequest, oscillator, body)
 
 
 def codimension_two_points(
@@ -68,7 +68,7 @@ def codimension_two_points(
 ) -> CodimensionTwoPointsRequest:
     """Return the request for the codimension-two points of an interval. Raises ParameterError."""
     body = {"omega": as_interval("omega", omega), "max_order": max_order, "max_multiple": max_multiple}
-    return _request(CodimensionTwoPointsRequest, "codimension-two-points", oscillator, body)
+    return request_of(CodimensionTwoPointsRequest, oscillator, body)
 
 
 def discontinuity_mapping(
@@ -88,7 +88,7 @@ def discontinuity_mapping(
         "order": order,
         "returns": returns,
     }
-    return _request(DiscontinuityMappingsRequest, "discontinuity-mappings", oscillator, body)
+    return request_of(DiscontinuityMappingsRequest, oscillator, body)
 
 
 def trajectory(
@@ -114,7 +114,7 @@ def trajectory(
     if initial is not None:
         several = isinstance(initial, Sequence) and not isinstance(initial, str | bytes)
         body["initial"] = [as_state(state) for state in plain(initial)] if several else as_state(initial)
-    return _request(TrajectoriesRequest, "trajectories", oscillator, body)
+    return request_of(TrajectoriesRequest, oscillator, body)
 
 
 def unfolding_map(
@@ -141,7 +141,7 @@ def unfolding_map(
         "adaptive": adaptive,
         "preview": preview,
     }
-    return _request(UnfoldingMapsRequest, "unfolding-maps", oscillator, body)
+    return request_of(UnfoldingMapsRequest, oscillator, body)
 
 
 def unfolding_diagram(
@@ -164,7 +164,7 @@ def unfolding_diagram(
         "max_multiple": max_multiple,
         "borders": borders,
     }
-    return _request(UnfoldingDiagramsRequest, "unfolding-diagrams", oscillator, body)
+    return request_of(UnfoldingDiagramsRequest, oscillator, body)
 
 
 def bifurcation_diagram(
@@ -194,7 +194,7 @@ def bifurcation_diagram(
         "transient_periods": transient_periods,
         "max_period": max_period,
     }
-    return _request(BifurcationDiagramsRequest, "bifurcation-diagrams", oscillator, body)
+    return request_of(BifurcationDiagramsRequest, oscillator, body)
 
 
 def basins(
@@ -220,7 +220,7 @@ def basins(
     }
     if initial is not None:
         body["initial"] = as_state(initial)
-    return _request(BasinsRequest, "basins", oscillator, body)
+    return request_of(BasinsRequest, oscillator, body)
 
 
 def periodic_orbit(
@@ -234,7 +234,7 @@ def periodic_orbit(
 ) -> PeriodicOrbitsRequest:
     """Return the request for a periodic orbit. Raises ParameterError."""
     body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
-    return _request(PeriodicOrbitsRequest, "periodic-orbits", oscillator, body)
+    return request_of(PeriodicOrbitsRequest, oscillator, body)
 
 
 def orbit_branch(
@@ -252,7 +252,7 @@ def orbit_branch(
     """Return the request for the branch of a periodic orbit. Raises ParameterError."""
     body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
     body |= {"vary": vary, "range": as_interval("range", range), "max_points": max_points}
-    return _request(OrbitBranchesRequest, "orbit-branches", oscillator, body)
+    return request_of(OrbitBranchesRequest, oscillator, body)
 
 
 def bifurcation_curves(
@@ -277,7 +277,7 @@ def bifurcation_curves(
             if several
             else motions
         )
-    return _request(BifurcationCurvesRequest, "bifurcation-curves", oscillator, body)
+    return request_of(BifurcationCurvesRequest, oscillator, body)
 
 
 def _plane(omega: Values, clearance: Values, shape: tuple[int, int] | None) -> dict[str, Any]:
@@ -304,10 +304,10 @@ def _orbit(
     return body
 
 
-def _request(model: type[R], process: str, oscillator: OscillatorLike, body: dict[str, Any]) -> R:
+def request_of(model: type[R], oscillator: OscillatorLike, body: dict[str, Any]) -> R:
+    """Return the request with these fields, and the oscillator if one is given. Raises ParameterError."""
     if oscillator is not None:
         body["oscillator"] = plain(oscillator)
-    request = validated(process, body)
-    if not isinstance(request, model):
-        raise TypeError(f"{process} is not asked with a {model.__name__}")
+    request = validated(model.operation.process, body)
+    assert isinstance(request, model)
     return request

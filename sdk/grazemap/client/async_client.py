@@ -1,4 +1,4 @@
-"""A client of the service: one method per process, and handles on jobs."""
+"""A client of the service: the methods of processes, from `methods.py`, and handles on jobs."""
 
 from __future__ import annotations
 
@@ -12,34 +12,22 @@ from numpy.typing import NDArray
 
 from grazemap import constants
 from grazemap.client import arguments, async_jobs
-from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
+from grazemap.client.arguments import OscillatorLike, StateLike
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_jobs import AsyncJobHandle
 from grazemap.client.conversion import validated
 from grazemap.client.http import Settings, read_object
+from grazemap.client.method import Awaited, Question
+from grazemap.client.methods import ProcessMethods
 from grazemap.client.progress import Listener
 from grazemap.errors import ProtocolError
-from grazemap.results import (
-    Basins,
-    BifurcationCurves,
-    BifurcationDiagram,
-    CodimensionTwoPoints,
-    DiscontinuityMapping,
-    GrazingCurve,
-    OrbitBranch,
-    PeriodicOrbit,
-    Result,
-    Trajectories,
-    Trajectory,
-    UnfoldingDiagram,
-    UnfoldingMap,
-)
+from grazemap.results import Result, Trajectories, Trajectory
 from grazemap.wire import ProcessRequest, Status
 
 R = TypeVar("R", bound=Result)
 
 
-class AsyncClient:
+class AsyncClient(ProcessMethods, Awaited):
     """Sends requests to a grazemap service from asyncio. Nothing is sent before a method is called.
 
     Parameters
@@ -122,114 +110,6 @@ class AsyncClient:
         found = await async_jobs.list_jobs(self._connection, status, process, limit)
         return [AsyncJobHandle(self._connection, job) for job in found]
 
-    async def grazing_curve(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: Values,
-        points: int | None = None,
-        max_order: int = 8,
-        sequence: bool = False,
-        progress: bool = True,
-    ) -> GrazingCurve:
-        """Compute the curve clearance = A(omega) on which the steady motion touches both stops.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-            Left out: the paper's example.
-        omega : (start, stop) or increasing list or array
-            Forcing frequency; rad/s in SI.
-        points : int, optional
-            Number of values from start to stop, both included.
-        max_order : int
-            Maximum number of half periods in which recurrence of the graze is looked for.
-        sequence : bool
-            Whether the result has xi_m of every point, for all orders.
-        progress : bool
-            Whether a bar is shown on stderr during the computation.
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
-        References
-        ----------
-        Equations (16)-(19) for the curve, (33)-(40) for the recurrence.
-        """
-        request = arguments.grazing_curve(oscillator, omega, points, max_order, sequence)
-        return await self._answer(GrazingCurve, request, progress)
-
-    async def codimension_two_points(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: tuple[float, float],
-        max_order: int = 8,
-        max_multiple: int = 4,
-        progress: bool = True,
-    ) -> CodimensionTwoPoints:
-        """Compute every codimension-two point of the grazing curve over an interval of omega.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega : (start, stop)
-        max_order : int
-            Recurrences up to this number of half periods.
-        max_multiple : int
-            Resonances of motions up to this number of forcing periods.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
-        References
-        ----------
-        Equations (42), (45), (57), (58).
-        """
-        request = arguments.codimension_two_points(oscillator, omega, max_order, max_multiple)
-        return await self._answer(CodimensionTwoPoints, request, progress)
-
-    async def discontinuity_mapping(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        overshoot: float | Sequence[float] | NDArray[np.float64],
-        stop: str = "A",
-        order: str = "exact",
-        returns: int = 8,
-        progress: bool = True,
-    ) -> DiscontinuityMapping:
-        """Compute the discontinuity mapping at a graze, the Poincare map made of it, and the next contact.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega : float
-        overshoot : float, or list or array of shape (n,)
-            Displacement of mass 1 beyond the stop, > 0, if there were no stop; m in SI.
-        stop : {"A", "C"}
-            The stop that is grazed.
-        order : {"leading", "exact"}
-            The mapping that gives the mapped states and is iterated; the errors of both are given.
-        returns : int
-            Number of half periods over which the Poincare map is iterated and the motion simulated.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
-        References
-        ----------
-        Equations (26), (27), (31), (32), (46); xi (33)-(40), (45), (57), (58).
-        """
-        request = arguments.discontinuity_mapping(oscillator, omega, overshoot, stop, order, returns)
-        return await self._answer(DiscontinuityMapping, request, progress)
-
     @overload
     async def trajectory(
         self,
@@ -302,300 +182,15 @@ class AsyncClient:
             oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
         )
         if isinstance(request.initial, list):
-            return await self._answer(Trajectories, request, progress)
-        return await self._answer(Trajectory, request, progress)
+            return await self._answer(Question(Trajectories, request, progress))
+        return await self._answer(Question(Trajectory, request, progress))
 
-    async def bifurcation_diagram(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float | Values,
-        clearance: float | Values,
-        points: int | None = None,
-        policy: str = "rest",
-        periods: int = 64,
-        transient_periods: int = 300,
-        max_period: int = 32,
-        progress: bool = True,
-    ) -> BifurcationDiagram:
-        """Compute the settled motions along clearance or omega.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : float, and (start, stop) or increasing list or array
-            The one that is a number is fixed, the other one varies.
-        points : int, optional
-            Number of values from start to stop, both included.
-        policy : {"rest", "sweep-up", "sweep-down"}
-            Where the trajectories start: at rest, or at the final state of the value below, or above.
-        periods, transient_periods : int
-            Forcing periods that are shown, and those of the transient before.
-        max_period : int
-            The maximum period that is looked for, in forcing periods.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.bifurcation_diagram(
-            oscillator, omega, clearance, points, policy, periods, transient_periods, max_period
-        )
-        return await self._answer(BifurcationDiagram, request, progress)
-
-    async def unfolding_map(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: Values,
-        clearance: Values,
-        shape: tuple[int, int] | None = None,
-        policy: str = "rest",
-        max_periods: int = 1000,
-        max_period: int = 32,
-        initial_conditions: int = 16,
-        seed: int = 0,
-        adaptive: bool = False,
-        preview: bool = False,
-        progress: bool = True,
-    ) -> UnfoldingMap:
-        """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : (start, stop) or increasing list or array
-        shape : (int, int), optional
-            Numbers of clearances and of omegas, where they are given as (start, stop).
-        policy : {"rest", "sweep-up", "sweep-down", "ensemble"}
-            Where the trajectories start: at rest; at the final state of the clearance below, or above; or at several
-            random states, of which the map has the motion that most of them settle to.
-        max_periods : int
-            Forcing periods after which a motion counts as unresolved.
-        max_period : int
-            The maximum period that is looked for, in forcing periods.
-        initial_conditions, seed : int
-            Random states per point, 1 to 1000, and their seed; for the policy "ensemble" only.
-        adaptive : bool
-            Whether points are computed only where neighbours differ, and inferred between those that agree: for large
-            maps. The result's `computed` is true where a point was computed. Not for a sweep.
-        preview : bool
-            Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
-            chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.unfolding_map(
-            oscillator,
-            omega,
-            clearance,
-            shape,
-            policy,
-            max_periods,
-            max_period,
-            initial_conditions,
-            seed,
-            adaptive,
-            preview,
-        )
-        return await self._answer(UnfoldingMap, request, progress)
-
-    async def unfolding_diagram(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: Values,
-        clearance: Values,
-        shape: tuple[int, int] | None = (256, 256),
-        max_periods: int = 1000,
-        max_period: int = 32,
-        max_order: int = 8,
-        max_multiple: int = 4,
-        borders: bool = False,
-        progress: bool = True,
-    ) -> UnfoldingDiagram:
-        """Compute an unfolding map with the curves and points drawn over it, and an explanation of its borders.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : (start, stop) or increasing list or array
-        shape : (int, int), optional
-            Numbers of clearances and of omegas; None where they are given as lists or arrays.
-        max_periods, max_period : int
-            As for `unfolding_map`; the trajectories start at rest.
-        max_order, max_multiple : int
-            As for `codimension_two_points`; the curves in closed form are those of motions up to max_multiple.
-        borders : bool
-            Whether every border of the map's regions is explained: by a curve that is continued for it, or as a border
-            of basins of attraction. This takes as long as the map where motions are few, and many times as long
-            where period-adding and chaos make hundreds of them.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.unfolding_diagram(
-            oscillator, omega, clearance, shape, max_periods, max_period, max_order, max_multiple, borders
-        )
-        return await self._answer(UnfoldingDiagram, request, progress)
-
-    async def basins(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        horizontal: CoordinateLike,
-        vertical: CoordinateLike,
-        shape: tuple[int, int] | None = None,
-        initial: StateLike | None = None,
-        max_periods: int = 1000,
-        max_period: int = 32,
-        progress: bool = True,
-    ) -> Basins:
-        """Compute the motion that every initial state of a rectangle settles to.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : float
-        horizontal, vertical : (str, int, values) or mapping
-            Two initial coordinates: "displacement" or "velocity", the mass (1 to N), and (start, stop) or an increasing
-            list or array. Mass 1 must start between the stops.
-        shape : (int, int), optional
-            Numbers of vertical and of horizontal values, where they are given as (start, stop).
-        initial : State, InitialState or mapping, optional
-            All other coordinates, and the phase of the forcing; left out: 0.
-        max_periods, max_period : int
-            As for an unfolding map.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.basins(
-            oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
-        )
-        return await self._answer(Basins, request, progress)
-
-    async def periodic_orbit(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        motion: MotionLike | None = None,
-        initial: StateLike | None = None,
-        transient_periods: int = 1000,
-        max_period: int = 32,
-        progress: bool = True,
-    ) -> PeriodicOrbit:
-        """Solve for a periodic motion with impacts.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : float
-        motion : (period, stops), mapping or PeriodicOrbit, optional
-            Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping, or an orbit that was found,
-            also phases and velocities, the initial guess of Newton's method. Left out: the motion that the trajectory
-            from `initial`, or from rest, settles to.
-        initial : State, InitialState or mapping, optional
-        transient_periods, max_period : int
-            Forcing periods in which the trajectory settles, and the maximum period looked for.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.periodic_orbit(oscillator, omega, clearance, motion, initial, transient_periods, max_period)
-        return await self._answer(PeriodicOrbit, request, progress)
-
-    async def orbit_branch(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        motion: MotionLike | None = None,
-        initial: StateLike | None = None,
-        transient_periods: int = 1000,
-        max_period: int = 32,
-        vary: str = "clearance",
-        range: tuple[float, float],
-        max_points: int = 2000,
-        progress: bool = True,
-    ) -> OrbitBranch:
-        """Continue the branch of a periodic motion over clearance, omega or restitution.
-
-        The branches beyond its special points are requests of their own: with ``beyond = point.beyond[0].request``,
-        ``await client.orbit_branch(**beyond, range=...)`` is the branch of twice the period, of lost symmetry, or
-        beyond a graze.
-
-        Parameters
-        ----------
-        oscillator, omega, clearance, motion, initial, transient_periods, max_period, progress
-            As for `periodic_orbit`: an orbit of the branch.
-        vary : {"clearance", "omega", "restitution"}
-        range : (start, stop)
-            Of the parameter that varies; contains the orbit's value. For restitution within [0, 1].
-        max_points : int
-            Maximum number of points in each direction.
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.orbit_branch(
-            oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
-        )
-        return await self._answer(OrbitBranch, request, progress)
-
-    async def bifurcation_curves(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: tuple[float, float],
-        clearance: tuple[float, float],
-        max_multiple: int = 2,
-        points: int = 400,
-        motions: Sequence[MotionLike] | None = None,
-        progress: bool = True,
-    ) -> BifurcationCurves:
-        """Compute the curves of saddle-nodes, period doublings, symmetry breakings and grazes in a window of the plane.
-
-        Parameters
-        ----------
-        oscillator : Oscillator or mapping, optional
-        omega, clearance : (start, stop)
-        max_multiple : int
-            Maximum period, in forcing periods, of the motions with one impact, or one on each stop.
-        points : int
-            Number of frequencies across the window.
-        motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
-            Motions whose curves are continued instead, with NS. A mapping may have omega and clearance of an orbit in
-            the window, and phases and velocities, the initial guess of Newton's method.
-        progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-        """
-        request = arguments.bifurcation_curves(oscillator, omega, clearance, max_multiple, points, motions)
-        return await self._answer(BifurcationCurves, request, progress)
-
-    async def _answer(self, result_class: type[R], request: ProcessRequest, progress: bool) -> R:
-        process = result_class.process
-        with Listener(process, progress) as listener:
-            result = await async_jobs.answer(self._connection, process, request, constants.PREFER_WAIT, listener)
-        if not isinstance(result, result_class):
+    async def _answer(self, question: Question[R]) -> R:
+        process = question.result.process
+        with Listener(process, question.progress) as listener:
+            result = await async_jobs.answer(
+                self._connection, process, question.request, constants.PREFER_WAIT, listener
+            )
+        if not isinstance(result, question.result):
             raise ProtocolError("the service answered with the result of another process")
         return result

@@ -2,7 +2,12 @@
 
 A result keeps the document it was made from, so that what is saved is what the service sent, fields of a newer
 service included. npz is the service's own format (`codec.py`); JSON is the same document as text, its null a NaN.
+Every module of this folder is imported here, so that its classes are in `RESULTS` and `RECORDS`; the names below are
+those that others import from the package.
 """
+
+from importlib import import_module
+from pkgutil import iter_modules
 
 from grazemap.results.base import RESULTS, Result
 from grazemap.results.basins import Attractor, Basins
@@ -56,3 +61,6 @@ __all__ = [
     "load",
     "result_from",
 ]
+
+for _module in iter_modules(__path__, f"{__name__}."):
+    import_module(_module.name)

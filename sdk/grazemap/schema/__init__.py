@@ -1,34 +1,48 @@
-"""The schemas of all results: which fields they have, with dimensions, units and descriptions."""
+"""The schemas of all results: which fields they have, with dimensions, units and descriptions.
+
+A schema needs no line here: every module of this folder is searched for them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterator
+from importlib import import_module
+from pkgutil import iter_modules
 
-from grazemap.schema.basins import BASINS
-from grazemap.schema.curves import BIFURCATION_CURVES, UNFOLDING_DIAGRAMS
-from grazemap.schema.discontinuity import DISCONTINUITY_MAPPINGS
 from grazemap.schema.fields import VERSION, Field, Record, Request, ResultSchema
-from grazemap.schema.grazing import CODIMENSION_TWO_POINTS, GRAZING_CURVES
-from grazemap.schema.maps import UNFOLDING_MAPS
-from grazemap.schema.orbits import ORBIT_BRANCHES, PERIODIC_ORBITS
-from grazemap.schema.trajectories import BIFURCATION_DIAGRAMS, TRAJECTORIES, TRAJECTORY
 
 __all__ = ["SCHEMAS", "VERSION", "Field", "Record", "Request", "ResultSchema", "schema_of"]
 
-SCHEMAS: tuple[ResultSchema, ...] = (
-    GRAZING_CURVES,
-    CODIMENSION_TWO_POINTS,
-    DISCONTINUITY_MAPPINGS,
-    TRAJECTORY,
-    TRAJECTORIES,
-    BIFURCATION_DIAGRAMS,
-    UNFOLDING_MAPS,
-    UNFOLDING_DIAGRAMS,
-    BASINS,
-    PERIODIC_ORBITS,
-    ORBIT_BRANCHES,
-    BIFURCATION_CURVES,
+# The order in which documents name the results; others follow, in the order of their names.
+_ORDER = (
+    "GrazingCurve",
+    "CodimensionTwoPoints",
+    "DiscontinuityMapping",
+    "Trajectory",
+    "Trajectories",
+    "BifurcationDiagram",
+    "UnfoldingMap",
+    "UnfoldingDiagram",
+    "Basins",
+    "PeriodicOrbit",
+    "OrbitBranch",
+    "BifurcationCurves",
 )
+
+
+def _schemas() -> Iterator[ResultSchema]:
+    for module in iter_modules(__path__, f"{__name__}."):
+        for value in vars(import_module(module.name)).values():
+            if isinstance(value, ResultSchema):
+                yield value
+
+
+def _in_order(name: str) -> tuple[int, str]:
+    return _ORDER.index(name) if name in _ORDER else len(_ORDER), name
+
+
+_FOUND = {schema.name: schema for schema in _schemas()}
+SCHEMAS: tuple[ResultSchema, ...] = tuple(_FOUND[name] for name in sorted(_FOUND, key=_in_order))
 
 
 def schema_of(process: str, names: Container[str]) -> ResultSchema:

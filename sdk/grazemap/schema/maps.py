@@ -125,7 +125,7 @@ UNFOLDING_MAPS = ResultSchema(
     derived=(field("label", "str", "The name of the motion, or its kind.", " ".join(PLANE)),),
 )
 
-TILE_OF_BASINS = ResultSchema(
+TILE_OF_BASINS = Record(
     "TileOfBasins",
     "The motions that the initial states of a part of the rectangle lead to, before attractors are distinguished.",
     (
@@ -137,6 +137,4 @@ TILE_OF_BASINS = ResultSchema(
         field("mean_position", "float", "As of an attractor.", " ".join(PLANE), null=True),
         field("mean_velocity", "float", "As of an attractor.", " ".join(PLANE), null=True),
     ),
-    process="basins",
-    form="of a tile",
 )

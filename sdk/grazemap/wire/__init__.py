@@ -23,17 +23,16 @@ from grazemap.wire.orbits import (
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.process import ProcessRequest, canonical, canonical_id, job_id
+from grazemap.wire.process import Operation, ProcessRequest, canonical, canonical_id, job_id
+from grazemap.wire.processes import PROCESSES, parse_request
 from grazemap.wire.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.wire.requests import (
-    PROCESSES,
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
     GrazingCurvesRequest,
     TrajectoriesRequest,
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
-    parse_request,
 )
 from grazemap.wire.states import InitialState
 
@@ -57,6 +56,7 @@ __all__ = [
     "Job",
     "JobList",
     "Link",
+    "Operation",
     "OrbitBranchesRequest",
     "OrbitMotion",
     "Oscillator",

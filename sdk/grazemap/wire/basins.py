@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from grazemap.wire.base import Positive, Request, invalid
-from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
+from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
 from grazemap.wire.ranges import CoordinateGrid
 from grazemap.wire.states import InitialState
 
@@ -40,6 +40,25 @@ class BasinsRequest(ProcessRequest):
 
     `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0.
     """
+
+    operation = Operation(
+        "basins",
+        "submit_basins",
+        "Basins of attraction",
+        "Compute the motion that every initial state of a rectangle leads to, and the attractors with their shares.",
+        {
+            "two coexisting motions": {
+                "omega": 0.29,
+                "clearance": 1.9927,
+                "horizontal": {
+                    "quantity": "displacement",
+                    "mass": 1,
+                    "values": {"start": -1.9, "stop": 1.9, "points": 50},
+                },
+                "vertical": {"quantity": "velocity", "mass": 1, "values": {"start": -1.0, "stop": 1.0, "points": 50}},
+            }
+        },
+    )
 
     omega: Positive
     """Forcing frequency."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from grazemap.wire.base import Listable, Positive, invalid
-from grazemap.wire.process import Count, MaxPeriod, ProcessRequest
+from grazemap.wire.process import Count, MaxPeriod, Operation, ProcessRequest
 from grazemap.wire.ranges import Grid
 
 
@@ -17,6 +17,20 @@ class BifurcationDiagramsRequest(ProcessRequest):
     `range` has the values of the parameter that varies; the other one is given by its name. Trajectories start at rest,
     or at the final state of the value below ("sweep-up") or above ("sweep-down").
     """
+
+    operation = Operation(
+        "bifurcation-diagrams",
+        "submit_bifurcation_diagrams",
+        "Bifurcation diagram",
+        "Compute stroboscopic points, impact velocities and the motion at every value of one parameter.",
+        {
+            "along the clearance": {
+                "vary": "clearance",
+                "range": {"start": 1.5, "stop": 2.0, "points": 51},
+                "omega": 0.29,
+            }
+        },
+    )
 
     vary: Literal["clearance", "omega"]
     """The parameter that varies; the other one is given by its name."""

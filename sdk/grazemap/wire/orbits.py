@@ -10,7 +10,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from grazemap.wire.base import Float, Listable, NonNegative, Positive, Request, invalid
 from grazemap.wire.job import motion_label
-from grazemap.wire.process import MaxPeriod, ProcessRequest
+from grazemap.wire.process import MaxPeriod, Operation, ProcessRequest
 from grazemap.wire.ranges import Interval
 from grazemap.wire.states import InitialState
 
@@ -70,6 +70,14 @@ class PeriodicOrbitsRequest(ProcessRequest):
     `transient_periods`. Where both are left out, the trajectory starts at rest.
     """
 
+    operation = Operation(
+        "periodic-orbits",
+        "submit_periodic_orbits",
+        "Periodic orbit",
+        "Compute the periodic orbit near some impacts, with its multipliers, and whether it is a motion.",
+        {"default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}},
+    )
+
     omega: Positive
     """Forcing frequency."""
     clearance: Positive
@@ -114,6 +122,28 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
 
     `range` is the interval of the parameter that varies; it contains the orbit's value.
     """
+
+    operation = Operation(
+        "orbit-branches",
+        "submit_orbit_branches",
+        "Branch of a periodic orbit",
+        "Follow the branch of a periodic orbit over a parameter, with its special points and what lies beyond them.",
+        {
+            "default oscillator": {
+                "omega": 0.27,
+                "clearance": 1.85,
+                "motion": {"period": 1, "stops": [1]},
+                "range": {"start": 1.8, "stop": 1.9},
+            },
+            "over restitution": {
+                "omega": 0.29,
+                "clearance": 1.6,
+                "motion": {"period": 1, "stops": [1, 1, -1, -1]},
+                "vary": "restitution",
+                "range": {"start": 0.5, "stop": 1.0},
+            },
+        },
+    )
 
     vary: Literal["clearance", "omega", "restitution"] = "clearance"
     """The parameter along which the branch is followed."""
@@ -161,6 +191,21 @@ class BifurcationCurvesRequest(ProcessRequest):
     periods, in closed form at `points` frequencies; they bifurcate from the grazing curve at its resonant points.
     With `motions`: the curves of these motions by continuation, with Neimark-Sacker curves.
     """
+
+    operation = Operation(
+        "bifurcation-curves",
+        "submit_bifurcation_curves",
+        "Bifurcation curves",
+        "Compute the curves SN, PD, SB, NS and GR of motions in a window of omega and clearance.",
+        {
+            "the paper's window": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}},
+            "of a motion": {
+                "omega": {"start": 0.26, "stop": 0.3},
+                "clearance": {"start": 1.3, "stop": 2.05},
+                "motions": [{"period": 1, "stops": [1, 1, -1, -1], "omega": 0.28, "clearance": 1.5}],
+            },
+        },
+    )
 
     omega: Interval
     """The window's frequencies."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import Annotated, Any
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -21,8 +22,30 @@ LONGEST_PERIOD = 256
 MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 
 
+@dataclass(frozen=True)
+class Operation:
+    """What the API's document says of a process.
+
+    Attributes
+    ----------
+    process : str
+        Its name, and the last part of its address.
+    operation_id, summary, description : str
+    examples : dict
+        Requests that can be posted as they are, by their names.
+    """
+
+    process: str
+    operation_id: str
+    summary: str
+    description: str
+    examples: Mapping[str, Mapping[str, Any]]
+
+
 class ProcessRequest(Request):
-    """What the requests of all processes share."""
+    """What the requests of all processes share; a class with an `operation` is the request of a process."""
+
+    operation: ClassVar[Operation]
 
     oscillator: Oscillator = Oscillator()
     """The chain of masses; fields that are left out are those of the paper's example."""

@@ -1,8 +1,4 @@
-"""One request model per process, and the table of them.
-
-The client builds a model, the service validates it and the worker parses it; a job's id is made from its canonical
-text (`process.canonical`). To add a process, add its model here and to PROCESSES.
-"""
+"""The requests for curves and points of grazing, trajectories and maps."""
 
 from __future__ import annotations
 
@@ -13,10 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from grazemap.wire.base import Listable, NonNegative, Positive, invalid
-from grazemap.wire.basins import BasinsRequest
-from grazemap.wire.diagrams import BifurcationDiagramsRequest
-from grazemap.wire.orbits import BifurcationCurvesRequest, OrbitBranchesRequest, PeriodicOrbitsRequest
-from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, ProcessRequest
+from grazemap.wire.orbits import BifurcationCurvesRequest
+from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
 from grazemap.wire.ranges import Grid, Interval, Range, grid_points
 from grazemap.wire.states import InitialState, InitialStates
 
@@ -35,6 +29,28 @@ class GrazingCurvesRequest(ProcessRequest):
     With `sequence` its result has xi_m of every point too, (33)-(40), whose signs say where an impact recurs.
     """
 
+    operation = Operation(
+        "grazing-curves",
+        "submit_grazing_curve",
+        "Grazing curve",
+        "Compute clearance = A(omega), with phase and first recurrence.",
+        {
+            "default oscillator": {"omega": {"start": 0.05, "stop": 1.2, "points": 200}},
+            "one mass in SI units": {
+                "oscillator": {
+                    "units": "SI",
+                    "masses": [2.0],
+                    "stiffnesses": [800.0],
+                    "damping": 0.001,
+                    "forcing": [12.0],
+                    "restitution": 0.7,
+                },
+                "omega": [10.0, 15.0, 22.5, 30.0],
+                "max_order": 4,
+            },
+        },
+    )
+
     omega: Grid
     """Forcing frequencies: a range, or an increasing list."""
     max_order: Order = 8
@@ -45,6 +61,14 @@ class GrazingCurvesRequest(ProcessRequest):
 
 class CodimensionTwoPointsRequest(ProcessRequest):
     """Every codimension-two point of the grazing curve over an interval of omega (equations (42), (45), (57), (58))."""
+
+    operation = Operation(
+        "codimension-two-points",
+        "submit_codimension_two_points",
+        "Codimension-two points",
+        "Compute every codimension-two point of the grazing curve over an interval of omega.",
+        {"default oscillator": {"omega": {"start": 0.25, "stop": 0.35}, "max_order": 4}},
+    )
 
     omega: Interval
     """The interval of forcing frequencies."""
@@ -61,6 +85,14 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     mapping that gives the mapped states and is iterated, over `returns` half periods.
     """
 
+    operation = Operation(
+        "discontinuity-mappings",
+        "submit_discontinuity_mappings",
+        "Discontinuity mapping at a graze",
+        "Compute the discontinuity mapping at a grazing point, its error, and the returns of the motion below grazing.",
+        {"default oscillator": {"omega": 0.29, "overshoot": [1e-06, 1e-05, 0.0001, 0.001], "returns": 4}},
+    )
+
     omega: Positive
     """Forcing frequency."""
     overshoot: Annotated[list[Positive], Field(min_length=1, max_length=1000, fail_fast=True), Listable]
@@ -75,6 +107,30 @@ class DiscontinuityMappingsRequest(ProcessRequest):
 
 class TrajectoriesRequest(ProcessRequest):
     """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
+
+    operation = Operation(
+        "trajectories",
+        "submit_trajectory",
+        "Trajectories",
+        "Compute a trajectory from each initial state: its impacts, where it ends, the motion that it settles to.",
+        {
+            "from rest": {"omega": 0.29, "clearance": 1.6, "periods": 20, "samples_per_period": 50},
+            "from an initial state": {
+                "omega": 0.29,
+                "clearance": 1.6,
+                "initial": {"displacement": [0.1, 0.0, 0.0], "velocity": [0.0, 0.2, 0.0], "phase": 0.5},
+                "periods": 10,
+                "transient_periods": 100,
+            },
+            "at given times": {"omega": 0.29, "clearance": 1.6, "periods": 1, "times": [0.0, 0.5, 1.25, 20.0]},
+            "from many states": {
+                "omega": 0.29,
+                "clearance": 1.6,
+                "initial": [{}, {"phase": 1.0}, {"displacement": [1.6, 0.0, 0.0]}],
+                "periods": 10,
+            },
+        },
+    )
 
     omega: Positive
     """Forcing frequency."""
@@ -148,6 +204,32 @@ class UnfoldingMapsRequest(ProcessRequest):
     motions only, and takes less time.
     """
 
+    operation = Operation(
+        "unfolding-maps",
+        "submit_unfolding_map",
+        "Unfolding map",
+        "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is whole.",
+        {
+            "coarse map of the default oscillator": {
+                "omega": {"start": 0.26, "stop": 0.3, "points": 16},
+                "clearance": {"start": 1.3, "stop": 2.0, "points": 16},
+                "max_periods": 200,
+            },
+            "map computed where neighbours differ": {
+                "omega": {"start": 0.26, "stop": 0.3, "points": 32},
+                "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
+                "max_periods": 200,
+                "adaptive": True,
+            },
+            "names of motions, soon": {
+                "omega": {"start": 0.26, "stop": 0.3, "points": 32},
+                "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
+                "max_periods": 200,
+                "preview": True,
+            },
+        },
+    )
+
     omega: Grid
     """Forcing frequencies, the map's columns: a range, or an increasing list."""
     clearance: Grid
@@ -194,6 +276,20 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     These are the grazing curve, its codimension-two points, the bifurcation curves in closed form and, with `borders`,
     the curves that explain the borders of the map's regions.
     """
+
+    operation = Operation(
+        "unfolding-diagrams",
+        "submit_unfolding_diagram",
+        "Unfolding diagram",
+        "Compute an unfolding map, the curves and points over it, and for every border of its regions what it is.",
+        {
+            "coarse diagram near the paper's codimension-two point": {
+                "omega": {"start": 0.275, "stop": 0.29, "points": 16},
+                "clearance": {"start": 1.8, "stop": 2.0, "points": 16},
+                "max_periods": 400,
+            }
+        },
+    )
 
     omega: Grid
     """Forcing frequencies, the map's columns: a range, or an increasing list."""
@@ -245,23 +341,3 @@ class UnfoldingDiagramsRequest(ProcessRequest):
 def _window(grid: Range | list[float]) -> Interval:
     start, stop = (grid.start, grid.stop) if isinstance(grid, Range) else (grid[0], grid[-1])
     return Interval(start=start, stop=stop)
-
-
-PROCESSES: dict[str, type[ProcessRequest]] = {
-    "grazing-curves": GrazingCurvesRequest,
-    "codimension-two-points": CodimensionTwoPointsRequest,
-    "discontinuity-mappings": DiscontinuityMappingsRequest,
-    "trajectories": TrajectoriesRequest,
-    "bifurcation-diagrams": BifurcationDiagramsRequest,
-    "unfolding-maps": UnfoldingMapsRequest,
-    "unfolding-diagrams": UnfoldingDiagramsRequest,
-    "basins": BasinsRequest,
-    "periodic-orbits": PeriodicOrbitsRequest,
-    "orbit-branches": OrbitBranchesRequest,
-    "bifurcation-curves": BifurcationCurvesRequest,
-}
-
-
-def parse_request(process: str, body: dict[str, Any]) -> ProcessRequest:
-    """Validate a request body. KeyError: no such process; pydantic.ValidationError: bad values."""
-    return PROCESSES[process].model_validate(body)

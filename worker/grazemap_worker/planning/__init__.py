@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from grazemap_worker.planning.plan import Plan, Tile
-from grazemap_worker.planning.planner import borders_seconds, curves_seconds, plan
+from grazemap_worker.planning.planner import PLANNING, plan
+from grazemap_worker.planning.planning import Limits
 from grazemap_worker.planning.rates import TILE_SECONDS
 
-__all__ = ["TILE_SECONDS", "Plan", "Tile", "borders_seconds", "curves_seconds", "plan"]
+__all__ = ["PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile", "plan"]

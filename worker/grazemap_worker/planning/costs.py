@@ -7,7 +7,13 @@ import math
 import numpy as np
 
 from grazemap.wire import Oscillator
-from grazemap_worker.planning.rates import PERIODS_TO_SETTLE, REFERENCE_STIFFNESS, UNSETTLED
+from grazemap_worker.planning.rates import (
+    BRANCH_IMPACTS,
+    BRANCH_SECONDS,
+    PERIODS_TO_SETTLE,
+    REFERENCE_STIFFNESS,
+    UNSETTLED,
+)
 
 
 def spectral_bound(oscillator: Oscillator) -> float:
@@ -47,3 +53,13 @@ def _row_sums(links: np.ndarray[tuple[int], np.dtype[np.float64]]) -> np.ndarray
 def expected_periods(max_periods: int) -> float:
     """Return the forcing periods that a pixel is expected to take on average."""
     return min(float(max_periods), PERIODS_TO_SETTLE + UNSETTLED * max_periods)
+
+
+def period_cost(oscillator: Oscillator, omega: float) -> float:
+    """Return what a forcing period costs at one omega, as `period_costs`."""
+    return float(period_costs(oscillator, np.array([omega]))[0])
+
+
+def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
+    """Return what a point of the branch of an orbit with some impacts takes."""
+    return BRANCH_SECONDS * (1.0 + (impacts / BRANCH_IMPACTS) ** 2) * oscillator.size

@@ -1,0 +1,39 @@
+"""The tiles of basins: whole rows, if they are short enough, for all states of a tile run side by side."""
+
+from __future__ import annotations
+
+from grazemap.wire import BasinsRequest, grid_points
+from grazemap_worker.planning.costs import period_cost
+from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
+from grazemap_worker.planning.plan import Plan
+from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
+from grazemap_worker.planning.rates import (
+    BASIN_PERIODS_PER_SECOND,
+    BASIN_UNSETTLED,
+    MAP_PERIODS_PER_SECOND,
+    PERIODS_TO_SETTLE,
+    WORST_SLOWER,
+)
+
+
+def _plan(request: BasinsRequest) -> Plan:
+    rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
+    cost = period_cost(request.oscillator, request.omega)
+    periods = min(float(request.max_periods), PERIODS_TO_SETTLE + BASIN_UNSETTLED * request.max_periods)
+    seconds = periods * cost / BASIN_PERIODS_PER_SECOND
+    at_worst = WORST_SLOWER * request.max_periods * cost / MAP_PERIODS_PER_SECOND
+    pixels = pixels_per_tile(seconds, at_worst)
+    tile_columns = even(columns, pixels)
+    tile_rows = even(rows, max(1, pixels // tile_columns))
+    shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
+    return estimated(shape, periods, seconds)
+
+
+def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
+    across, down = grid_points(request.horizontal.values), grid_points(request.vertical.values)
+    name = "horizontal" if across > down else "vertical"
+    values = getattr(request, name).values
+    return [Count(of_points(f"{name}/values", values), "points", across * down, limits.pixels)]
+
+
+PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))

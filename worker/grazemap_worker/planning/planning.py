@@ -1,0 +1,65 @@
+"""What a process is to the planner: its tiles and its estimate, and what of it a server limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from grazemap.wire import CoordinateRange, Grid
+from grazemap_worker.planning.plan import Plan
+
+BYTES_PER_NUMBER = 8
+
+
+class Limits(NamedTuple):
+    """What a server takes at most of a request, as its settings say."""
+
+    points: int
+    pixels: int
+    adaptive_pixels: int
+    tile_periods: int
+    result_bytes: int
+
+
+class Count(NamedTuple):
+    """What can be counted without a plan, and its limit; `pointer` names the field that decides it."""
+
+    pointer: str
+    quantity: str
+    number: int
+    limit: int
+
+
+class Step(NamedTuple):
+    """What is computed once the tiles of a job are; where it is `timed`, it has the time of one tile."""
+
+    pointer: str
+    seconds: float
+    timed: bool
+
+
+@dataclass(frozen=True)
+class Planning:
+    """How a process is planned; each function takes the validated request.
+
+    Attributes
+    ----------
+    plan : callable (request) -> Plan
+    counts : callable (request, limits) -> list of Count
+        Cheap: the service calls it before the plan is made, so that a range of 10**18 points costs nothing.
+    longest_period : callable (request) -> float or None
+        What the longest forcing period that is simulated costs, as `costs.period_cost`; None where none is. Like the
+        counts it is looked at before the plan is made, whose numbers would overflow.
+    after : callable (request) -> list of Step
+    """
+
+    plan: Callable[[Any], Plan]
+    counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
+    longest_period: Callable[[Any], float | None] = lambda request: None
+    after: Callable[[Any], list[Step]] = lambda request: []
+
+
+def of_points(name: str, grid: Grid | CoordinateRange) -> str:
+    """Return the pointer to what says how many points a grid has."""
+    return f"/{name}" if isinstance(grid, list) else f"/{name}/points"

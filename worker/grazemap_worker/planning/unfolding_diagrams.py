@@ -1,0 +1,61 @@
+"""The tiles of an unfolding diagram, which are those of its map, and what is computed once they are."""
+
+from __future__ import annotations
+
+import math
+
+from grazemap.wire import UnfoldingDiagramsRequest, grid_points
+from grazemap_worker.planning import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
+from grazemap_worker.planning.plan import Plan
+from grazemap_worker.planning.planning import Count, Limits, Planning, Step
+from grazemap_worker.planning.rates import (
+    BORDERS_POINT_SECONDS,
+    BORDERS_SIDE_SECONDS,
+    BORDERS_STEPS,
+    MOST_BORDER_NUMBERS,
+    MOST_STEPS_AFTER,
+)
+
+
+def _plan(request: UnfoldingDiagramsRequest) -> Plan:
+    """Return the plan of the map, and as many steps after its tiles as tiles would take so long."""
+    shape = unfolding_maps.plan(request.unfolding_map)
+    seconds = _curves_seconds(request) + _borders_seconds(request)
+    after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))
+    estimate = shape.estimate.model_copy(update={"seconds": shape.estimate.seconds + seconds})
+    return shape.model_copy(update={"after": max(after, BORDERS_STEPS if request.borders else 1), "estimate": estimate})
+
+
+def _curves_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what the curves and points over the map take."""
+    over = (
+        grazing_curves.PLANNING.plan(request.grazing_curve),
+        codimension_two_points.PLANNING.plan(request.codimension_two_points),
+        bifurcation_curves.PLANNING.plan(request.bifurcation_curves),
+    )
+    return sum(planned.estimate.seconds for planned in over)
+
+
+def _borders_seconds(request: UnfoldingDiagramsRequest) -> float:
+    """Return what explaining the borders of the map takes."""
+    if not request.borders:
+        return 0.0
+    points = float(grid_points(request.omega) * grid_points(request.clearance))
+    return request.oscillator.size * (BORDERS_POINT_SECONDS * points + BORDERS_SIDE_SECONDS * math.sqrt(points))
+
+
+def _counts(request: UnfoldingDiagramsRequest, limits: Limits) -> list[Count]:
+    grid = unfolding_maps.grid_count(request, limits.pixels)
+    if not request.borders:
+        return [grid]
+    return [grid, Count("/borders", "points", grid.number, MOST_BORDER_NUMBERS // request.oscillator.size)]
+
+
+def _after(request: UnfoldingDiagramsRequest) -> list[Step]:
+    return [
+        Step("/max_multiple", _curves_seconds(request), timed=True),
+        Step("/borders", _borders_seconds(request), timed=False),
+    ]
+
+
+PLANNING = Planning(_plan, _counts, unfolding_maps.longest_period, _after)

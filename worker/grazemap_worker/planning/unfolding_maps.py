@@ -1,0 +1,92 @@
+"""The tiles of an unfolding map.
+
+Its grid is cut into equal rectangles (the last ones smaller) that should take `TILE_SECONDS` each, as tall as possible,
+because the clearances of one omega run side by side; the bytes of a result do not depend on the cut. A sweep's tiles
+are whole columns. An adaptive map's are strips of `ADAPTIVE_COLUMNS`: which of its points are computed does depend on
+them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
+from grazemap_worker.planning.costs import expected_periods, period_cost, period_costs
+from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
+from grazemap_worker.planning.plan import Plan
+from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
+from grazemap_worker.planning.rates import (
+    ADAPTIVE_COLUMNS,
+    ADAPTIVE_PERIODS,
+    ADAPTIVE_POWER,
+    ADAPTIVE_ROWS,
+    ADAPTIVE_SIDE,
+    ADAPTIVE_STRIPS_CLOSED,
+    FULL_COLUMN,
+    LONGEST_COLUMN,
+    MAP_PERIODS_PER_SECOND,
+    PREVIEW_FASTER,
+    SWEEP_PERIODS_PER_SECOND,
+    TALLEST_TILE,
+    WORST_SLOWER,
+    WORST_TILE_SECONDS,
+)
+
+
+def plan(request: UnfoldingMapsRequest) -> Plan:
+    """Return the tiles of a map and its estimate."""
+    rows, columns = grid_points(request.clearance), grid_points(request.omega)
+    cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
+    periods_per_pixel = expected_periods(request.max_periods)
+    sweeps = request.policy.startswith("sweep")
+    rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
+    starts = request.initial_conditions if request.policy == "ensemble" else 1
+    if request.preview:
+        cost /= PREVIEW_FASTER
+    if not sweeps:
+        cost *= starts * math.sqrt(FULL_COLUMN / min(starts * rows, LONGEST_COLUMN))
+    if request.adaptive:
+        return _adaptive_plan(rows, columns, starts, request.max_periods, cost / MAP_PERIODS_PER_SECOND)
+    pixel_seconds = periods_per_pixel * cost / rate
+    pixels = pixels_per_tile(pixel_seconds, WORST_SLOWER * request.max_periods * cost / rate)
+    tile_rows = rows if sweeps else even(rows, min(pixels, TALLEST_TILE))
+    tile_columns = even(columns, max(1, pixels // tile_rows))
+    shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
+    return estimated(shape, starts * periods_per_pixel, pixel_seconds)
+
+
+def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, period_seconds: float) -> Plan:
+    """Return strips, and the cost from the share of pixels that are expected to be computed.
+
+    `period_seconds` is what a forcing period of all trajectories of a pixel takes.
+    """
+    share = min(1.0, (ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** ADAPTIVE_POWER)
+    periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(max_periods))
+    longest = round(WORST_TILE_SECONDS / (WORST_SLOWER * max_periods * period_seconds * ADAPTIVE_COLUMNS))
+    shape = Plan(
+        rows=rows,
+        columns=columns,
+        tile_rows=even(rows, max(1, min(longest, ADAPTIVE_ROWS))),
+        tile_columns=min(columns, ADAPTIVE_COLUMNS),
+    )
+    shape = shape.model_copy(update={"after": shape.count // ADAPTIVE_STRIPS_CLOSED})
+    return estimated(shape, starts * periods, periods * period_seconds)
+
+
+def grid_count(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest, limit: int) -> Count:
+    """Return the points of the grid of a map, or of a diagram."""
+    across, down = grid_points(request.omega), grid_points(request.clearance)
+    longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
+    return Count(of_points(*longer), "points", across * down, limit)
+
+
+def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
+    return [grid_count(request, limits.adaptive_pixels if request.adaptive else limits.pixels)]
+
+
+def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
+    """Return what a period of the least omega of the grid costs."""
+    return period_cost(request.oscillator, float(grid_values(request.omega)[0]))
+
+
+PLANNING = Planning(plan, _counts, longest_period)
