@@ -56,8 +56,8 @@ def _formatted(text: str) -> str:
     """Return a module as ruff writes it: imports sorted, `yield from` where nothing is awaited, short lines joined."""
     ruff = Path(sys.executable).with_name("ruff")
     for command in (["check", "--select", "I,UP028", "--fix", "--unsafe-fixes", "--quiet"], ["format", "--quiet"]):
-        line = [ruff, *command, "--config", _CONFIGURATION, "--stdin-filename", CLIENT / "module.py", "-"]
-        text = subprocess.run(line, input=text, capture_output=True, text=True, check=True).stdout
+        line = [*command, "--config", str(_CONFIGURATION), "--stdin-filename", str(CLIENT / "module.py"), "-"]
+        text = subprocess.run([ruff, *line], input=text, capture_output=True, text=True, check=True).stdout
     return text
 
 
