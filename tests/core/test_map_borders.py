@@ -191,7 +191,9 @@ def test_what_is_done_is_told_in_steps_that_rise_and_end_before_all():
     assert max(np.diff([0, *done])) < 500
 
 
-@pytest.mark.parametrize(("bound", "words"), [("BORDER_WORK", "on one border"), ("BORDERS_WORK", "on all borders")])
+@pytest.mark.parametrize(
+    ("bound", "words"), [("BORDER_WORK", "allowed for one border"), ("BORDERS_WORK", "allowed for all borders")]
+)
 def test_borders_that_take_more_than_is_spent_on_them_say_so(monkeypatch, bound, words):
     free = map_borders(DEFAULT, *small())
     assert free.count("unexplained") == 0

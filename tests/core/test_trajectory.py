@@ -48,7 +48,7 @@ def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> N
 def test_random_chains_have_the_impacts_of_the_40_digit_simulation_to_a_few_roundings_of_the_inputs(seed: int) -> None:
     found = compare(*random_point(seed))
     assert found.complete
-    assert found.worst < 1e-15, found.error / found.amplification
+    assert found.worst < 8 * EPSILON, found.error / found.amplification
 
 
 def test_samples_are_exact_between_and_behind_impacts() -> None:

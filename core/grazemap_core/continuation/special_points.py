@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
 from grazemap_core.continuation.tolerances import (
+    END_NODES,
     GRAZE_MARGIN,
     MERGED_ORBITS,
     SPECIAL_POINT_RESIDUAL,
@@ -146,11 +148,41 @@ class Segment:
 
     def _folds(self) -> list[Located]:
         """Return the point at which the parameter turns: a fold, or the end of the branch on another one."""
+        found: list[Located] = []
         for test in (_fold_test, self._rise):  # where the branch ends on another one, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                return [(where, self._point(self._fold(self.at(where)), test, where))]
-        return []
+                found.append((where, self._point(self._fold(self.at(where)), test, where)))
+                if found[-1][1].status == "converged":
+                    return found[-1:]
+        end = self._end_on_another() if found else None
+        return found[:1] if end is None else [end]
+
+    def _end_on_another(self) -> Located | None:
+        """Return the point at which the branch ends on another one, from the polynomial through orbits on both sides.
+
+        There the equations are singular, and Newton's method fails or finds the other branch; on this branch the
+        unknowns are smooth, and the parameter has an extremum.
+        """
+        angles = math.pi * (np.arange(END_NODES) + 0.5) / END_NODES
+        distances = 0.5 * self.end * (1.0 - np.cos(angles))
+        orbits = [self.at(float(distance)) for distance in distances]
+        if not all(float(distance) in self._known for distance in distances):
+            return None
+        unknowns = np.array([orbit.unknowns for orbit in orbits])
+        coefficients = chebyshev.chebfit(-np.cos(angles), unknowns, END_NODES - 1)
+        roots = chebyshev.chebroots(chebyshev.chebder(coefficients[:, -1]))
+        inside = [float(root.real) for root in roots if abs(root.imag) < EPSILON and abs(root.real) <= 1.0]
+        if len(inside) != 1:
+            return None
+        where = 0.5 * self.end * (1.0 + inside[0])
+        self._known[where] = self.path.evaluate(chebyshev.chebval(inside[0], coefficients))
+        kind = self._fold(self.at(where))
+        last = np.max(np.abs(coefficients[-2:]), axis=0) / np.max(np.abs(coefficients[1:]), axis=0)
+        left = float(np.max(last))
+        point = replace(self._point(kind, self._rise, where), test=left)
+        status: Literal["converged", "guess"] = "converged" if left <= SPECIAL_POINT_RESIDUAL else "guess"
+        return None if kind == "SN" else (where, replace(point, status=status))
 
     def _vanishing_impacts(self) -> list[Located]:
         """Return the grazes at which the velocity of an impact vanishes."""

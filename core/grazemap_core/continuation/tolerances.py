@@ -46,6 +46,10 @@ CURVE_DIFFERENCE: Final = 1e-6
 """Step of the differences that approximate gradients of test functions, in a path's units. Their error of 1e-10 hardly
 slows Newton's method down, and its solution does not contain the error."""
 
+END_NODES: Final = 9
+"""Orbits through which a polynomial is laid where a branch ends on another one. The segments are short: it locates the
+end of the doubled branch of the paper's 1-1r-(-1)l over restitution to 4e-10."""
+
 MERGED_ORBITS: Final = 1e-4
 """Relative difference of two halves, or parts, of an orbit where its branch turns, below which the branch ends on
 another one: along the branch the difference grows linearly, and the turn is found to about the square root of
