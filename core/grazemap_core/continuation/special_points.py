@@ -176,7 +176,8 @@ class Segment:
         if len(inside) != 1:
             return None
         where = 0.5 * self.end * (1.0 + inside[0])
-        self._known[where] = self.path.evaluate(chebyshev.chebval(inside[0], coefficients))
+        here: Floats = np.asarray(chebyshev.chebval(inside[0], coefficients))
+        self._known[where] = self.path.evaluate(here)
         kind = self._fold(self.at(where))
         last = np.max(np.abs(coefficients[-2:]), axis=0) / np.max(np.abs(coefficients[1:]), axis=0)
         left = float(np.max(last))
