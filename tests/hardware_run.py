@@ -1,8 +1,8 @@
 """A small set of computations, for a process of its own: `python hardware_run.py OUT.npz SIZE [--vector-only]`.
 
 What the kernels are compiled for is decided by the environment of the process (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX,
-NUMBA_DISABLE_JIT ...). With `--vector-only` the kernels of `lanes` and `bounces`, which are vector instructions, are
-compiled, and all others interpreted: seconds instead of minutes.
+NUMBA_DISABLE_JIT ...). With `--vector-only` the kernels of `lanes` and `multi_impact_cell`, which are vector
+instructions, are compiled, and all others interpreted: seconds instead of minutes.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +27,7 @@ SIZES = {
     "small": ([0.29], 60, 2),
     "full": ([0.27, 0.28, 0.29], 400, 40),
 }
-VECTOR = ("lanes", "bounces")
+VECTOR = ("lanes", "multi_impact_cell")
 
 
 def interpret_all_but(modules: tuple[str, ...]) -> None:
@@ -41,6 +42,7 @@ def interpret_all_but(modules: tuple[str, ...]) -> None:
 
 def compute(size: str) -> dict[str, np.ndarray]:
     """Return every array by name."""
+    sys.path.insert(0, str(Path(__file__).parents[1]))
     from benchmarks.ensemble import first_impacts
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.simulation.monodromy import monodromy
