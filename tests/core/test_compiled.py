@@ -21,8 +21,16 @@ MODULES = [
     for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core.")
     if ".kernels." in info.name and hasattr(import_module(info.name), "kernel")
 ]
-# called from Python, for one trajectory or one curve, or from functions that are
-ALLOCATES = {"run_recorded", "response_at", "curvature_bound", "response_sum"}
+# Python calls them, and they allocate what they return or the arrays that their kernels write to
+ALLOCATES = {
+    "run_recorded",
+    "response_sum",
+    "steady_amplitudes",
+    "isolate",
+    "state_before_impulse",
+    "contact_angle",
+    "contact_margin",
+}
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.rpartition(".")[2])

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -47,8 +47,6 @@ class SpecialPoint:
     status : {"converged", "guess"}
         "guess": a test function changes its sign there, but does not vanish to round-off. Where a branch ends on
         another one it has no tangent, so the parameter is accurate to round-off and the orbit to its square root.
-    test : float
-        Residual of the test function, relative to its values at the neighbouring points.
     admissible : bool
         Whether the orbit there is a motion; for a GR, whether the orbits on one side of it are.
     impacts : ImpactSequence
@@ -67,7 +65,6 @@ class SpecialPoint:
     omega: float
     restitution: float
     status: Literal["converged", "guess"]
-    test: float
     admissible: bool
     impacts: ImpactSequence
     multipliers: Complexes
@@ -136,11 +133,11 @@ class Segment:
         found = self._folds() if turns else []
         where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
-            symmetric = self.path.family.pattern.symmetric
-            found.append((where, self._point("SB" if symmetric else "PD", _doubling_test, where)))
+            kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
+            found.append((where, self._point(kind, where, self._residual(_doubling_test, where))))
         where = self.zero(self._neimark_sacker_test, 0.0, self.end)
         if where is not None and on_unit_circle(self.at(where).multipliers):
-            found.append((where, self._point("NS", self._neimark_sacker_test, where)))
+            found.append((where, self._point("NS", where, self._residual(self._neimark_sacker_test, where))))
         vanishing = self._vanishing_impacts()
         found += vanishing
         found += self._further_contacts([where for where, _ in vanishing])
@@ -152,7 +149,7 @@ class Segment:
         for test in (_fold_test, self._rise):  # where the branch ends on another one, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                found.append((where, self._point(self._fold(self.at(where)), test, where)))
+                found.append((where, self._point(self._fold(self.at(where)), where, self._residual(test, where))))
                 if found[-1][1].status == "converged":
                     return found[-1:]
         end = self._end_on_another() if found else None
@@ -176,14 +173,12 @@ class Segment:
         if len(inside) != 1:
             return None
         where = 0.5 * self.end * (1.0 + inside[0])
-        here: Floats = np.asarray(chebyshev.chebval(inside[0], coefficients))
-        self._known[where] = self.path.evaluate(here)
+        self._known[where] = self.path.evaluate(np.asarray(chebyshev.chebval(inside[0], coefficients)))
         kind = self._fold(self.at(where))
-        last = np.max(np.abs(coefficients[-2:]), axis=0) / np.max(np.abs(coefficients[1:]), axis=0)
-        left = float(np.max(last))
-        point = replace(self._point(kind, self._rise, where), test=left)
-        status: Literal["converged", "guess"] = "converged" if left <= SPECIAL_POINT_RESIDUAL else "guess"
-        return None if kind == "SN" else (where, replace(point, status=status))
+        if kind == "SN":
+            return None
+        neglected = np.max(np.abs(coefficients[-2:]), axis=0) / np.max(np.abs(coefficients[1:]), axis=0)
+        return where, self._point(kind, where, float(np.max(neglected)))
 
     def _vanishing_impacts(self) -> list[Located]:
         """Return the grazes at which the velocity of an impact vanishes."""
@@ -200,8 +195,8 @@ class Segment:
                 admissible = any(self.at(side).admissible for side in self._beside(where))
                 phase = float(self.path.impacts(self.at(where).unknowns).phases[i])
                 stop = int(self.path.stops[i])
-                graze = self._point("GR", speed, where, admissible=admissible, stop=stop, phase=phase, impact=i)
-                found.append((where, graze))
+                graze = {"admissible": admissible, "stop": stop, "phase": phase, "impact": i}
+                found.append((where, self._point("GR", where, self._residual(speed, where), **graze)))
         return found
 
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
@@ -223,8 +218,8 @@ class Segment:
                 point = self.at(where)
                 whole = 2.0 * math.pi * self.path.family.pattern.multiple
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
-                graze = self._point("GR", _excess, where, admissible=True, stop=point.excess_stop, phase=phase)
-                found.append((where, graze))
+                graze = {"admissible": True, "stop": point.excess_stop, "phase": phase}
+                found.append((where, self._point("GR", where, self._residual(_excess, where), **graze)))
         return found
 
     def _beside(self, where: float) -> tuple[float, float]:
@@ -232,34 +227,24 @@ class Segment:
         margin = GRAZE_MARGIN * self.end
         return max(where - margin, 0.0), min(where + margin, self.end)
 
-    def _point(
-        self,
-        kind: SpecialType,
-        test: Test,
-        where: float,
-        admissible: bool | None = None,
-        stop: int | None = None,
-        phase: float | None = None,
-        impact: int | None = None,
-    ) -> SpecialPoint:
+    def _residual(self, test: Test, where: float) -> float:
+        """Return the residual of a test function, relative to its values at the ends; infinity if any orbit failed."""
+        size = max(abs(test(self.first)), abs(test(self.second)))
+        left = abs(test(self.at(where))) / size if size > 0.0 else 0.0
+        return left if self.complete else math.inf
+
+    def _point(self, kind: SpecialType, where: float, residual: float, **graze: Any) -> SpecialPoint:
         """Return the special point at a distance; unless it is given, its admissibility is that of the orbit there."""
         point = self.at(where)
-        size = max(abs(test(self.first)), abs(test(self.second)))
-        left = abs(test(point)) / size if size > 0.0 else 0.0
-        converged = self.complete and left <= SPECIAL_POINT_RESIDUAL
         return SpecialPoint(
             type=kind,
             clearance=point.clearance,
             omega=point.omega,
             restitution=point.restitution,
-            status="converged" if converged else "guess",
-            test=left,
-            admissible=point.admissible if admissible is None else admissible,
+            status="converged" if residual <= SPECIAL_POINT_RESIDUAL else "guess",
             impacts=self.path.impacts(point.unknowns),
             multipliers=point.multipliers,
-            stop=stop,
-            phase=phase,
-            impact=impact,
+            **({"admissible": point.admissible} | graze),
         )
 
     def _neimark_sacker_test(self, point: ContinuationPoint) -> float:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -185,9 +185,8 @@ def _recurrences(response: ImpulseResponse, start: float, stop: float, max_order
         for zero, recurring in zip(zeros, smaller, strict=True):
             omega = _inside(factor / zero.time, start, stop)
             if omega is not None:
-                point = _point("recurrence", omega, zero)
-                active = bool(recurring == 0)
-                points.append(replace(point, order=order, active=active, families=families_of_order(order)))
+                active, families = bool(recurring == 0), families_of_order(order)
+                points.append(_point("recurrence", omega, zero, order=order, active=active, families=families))
     return points
 
 
@@ -208,14 +207,13 @@ def _resonances(response: ImpulseResponse, start: float, stop: float, max_multip
             for zero in zeros:
                 omega = _inside(factor / zero.time, start, stop)
                 if omega is not None:
-                    point = _point("resonant", omega, zero)
-                    bifurcation = names[kind, is_symmetric]
-                    points.append(replace(point, multiple=multiple, symmetric=is_symmetric, bifurcation=bifurcation))
+                    found = {"multiple": multiple, "symmetric": is_symmetric, "bifurcation": names[kind, is_symmetric]}
+                    points.append(_point("resonant", omega, zero, **found))
     return points
 
 
-def _point(kind: Literal["recurrence", "resonant"], omega: float, zero: _Zero) -> CodimensionTwoPoint:
-    """Return the point of a zero, without its clearance and what its kind adds."""
+def _point(kind: Literal["recurrence", "resonant"], omega: float, zero: _Zero, **fields: Any) -> CodimensionTwoPoint:
+    """Return the point of a zero, with the fields of its kind, without its clearance."""
     return CodimensionTwoPoint(
         kind=kind,
         omega=omega,
@@ -223,6 +221,7 @@ def _point(kind: Literal["recurrence", "resonant"], omega: float, zero: _Zero) -
         residual=zero.residual,
         status=zero.status,
         omega_error=omega * zero.uncertainty / zero.time,
+        **fields,
     )
 
 

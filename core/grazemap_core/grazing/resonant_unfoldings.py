@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, KickedMotion, contact_margin
+from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, contact_margin
 from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
 from grazemap_core.model.impulse_response import ImpulseResponse
 
@@ -108,16 +108,15 @@ def resonant_unfolding(
     after = _sign(-c_slope) if turns else _sign(-c)
     before = _sign(c_slope) if turns else after
 
-    motion = KickedMotion(
+    margin, verdict = contact_margin(
         response.decay,
         response.discriminant,
         response.frequency_squared,
         sums.state,
         0.0 if turns else sums.displacement,
-        1.0,
         omega,
+        pattern.half_periods,
     )
-    margin, verdict = contact_margin(motion, pattern.half_periods)
     return ResonantUnfolding(
         orbits_before=before,
         orbits_after=after,

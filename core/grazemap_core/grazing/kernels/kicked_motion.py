@@ -31,6 +31,7 @@ from grazemap_core.grazing.tolerances import (
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import block_sum
 from grazemap_core.model.tolerances import BOUND_SAFETY
+from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.tolerances import EPSILON
 
 FOUND = 0
@@ -116,7 +117,7 @@ def state_before_impulse(
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _distance(motion: KickedMotion, stop: int, t: float, result: Floats) -> None:
     """Write N, N', N'', D, D', D'', a bound of |N'''| from t on, and the terms of N; then N and terms without sines.
 
@@ -150,7 +151,7 @@ def _distance(motion: KickedMotion, stop: int, t: float, result: Floats) -> None
     result[9] = factor * terms
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _verdict(excess: float, terms: float) -> int:
     """Return what an excess over a stop, and the size of its terms, imply for orbits of vanishing impact speed."""
     if abs(excess) <= CONTACT_ROUNDOFF * terms:
@@ -158,7 +159,7 @@ def _verdict(excess: float, terms: float) -> int:
     return NEVER if excess > 0.0 else FOUND
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: Floats) -> tuple[int, float]:
     """Return whether orbits of vanishing impact speed meet the stop, and when.
 
@@ -183,7 +184,7 @@ def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: 
     return verdict, time
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats) -> float:
     """Return where the distance is largest on a cell on which it is concave; `here` is the distance at the middle."""
     sine, cosine = angle
@@ -208,7 +209,7 @@ def _maximum(motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: 
     return point
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _search_cell(
     motion: KickedMotion, stop: int, angle: _Angle, cell: _Cell, here: Floats, other: Floats
 ) -> tuple[int, float]:
@@ -324,14 +325,22 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def contact_margin(motion: KickedMotion, half_periods: int) -> tuple[float, int]:
+def contact_margin(
+    decay: Floats,
+    discriminant: Floats,
+    frequency_squared: Floats,
+    state: Floats,
+    level: float,
+    omega: float,
+    half_periods: int,
+) -> tuple[float, int]:
     """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and the verdict.
 
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
-    of G(0); infinity if there is no such return. `motion` has the factor 1. The verdict is FOUND if all distances are
-    positive, UNDECIDED or NEVER.
+    of G(0); infinity if there is no such return. The verdict is FOUND if all distances are positive, UNDECIDED
+    or NEVER. The arguments are the fields of a `KickedMotion`: numba is slow to unpack a named tuple from Python.
     """
-    decay, _, frequency_squared, state, level, _, omega = motion
+    motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)
     here = np.empty(10)
     margin, verdict = math.inf, FOUND
     terms = abs(level)

@@ -20,6 +20,7 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.grazing.tolerances import MAX_CELLS, NEAR_DOUBLE_WIDTH
 from grazemap_core.model.kernels.response_sums import ResponseBlocks, curvature_bound, response_at
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
+from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.tolerances import EPSILON
 
 SIMPLE = 0
@@ -43,7 +44,7 @@ _POLISHING_STEPS = 100
 """Maximum number of Newton or bisection steps for a zero."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _polish(
     kind: int, blocks: ResponseBlocks, shift: float, left: float, right: float, left_value: float
 ) -> tuple[float, float]:
@@ -68,7 +69,7 @@ def _polish(
     return point, derivative
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _zero_of_monotone(
     kind: int, blocks: ResponseBlocks, noise: float, shift: float, left: float, right: float
 ) -> tuple[float, float, bool, float]:
@@ -100,7 +101,7 @@ def _zero_of_monotone(
     return zero, uncertainty, at_end, steepness
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _zero_in_cell(
     kind: int, blocks: ResponseBlocks, noise: float, shift: float, left: float, right: float
 ) -> tuple[int, float, float, bool]:
@@ -134,7 +135,7 @@ def _zero_in_cell(
     return _UNDECIDED, math.nan, 0.0, False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _merge(last: Floats, zero: float, uncertainty: float) -> None:
     """Extend a near-double zero, `last` of shape (2,), by an overlapping one, in place."""
     lowest = last[0] - last[1]

@@ -22,7 +22,7 @@ from numba import njit
 
 from grazemap_core.arrays import Floats
 from grazemap_core.model.tolerances import BOUND_SAFETY, RESPONSE_ROUNDOFF
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import inlined, kernel
 
 IMPULSE = 0
 """g(tau) itself."""
@@ -83,13 +83,13 @@ def block_sum(
     return -(envelope * (1.0 + vanishing) + slow * sine) / determinant, -sine / determinant, determinant
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _product(p: float, q: float, r: float, s: float, decay: float, frequency_squared: float) -> tuple[float, float]:
     """Return ``(p I + q T)(r I + s T)``, with ``T^2 = -frequency_squared I - 2 decay T``."""
     return p * r - frequency_squared * q * s, p * s + q * r - 2.0 * decay * q * s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def response_at(kind: int, blocks: ResponseBlocks, shift: float, tau: float) -> tuple[float, float, float, float]:
     """Return ``exp(shift tau)`` times: the function, its derivative, and the sizes of the terms of both.
 
@@ -125,7 +125,7 @@ def response_at(kind: int, blocks: ResponseBlocks, shift: float, tau: float) -> 
     return total, derivative, terms, derivative_terms
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def curvature_bound(kind: int, blocks: ResponseBlocks, shift: float, middle: float, radius: float) -> float:
     """Return a bound of ``|second derivative| exp(shift middle)`` on ``[middle - radius, middle + radius]``.
 

@@ -18,6 +18,7 @@ from numba import njit
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.model.tolerances import STEADY_ACCURACY, STEADY_DIVERGED, STEADY_REFINEMENT_STEPS
+from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
 
 CONVERGED = 0
@@ -50,7 +51,7 @@ class Factors(NamedTuple):
     swapped: Booleans
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def factor(matrix: Factors) -> bool:
     """Factor a tridiagonal matrix in place with partial pivoting, as LAPACK's gttrf does.
 
@@ -92,7 +93,7 @@ def factor(matrix: Factors) -> bool:
     return bool(diagonal[count - 1] != 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def solve(factors: Factors, vector: Complexes) -> None:
     """Solve a factored system in place; `vector` of shape (N,) is the right-hand side and becomes the solution."""
     lower, diagonal, upper, second, swapped = factors
@@ -120,7 +121,7 @@ def _dd_product(a_high: float, a_low: float, b_high: float, b_low: float) -> tup
     return two_sum(high, error + (a_high * b_low + a_low * b_high))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def residual(links: ForcedLinks, omega: float, high: Floats, low: Floats, out: Complexes) -> None:
     """Write ``f - (K - omega^2 M + i omega C) x`` to `out` of shape (N,), computed in double-double.
 
@@ -166,7 +167,7 @@ def residual(links: ForcedLinks, omega: float, high: Floats, low: Floats, out: C
         real_high, real_low, imag_high, imag_low = link_re_high, link_re_low, link_im_high, link_im_low
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _set_matrix(links: ForcedLinks, omega: float, matrix: Factors, right_side: Complexes) -> None:
     """Write ``K - omega^2 M + i omega C`` to `matrix` and the forces to `right_side` of shape (N,)."""
     for i in range(links.masses.size):
@@ -180,7 +181,7 @@ def _set_matrix(links: ForcedLinks, omega: float, matrix: Factors, right_side: C
         right_side[i] = links.forcing[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add_step(step: Complexes, high: Floats, low: Floats) -> tuple[float, float, bool]:
     """Add a step (N,) to the solution `high` + `low`, each (N, 2), in place.
 
@@ -203,7 +204,7 @@ def _add_step(step: Complexes, high: Floats, low: Floats) -> tuple[float, float,
     return largest, largest_step, finite
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _refine(links: ForcedLinks, omega: float, factors: Factors, step: Complexes, high: Floats, low: Floats) -> bool:
     """Write the solution to `high` + `low`, each (N, 2), starting from the first solution `step`, which is overwritten.
 
