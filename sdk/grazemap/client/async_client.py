@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Self, TypeVar, overload
+from typing import Any, Self, overload
 
 import httpx2
 import numpy as np
@@ -12,19 +12,14 @@ from numpy.typing import NDArray
 
 from grazemap import constants
 from grazemap.client import arguments, async_jobs
-from grazemap.client.arguments import OscillatorLike, StateLike
+from grazemap.client.arguments import OscillatorLike, StateLike, validated
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_jobs import AsyncJobHandle
-from grazemap.client.conversion import validated
 from grazemap.client.http import Settings, read_object
-from grazemap.client.method import Awaited, Question
-from grazemap.client.methods import ProcessMethods
-from grazemap.client.progress import Listener
-from grazemap.errors import ProtocolError
-from grazemap.results import Result, Trajectories, Trajectory
+from grazemap.client.methods import Awaited, ProcessMethods
+from grazemap.results import Trajectories, Trajectory
 from grazemap.wire import ProcessRequest, Status
-
-R = TypeVar("R", bound=Result)
+from grazemap.wire.base import plain
 
 
 class AsyncClient(ProcessMethods, Awaited):
@@ -96,7 +91,7 @@ class AsyncClient(ProcessMethods, Awaited):
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        job = await async_jobs.submit(self._connection, process, validated(process, request))
+        job = await async_jobs.submit(self._connection, validated(process, request))
         return AsyncJobHandle(self._connection, job)
 
     async def job(self, job_id: str) -> AsyncJobHandle:
@@ -178,19 +173,14 @@ class AsyncClient(ProcessMethods, Awaited):
         ------
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.trajectory(
-            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
-        )
-        if isinstance(request.initial, list):
-            return await self._answer(Question(Trajectories, request, progress))
-        return await self._answer(Question(Trajectory, request, progress))
-
-    async def _answer(self, question: Question[R]) -> R:
-        process = question.result.process
-        with Listener(process, question.progress) as listener:
-            result = await async_jobs.answer(
-                self._connection, process, question.request, constants.PREFER_WAIT, listener
-            )
-        if not isinstance(result, question.result):
-            raise ProtocolError("the service answered with the result of another process")
-        return result
+        states = arguments.as_states(initial)
+        body = {"omega": omega, "clearance": clearance, "periods": periods, "transient_periods": transient_periods}
+        optional = {
+            "oscillator": oscillator,
+            "initial": states,
+            "samples_per_period": samples_per_period,
+            "times": times,
+        }
+        body |= {name: plain(value) for name, value in optional.items() if value is not None}
+        kind: type[Trajectory | Trajectories] = Trajectories if isinstance(states, list) else Trajectory
+        return await async_jobs.answer(self._connection, kind, validated("trajectories", body), progress)

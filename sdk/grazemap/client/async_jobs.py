@@ -5,18 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
 
-from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.async_connection import AsyncConnection, read_model
 from grazemap.client.async_watch import AsyncFollower
 from grazemap.client.events import Event
-from grazemap.client.http import JOB_ID, job_path, read_model
+from grazemap.client.http import JOB_ID, job_path
 from grazemap.client.progress import Listener
-from grazemap.constants import API_PREFIX
+from grazemap.constants import API_PREFIX, PREFER_WAIT
 from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
 from grazemap.results import Result, decode_result
 from grazemap.wire import Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
+
+R = TypeVar("R", bound=Result)
 
 
 class AsyncJobHandle:
@@ -119,13 +121,14 @@ class AsyncJobHandle:
         return self
 
 
-async def submit(connection: AsyncConnection, process: str, request: ProcessRequest, prefer_wait: int = 0) -> Job:
+async def submit(connection: AsyncConnection, request: ProcessRequest, prefer_wait: int = 0) -> Job:
     """Submit a request and return its job, a new one or the one of an earlier submission."""
     headers = {"content-type": "application/json"}
     if prefer_wait:
         headers["prefer"] = f"wait={prefer_wait}"
     body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
-    job = read_model(Job, await connection.send("POST", f"{API_PREFIX}/{process}", headers=headers, content=body))
+    path = f"{API_PREFIX}/{request.operation.process}"
+    job = read_model(Job, await connection.send("POST", path, headers=headers, content=body))
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an impossible job id")
     return job
@@ -155,17 +158,15 @@ async def list_jobs(connection: AsyncConnection, status: str | None, process: st
     return found[:limit]
 
 
-async def answer(
-    connection: AsyncConnection,
-    process: str,
-    request: ProcessRequest,
-    prefer_wait: int,
-    listen: Callable[[Event], None],
-) -> Result:
-    """Submit a request, follow its job, and return the result. Raises JobFailed, JobDismissed."""
-    job = await submit(connection, process, request, prefer_wait)
-    _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listen))
-    return await fetch(connection, job.id, listen)
+async def answer(connection: AsyncConnection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
+    """Submit a request, follow its job, and return the result, which is of a kind. Raises JobFailed, JobDismissed."""
+    with Listener(request.operation.process, progress) as listener:
+        job = await submit(connection, request, PREFER_WAIT)
+        _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listener))
+        result = await fetch(connection, job.id, listener)
+    if not isinstance(result, kind):
+        raise ProtocolError("the service answered with the result of another process")
+    return result
 
 
 async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:

@@ -8,9 +8,9 @@ from contextlib import aclosing
 import httpx2
 
 from grazemap import constants
-from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.async_connection import AsyncConnection, read_model
 from grazemap.client.events import Event, EventDecoder
-from grazemap.client.http import pause, read_model
+from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
 

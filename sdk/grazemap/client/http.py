@@ -10,19 +10,17 @@ import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 from urllib.parse import urlsplit
 
 import httpx2
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from grazemap import constants
 from grazemap.client.cache import ResultCache
 from grazemap.errors import ConnectionFailed, NotFound, ProtocolError, ServiceProblem, problem_exception
 from grazemap.version import __version__
 from grazemap.wire import Problem
-
-M = TypeVar("M", bound=BaseModel)
 
 _ADDRESS = "base_url must look like http://host:port or https://host"
 # A header can carry no more than this; an empty key is none.
@@ -135,14 +133,6 @@ def _retry_after(response: httpx2.Response) -> float | None:
     if moment.tzinfo is None:
         moment = moment.replace(tzinfo=UTC)
     return max(0.0, (moment - datetime.now(UTC)).total_seconds())
-
-
-def read_model(model: type[M], response: httpx2.Response) -> M:
-    """Return an answer's body as a model. Raises ProtocolError."""
-    try:
-        return model.model_validate_json(response.content)
-    except ValidationError as error:
-        raise ProtocolError(f"the answer is not a {model.__name__.lower()} of a grazemap service") from error
 
 
 def read_object(response: httpx2.Response) -> dict[str, Any]:

@@ -9,9 +9,9 @@ from contextlib import closing
 import httpx2
 
 from grazemap import constants
-from grazemap.client.connection import Connection
+from grazemap.client.connection import Connection, read_model
 from grazemap.client.events import Event, EventDecoder
-from grazemap.client.http import pause, read_model
+from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
 

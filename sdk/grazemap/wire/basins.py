@@ -6,9 +6,8 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from grazemap.wire.base import Positive, Request, invalid
+from grazemap.wire.base import CoordinateGrid, Positive, Request, invalid
 from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
-from grazemap.wire.ranges import CoordinateGrid
 from grazemap.wire.states import InitialState
 
 

@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from grazemap.wire.base import Listable, Positive, invalid
+from grazemap.wire.base import Grid, Listable, Positive, invalid
 from grazemap.wire.process import Count, MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.ranges import Grid
 
 
 class BifurcationDiagramsRequest(ProcessRequest):

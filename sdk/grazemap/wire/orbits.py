@@ -8,10 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from grazemap.wire.base import Float, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import BranchInterval, Float, Interval, Listable, Positive, Request, invalid
 from grazemap.wire.job import motion_label
 from grazemap.wire.process import MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.ranges import Interval
 from grazemap.wire.states import InitialState
 
 MAX_IMPACTS = 256
@@ -99,21 +98,6 @@ class PeriodicOrbitsRequest(ProcessRequest):
             state = (self.initial or InitialState()).fitted(self.oscillator.size, self.clearance, ("initial",))
             # the model is frozen, but this is still its validation
             object.__setattr__(self, "initial", state)
-        return self
-
-
-class BranchInterval(Request):
-    """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
-
-    start: NonNegative
-    """The minimum value, included."""
-    stop: Positive
-    """The maximum value, included."""
-
-    @model_validator(mode="after")
-    def _ordered(self) -> BranchInterval:
-        if not self.stop > self.start:
-            raise invalid("stop must be greater than start", "stop > start >= 0")
         return self
 
 

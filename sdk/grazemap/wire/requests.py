@@ -8,10 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from grazemap.wire.base import Listable, NonNegative, Positive, invalid
+from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
 from grazemap.wire.orbits import BifurcationCurvesRequest
 from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
-from grazemap.wire.ranges import Grid, Interval, Range, grid_points
 from grazemap.wire.states import InitialState, InitialStates
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
