@@ -1,16 +1,17 @@
-"""The records that several results contain, and the table of all records' classes."""
+"""The records that several results contain, the table of all records' classes, and the attributes in docstrings."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from textwrap import dedent, fill, indent
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.results.docstrings import with_attributes
-from grazemap.schema import Record
+from grazemap.schema import Field, Record
 from grazemap.schema.common import IMPACTS, MOTION, RESTS, STATE
 
 R = TypeVar("R")
@@ -19,21 +20,46 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
+ARRAY_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
 RECORDS: dict[str, type[Any]] = {}
 """The classes of records by the names of their schemas."""
 
 
-class described:
-    """Register a class as that of a record's schema, and describe its attributes from there."""
+def described(record: Record) -> Callable[[type[R]], type[R]]:
+    """Return a decorator that registers a class as that of a record, and describes its attributes in the docstring."""
 
-    def __init__(self, record: Record) -> None:
-        self._record = record
-
-    def __call__(self, cls: type[R]) -> type[R]:
-        """Return the class."""
-        cls.__doc__ = with_attributes(cls.__doc__ or "", self._record)
-        RECORDS[self._record.name] = cls
+    def register(cls: type[R]) -> type[R]:
+        cls.__doc__ = with_attributes(cls.__doc__ or "", record)
+        RECORDS[record.name] = cls
         return cls
+
+    return register
+
+
+def with_attributes(docstring: str, record: Record) -> str:
+    """Return a docstring with the section Attributes."""
+    summary, _, rest = docstring.partition("\n")
+    parts = [summary, "", "Attributes", "----------"]
+    for one in record:
+        if not one.replaces and one.name != "at_computed":
+            parts += [f"{one.name} : {_type(one)}", indent(fill(_text(one), 108), "    ")]
+    return "\n".join(parts) + (f"\n\n{dedent(rest).strip()}\n" if rest.strip() else "\n")
+
+
+def _type(one: Field) -> str:
+    name = one.type.name if isinstance(one.type, Record) else one.type if isinstance(one.type, str) else "dict"
+    if one.dims:
+        listed = one.texts or isinstance(one.type, Record)
+        shape = f"({', '.join(one.dims)}{',' * (len(one.dims) == 1)})"
+        name = f"tuple of {name}" if listed else f"ndarray of {name}, shape {shape}"
+    return f"{name}, or None" if one.optional or (one.null and not one.dims and name != "float") else name
+
+
+def _text(one: Field) -> str:
+    unit = f" {one.unit} in SI." if one.unit else ""
+    when = f" Only {one.when}." if one.when else ""
+    index = f" Position in `{one.index_of}`." if one.index_of else ""
+    return one.description + index + unit + when
 
 
 class Verifiable:

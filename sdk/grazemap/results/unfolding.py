@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.results.base import Result
-from grazemap.results.decoding import decoded
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.wire import motion_label
@@ -48,8 +47,8 @@ class UnfoldingMap(Verifiable, Result):
     computed: BoolArray | None = None
 
     @classmethod
-    def _attributes(cls, document: Document) -> dict[str, Any]:
-        whole = decoded(cls.schema, document)
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        whole = super()._attributes(document, meta)
         figures = whole.pop("at_computed")
         if figures is None:
             return whole

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.results.base import RESULTS, Result
+from grazemap.results.base import RESULTS, Result, value_of
 from grazemap.results.curves import BifurcationCurves
-from grazemap.results.decoding import value_of
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.results.unfolding import UnfoldingMap
@@ -122,8 +121,8 @@ class UnfoldingDiagram(Result):
     borders: MapBorders | None
 
     @classmethod
-    def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
-        """Return the diagram; its parts have the meta that their own requests would have."""
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        # the parts have the meta that their own requests would have
         asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
         parts: dict[str, Any] = {}
         for one in cls.schema:
@@ -132,7 +131,7 @@ class UnfoldingDiagram(Result):
                 parts[one.name] = RESULTS[one.type.name].from_document(document[one.name], {**meta, **own})
         found = document.get("borders")
         borders = None if found is None else value_of(cls.schema["borders"], found)
-        return cls(meta=meta, _document=document, borders=borders, **parts)
+        return {**parts, "borders": borders}
 
     def derived(self) -> dict[str, NDArray[Any]]:
         """As `Result.derived`."""
