@@ -38,9 +38,8 @@ class CodecError(ValueError):
 def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
     """Return a document and its meta as the bytes of a compressed npz file (no pickles in it)."""
     arrays: dict[str, NDArray[Any]] = {}
-    shape: dict[
-        str, str
-    ] = {}  # names that are not plain arrays: scalar, optional, list, array, document, records, none
+    # of names that are not plain arrays: scalar, optional, list, array, document, records or none
+    shape: dict[str, str] = {}
     for key, value in document.items():
         _flatten(key, value, arrays, shape)
     full = {**meta, "structure": shape}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Sequence
 from functools import wraps
-from inspect import signature
+from inspect import cleandoc, signature
 from types import MethodType
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
@@ -39,6 +39,11 @@ from grazemap.wire.base import plain
 P = ParamSpec("P")
 R = TypeVar("R", bound=Result)
 Fields = dict[str, Any]
+_RAISES = """
+Raises
+------
+ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+"""
 
 
 class Blocking:
@@ -79,7 +84,9 @@ class Method(Generic[P, R]):
         for function in functions:
             function.__annotations__ = {**fields.__annotations__, "return": result.__name__}
             function.__signature__ = self._signature.replace(return_annotation=result.__name__)
-        blocking.__doc__ = (fields.__doc__ or "").replace("await client.", "client.")
+        described, _, references = cleandoc(fields.__doc__ or "").partition("\nReferences\n")
+        awaited.__doc__ = described.rstrip() + "\n" + _RAISES + (references and f"\nReferences\n{references}\n")
+        blocking.__doc__ = awaited.__doc__.replace("await client.", "client.")
         self._blocking, self._awaited = blocking, awaited
 
     def asked(self, *args: P.args, **kwargs: P.kwargs) -> tuple[ProcessRequest, bool]:
@@ -114,7 +121,7 @@ def method(result: type[R]) -> Callable[[Callable[Concatenate[Any, P], Fields]],
 
 
 class ProcessMethods:
-    """A method for each process."""
+    """A method for each process; what they all raise is added to their docstrings."""
 
     @method(GrazingCurve)
     def grazing_curve(
@@ -144,10 +151,6 @@ class ProcessMethods:
         progress : bool
             Whether a bar is shown on stderr during the computation.
 
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
         References
         ----------
         Equations (16)-(19) for the curve, (33)-(40) for the recurrence.
@@ -175,10 +178,6 @@ class ProcessMethods:
         max_multiple : int
             Resonances of motions up to this number of forcing periods.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
 
         References
         ----------
@@ -213,10 +212,6 @@ class ProcessMethods:
         returns : int
             Number of half periods over which the Poincare map is iterated and the motion simulated.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
 
         References
         ----------
@@ -255,10 +250,6 @@ class ProcessMethods:
         max_period : int
             The maximum period that is looked for, in forcing periods.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         return arguments.one_varies(omega, clearance, points)
 
@@ -303,10 +294,6 @@ class ProcessMethods:
             Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
             chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         return arguments.plane(omega, clearance, shape)
 
@@ -342,10 +329,6 @@ class ProcessMethods:
             of basins of attraction. This takes as long as the map where motions are few, and many times as long
             where period-adding and chaos make hundreds of them.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         return arguments.plane(omega, clearance, shape)
 
@@ -380,10 +363,6 @@ class ProcessMethods:
         max_periods, max_period : int
             As for an unfolding map.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         return {**arguments.rectangle(horizontal, vertical, shape), "initial": arguments.as_states(initial)}
 
@@ -414,10 +393,6 @@ class ProcessMethods:
         transient_periods, max_period : int
             Forcing periods in which the trajectory settles, and the maximum period looked for.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         return arguments.start(motion, initial)
 
@@ -452,10 +427,6 @@ class ProcessMethods:
             Of the parameter that varies; contains the orbit's value. For restitution within [0, 1].
         max_points : int
             Maximum number of points in each direction.
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         return {**arguments.start(motion, initial), "range": arguments.as_interval("range", range)}
 
@@ -485,10 +456,6 @@ class ProcessMethods:
             Motions whose curves are continued instead, with NS. A mapping may have omega and clearance of an orbit in
             the window, and phases and velocities, the initial guess of Newton's method.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
         window = {
             "omega": arguments.as_interval("omega", omega),

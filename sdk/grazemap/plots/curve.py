@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside, rimmed
+from grazemap.plots.palette import BIFURCATIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,11 +20,6 @@ _ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E
 _PASSIVE, _QUIET = "#6E6E6E", "#9BD3F0"
 # So many symbols fit on the curve at their full size.
 _ROOMY = 150
-BIFURCATIONS = {
-    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
-    "PD": ("s", "#1E1E78", "period doubling (PD)"),
-    "SB": ("D", "#117733", "symmetry breaking (SB)"),
-}
 
 
 def plot_grazing_curve(curve: GrazingCurve, ax: Axes | None = None, points: CodimensionTwoPoints | None = None) -> Axes:
@@ -64,9 +60,6 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
     dashed : bool
         Draw the line dashed, so that it differs from solid ones.
     """
-    from matplotlib.patheffects import Normal, withStroke
-
-    effects = [withStroke(linewidth=3.2, foreground="white"), Normal()] if halo else None
     ax.plot(
         curve.omega,
         curve.clearance,
@@ -74,7 +67,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
         linewidth=1.5 if halo else 1.2,
         linestyle=(0, (5, 2)) if dashed else "-",
         label=r"grazing curve $b = A(\omega)$",
-        path_effects=effects,
+        path_effects=rimmed(3.2) if halo else None,
         zorder=3,
     )
     quiet = curve.first_recurrence == 0
@@ -136,8 +129,6 @@ def _mark(
     rim: bool = False,
     layer: int,
 ) -> None:
-    from matplotlib.patheffects import Normal, withStroke
-
     if not points:
         return
     thickness = 1.4 if layer == 6 else 0.9
@@ -151,7 +142,7 @@ def _mark(
         markeredgewidth=thickness,
         markerfacecolor="white" if hollow else colour,
         label=label,
-        path_effects=[withStroke(linewidth=thickness + 1.6, foreground="white"), Normal()] if rim else None,
+        path_effects=rimmed(thickness + 1.6) if rim else None,
         zorder=layer,
     )
 

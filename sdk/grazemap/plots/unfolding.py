@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside, legend_square
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import OTHER, motion_colour, motion_text
@@ -92,11 +92,9 @@ def plot_computed(umap: UnfoldingMap, ax: Axes | None = None) -> Axes:
     ax = axes_or_new(ax, 8.0, 6.5)
     codes = umap.computed.astype(np.int8)
     _draw_codes(ax, umap, codes, [_INFERRED, INK])
-    for colour, share, text in (
-        (INK, umap.computed.mean(), "computed"),
-        (_INFERRED, 1.0 - umap.computed.mean(), "inferred"),
-    ):
-        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, label=f"{text} ({share:.1%})")
+    computed = umap.computed.mean()
+    for colour, share, text in ((INK, computed, "computed"), (_INFERRED, 1.0 - computed, "inferred")):
+        legend_square(ax, colour, f"{text} ({share:.1%})", edge=1.0)
     label_plane(ax, umap.units)
     ax.set_title(f"Computed points of {len(umap.clearance)} × {len(umap.omega)}", fontsize=10)
     legend_outside(ax, handlelength=1.4)
@@ -119,7 +117,7 @@ def _draw_regions(
         entries.append((OTHER, f"{len(rest)} other motions ({share:.1%})"))
     _draw_codes(ax, umap, codes, [colour for colour, _ in entries])
     for colour, text in entries:
-        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=0.4, label=text)
+        legend_square(ax, colour, text)
 
 
 def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], colours: list[str]) -> None:

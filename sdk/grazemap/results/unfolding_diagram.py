@@ -15,6 +15,7 @@ from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.schema import ResultSchema
+from grazemap.schema.common import BIFURCATIONS
 from grazemap.schema.curves import BORDER_CURVE, MAP_BORDERS
 from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
@@ -187,7 +188,7 @@ class UnfoldingDiagram(Result):
             parts.append(f"{borders.count(borders.explanations[0], regular)} {borders.explanations[0]}")
             pairs = int(np.count_nonzero(borders.regular == regular))
             lines.append(f"{pairs} steps between points with {title}: " + ", ".join(parts))
-        types = [f"{borders.count_of(kind)} {kind}" for kind in ("SN", "PD", "SB", "NS", "GR")]
+        types = [f"{borders.count_of(kind)} {kind}" for kind in BIFURCATIONS]
         lines.append(f"{len(borders.curves)} curves: " + ", ".join(types))
         lines += [
             f"unexplained, {border.pairs} x {' | '.join(border.motions)}: {border.reason}"

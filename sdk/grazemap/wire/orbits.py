@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from grazemap.wire.base import BranchInterval, Float, Interval, Listable, Positive, Request, invalid
 from grazemap.wire.job import motion_label
@@ -212,10 +213,6 @@ class BifurcationCurvesRequest(ProcessRequest):
                     raise invalid(detail, f"within {name} of the request", "motions", str(k), name)
         return self
 
-    @model_serializer(mode="wrap")
-    def _one_kind_of_curves(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the fields of the other kind of curves: no request has both."""
-        fields: dict[str, Any] = dump(self)
-        for name in ("motions",) if self.motions is None else ("max_multiple", "points"):
-            fields.pop(name, None)
-        return fields
+    def unused(self) -> Collection[str]:
+        """As `ProcessRequest.unused`: the fields of the other kind of curves."""
+        return ("motions",) if self.motions is None else ("max_multiple", "points")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from grazemap.wire.base import Listable, Request
 from grazemap.wire.oscillator import Oscillator
@@ -44,3 +44,12 @@ class ProcessRequest(Request):
 
     oscillator: Oscillator = Oscillator()
     """The chain of masses; fields that are left out are those of the paper's example."""
+
+    def unused(self) -> Collection[str]:
+        """Return the names of the fields that have no meaning in this request; its canonical text is without them."""
+        return ()
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        unused = self.unused()
+        return {name: value for name, value in dump(self).items() if name not in unused}

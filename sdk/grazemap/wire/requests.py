@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
 from grazemap.wire.orbits import BifurcationCurvesRequest
@@ -175,12 +176,9 @@ class TrajectoriesRequest(ProcessRequest):
                 )
         return self
 
-    @model_serializer(mode="wrap")
-    def _one_kind_of_samples(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out times or samples_per_period: no request has both."""
-        values: dict[str, Any] = handler(self)
-        values.pop("times" if self.times is None else "samples_per_period", None)
-        return values
+    def unused(self) -> Collection[str]:
+        """As `ProcessRequest.unused`: no request has both kinds of samples."""
+        return ("times",) if self.times is None else ("samples_per_period",)
 
     @property
     def states(self) -> list[InitialState]:
@@ -191,6 +189,11 @@ class TrajectoriesRequest(ProcessRequest):
     def samples(self) -> int:
         """Number of samples of each trajectory."""
         return self.periods * self.samples_per_period if self.times is None else len(self.times)
+
+
+def _example(points: int) -> dict[str, Any]:
+    omega = {"start": 0.26, "stop": 0.3, "points": points}
+    return {"omega": omega, "clearance": {"start": 1.3, "stop": 2.0, "points": points}, "max_periods": 200}
 
 
 class UnfoldingMapsRequest(ProcessRequest):
@@ -209,23 +212,9 @@ class UnfoldingMapsRequest(ProcessRequest):
         "Unfolding map",
         "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is whole.",
         {
-            "coarse map of the default oscillator": {
-                "omega": {"start": 0.26, "stop": 0.3, "points": 16},
-                "clearance": {"start": 1.3, "stop": 2.0, "points": 16},
-                "max_periods": 200,
-            },
-            "map computed where neighbours differ": {
-                "omega": {"start": 0.26, "stop": 0.3, "points": 32},
-                "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
-                "max_periods": 200,
-                "adaptive": True,
-            },
-            "names of motions, soon": {
-                "omega": {"start": 0.26, "stop": 0.3, "points": 32},
-                "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
-                "max_periods": 200,
-                "preview": True,
-            },
+            "coarse map of the default oscillator": _example(16),
+            "map computed where neighbours differ": {**_example(32), "adaptive": True},
+            "names of motions, soon": {**_example(32), "preview": True},
         },
     )
 
@@ -257,16 +246,10 @@ class UnfoldingMapsRequest(ProcessRequest):
             )
         return self
 
-    @model_serializer(mode="wrap")
-    def _without_what_is_not_asked(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        fields: dict[str, Any] = dump(self)
-        if self.policy != "ensemble":
-            for name in ("initial_conditions", "seed"):
-                fields.pop(name, None)
-        for name in ("adaptive", "preview"):
-            if not fields.get(name):
-                fields.pop(name, None)
-        return fields
+    def unused(self) -> Collection[str]:
+        """As `ProcessRequest.unused`: what is of ensembles only, and what is not asked for."""
+        random = () if self.policy == "ensemble" else ("initial_conditions", "seed")
+        return (*random, *(name for name in ("adaptive", "preview") if not getattr(self, name)))
 
 
 class UnfoldingDiagramsRequest(ProcessRequest):
