@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,10 @@ _SCHEMAS = {schema.name: schema for schema in SCHEMAS}
 _SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
 
 
+@dataclass_transform(frozen_default=True, eq_default=False)
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What all results share; a class with the name of a schema is the result of its process.
+    """What all results share; a class with the name of a schema is the result of its process, and a dataclass.
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class Result:
         cls.schema = _SCHEMAS[cls.__name__]
         cls.process = cls.schema.process
         cls.__doc__ = with_attributes(cls.__doc__ or "", cls.schema)
-        RESULTS[cls.__name__] = cls
+        RESULTS[cls.__name__] = dataclass(frozen=True, eq=False, repr=False)(cls)
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from grazemap.results.base import Result
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
 
 
 @described(CURVE)
-@dataclass(frozen=True, eq=False)
 class BifurcationCurve:
     """A piece of a curve inside the window."""
 
@@ -56,7 +54,6 @@ class BifurcationCurve:
 
 
 @described(FOLLOWED_MOTION)
-@dataclass(frozen=True, eq=False)
 class FollowedMotion:
     """A motion whose curves were requested."""
 
@@ -69,7 +66,6 @@ class FollowedMotion:
     reason: str | None = None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class BifurcationCurves(Result):
     """Curves of special motions in a window of omega and clearance."""
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from textwrap import dedent, fill, indent
-from typing import Any, TypeVar
+from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +25,18 @@ RECORDS: dict[str, type[Any]] = {}
 """The classes of records by the names of their schemas."""
 
 
-def described(record: Record) -> Callable[[type[R]], type[R]]:
-    """Return a decorator that registers a class as that of a record, and describes its attributes in the docstring."""
+@dataclass_transform(frozen_default=True, eq_default=False)
+def described(record: Record, *, comparable: bool = False) -> Callable[[type[R]], type[R]]:
+    """Return a decorator that makes a class the frozen dataclass of a record, its attributes in the docstring.
+
+    `comparable` ones, without arrays, are equal where their attributes are, and have slots.
+    """
 
     def register(cls: type[R]) -> type[R]:
         cls.__doc__ = with_attributes(cls.__doc__ or "", record)
-        RECORDS[record.name] = cls
-        return cls
+        made = dataclass(frozen=True, eq=comparable, slots=comparable)(cls)
+        RECORDS[record.name] = made
+        return made
 
     return register
 
@@ -74,8 +79,7 @@ class Verifiable:
         return self.verified  # type: ignore[attr-defined]
 
 
-@described(MOTION)
-@dataclass(frozen=True, slots=True)
+@described(MOTION, comparable=True)
 class Motion(Verifiable):
     """The motion n-p_r-q_l that a trajectory settles to."""
 
@@ -91,7 +95,6 @@ class Motion(Verifiable):
 
 
 @described(IMPACTS)
-@dataclass(frozen=True, eq=False)
 class Impacts:
     """Every contact of a trajectory with a stop, in order."""
 
@@ -107,7 +110,6 @@ class Impacts:
 
 
 @described(RESTS)
-@dataclass(frozen=True, eq=False)
 class Sticking:
     """The intervals during which mass 1 rests on a stop."""
 
@@ -120,7 +122,6 @@ class Sticking:
 
 
 @described(STATE)
-@dataclass(frozen=True, eq=False)
 class State:
     """A moment of a motion; as the `initial` of another trajectory it is where that one starts."""
 

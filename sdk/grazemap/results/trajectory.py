@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Result):
     """One trajectory with every impact."""
 
@@ -38,7 +36,6 @@ class Trajectory(Result):
         return f"{len(self.impacts)} impacts, motion {self.motion.label or self.motion.kind}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Trajectories(Result):
     """One trajectory from each of many initial states."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class UnfoldingMap(Verifiable, Result):
     """The motion that each point of a rectangle of (omega, clearance) settles to."""
 

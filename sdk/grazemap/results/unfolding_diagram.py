@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 
 @described(BORDER_CURVE)
-@dataclass(frozen=True, eq=False)
 class BorderCurve:
     """A curve that explains borders of a map."""
 
@@ -71,7 +70,6 @@ class Border:
 
 
 @described(MAP_BORDERS)
-@dataclass(frozen=True, eq=False)
 class MapBorders:
     """The borders of a map's regions: p pairs of neighbouring points with different motions."""
 
@@ -111,7 +109,6 @@ class MapBorders:
         return self.row + (self.along == 0), self.column + (self.along == 1)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class UnfoldingDiagram(Result):
     """An unfolding map and all that is drawn over it, each as its own request would give it."""
 
