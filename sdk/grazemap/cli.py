@@ -35,10 +35,6 @@ class _Invalid(Exception):
     """The command's arguments are not valid together."""
 
 
-class _FileError(Exception):
-    """A file cannot be read or written."""
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
     options = _parser().parse_args(arguments)
@@ -48,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(error, INVALID)
     except ConnectionFailed as error:
         return _fail(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
-    except (GrazemapError, _FileError, OSError) as error:
+    except (GrazemapError, OSError) as error:
         return _fail(error, FAILED)
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -62,11 +58,11 @@ def _fail(error: Exception | str, code: int) -> int:
 
 @contextmanager
 def _files(what: str, path: Path | str) -> Iterator[None]:
-    """Raise _FileError, which names the file, for an OSError."""
+    """Name the file in an OSError."""
     try:
         yield
     except OSError as error:
-        raise _FileError(f"{what} {path}: {error.strerror or error}") from error
+        raise OSError(f"{what} {path}: {error.strerror or error}") from error
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -15,7 +15,6 @@ from grazemap.wire import (
     PROCESSES,
     BasinCoordinate,
     BranchInterval,
-    CoordinateRange,
     InitialState,
     Interval,
     OrbitMotion,
@@ -203,9 +202,7 @@ def _as_coordinate(name: str, coordinate: Any, points: int | None) -> Any:
 
 def _count(values: Any) -> int | None:
     """Return how many values a range or a list has, None for anything else."""
-    if isinstance(values, Range | CoordinateRange):
-        return values.points
-    if isinstance(values, dict):
-        points = values.get("points")
-        return points if isinstance(points, int) else None
-    return len(values) if isinstance(values, list) else None
+    if isinstance(values, list):
+        return len(values)
+    points = values.get("points") if isinstance(values, dict) else getattr(values, "points", None)
+    return points if isinstance(points, int) else None

@@ -15,7 +15,7 @@ from grazemap.client import arguments, async_jobs
 from grazemap.client.arguments import OscillatorLike, StateLike, validated
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_jobs import AsyncJobHandle
-from grazemap.client.http import Settings, read_object
+from grazemap.client.http import Settings, json_object
 from grazemap.client.methods import Awaited, ProcessMethods
 from grazemap.results import Trajectories, Trajectory
 from grazemap.wire import ProcessRequest, Status
@@ -54,7 +54,7 @@ class AsyncClient(ProcessMethods, Awaited):
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.AsyncBaseTransport | None = None,
     ) -> None:
-        self._connection = AsyncConnection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
+        self._connection = AsyncConnection(Settings(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
@@ -73,7 +73,8 @@ class AsyncClient(ProcessMethods, Awaited):
 
     async def describe(self) -> dict[str, Any]:
         """Return what the service says about itself: versions, processes, limits."""
-        return read_object(await self._connection.send("GET", constants.API_PREFIX))
+        response = await self._connection.send("GET", constants.API_PREFIX)
+        return json_object(response.content, "the answer")
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
         """Submit a request without waiting; the same request again gives the same job.

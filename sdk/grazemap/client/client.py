@@ -15,7 +15,7 @@ from grazemap import constants
 from grazemap.client import arguments, jobs
 from grazemap.client.arguments import OscillatorLike, StateLike, validated
 from grazemap.client.connection import Connection
-from grazemap.client.http import Settings, read_object
+from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.methods import Blocking, ProcessMethods
 from grazemap.results import Trajectories, Trajectory
@@ -55,7 +55,7 @@ class Client(ProcessMethods, Blocking):
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._connection = Connection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
+        self._connection = Connection(Settings(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
@@ -74,7 +74,8 @@ class Client(ProcessMethods, Blocking):
 
     def describe(self) -> dict[str, Any]:
         """Return what the service says about itself: versions, processes, limits."""
-        return read_object(self._connection.send("GET", constants.API_PREFIX))
+        response = self._connection.send("GET", constants.API_PREFIX)
+        return json_object(response.content, "the answer")
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
         """Submit a request without waiting; the same request again gives the same job.

@@ -178,7 +178,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
     """
     cache = connection.settings.cache
     cached = cache.read(job_id) if cache else None
-    headers = {"if-none-match": cached.etag} if cached else {}
+    headers = {"if-none-match": cached[0]} if cached else {}
     while True:
         try:
             response = connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
@@ -187,7 +187,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
             _require_success(look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
-            return decode_result(cached.data)
+            return decode_result(cached[1])
         if response.status_code == 202:
             job = read_model(Job, response)
             _require_success(Follower(connection, job_path(job.id)).run(listen))

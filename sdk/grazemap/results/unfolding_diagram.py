@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -142,7 +143,7 @@ class UnfoldingDiagram(Result):
         """
         if self.borders is None:
             return []
-        counts: dict[tuple[bool, Border], int] = {}
+        counts: Counter[tuple[bool, Border]] = Counter()
         labels, borders = self._one_label_each(), self.borders
         rows, columns = borders.others()
         for k in range(len(borders)):
@@ -156,22 +157,17 @@ class UnfoldingDiagram(Result):
                 reason=borders.reasons[borders.reason[k]],
                 pairs=0,
             )
-            key = (not bool(borders.regular[k]), border)
-            counts[key] = counts.get(key, 0) + 1
+            counts[not borders.regular[k], border] += 1
         listed = sorted(counts.items(), key=lambda item: (item[0][0], -item[1], item[0][1].motions))
-        return [
-            Border(border.motions, border.explanation, border.curve, border.reason, pairs)
-            for (_, border), pairs in listed
-        ]
+        return [replace(border, pairs=pairs) for (_, border), pairs in listed]
 
     def summary(self) -> str:
         """Return in a few lines how the borders of the map are explained, and how many are not."""
         umap = self.unfolding_map
-        shares = {motion.kind: 0 for motion in umap.motions()}
+        shares: Counter[str] = Counter()
         for motion in umap.motions():
             shares[motion.kind] += motion.pixels
-        others = umap.kind.size - shares.get("chaotic", 0)
-        unresolved = shares.get("unresolved", 0)
+        others, unresolved = umap.kind.size - shares["chaotic"], shares["unresolved"]
         lines = [
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
