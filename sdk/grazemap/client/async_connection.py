@@ -10,16 +10,12 @@ import asyncio
 from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager
 from time import monotonic
-from typing import TypeVar
 
 import httpx2
-from pydantic import BaseModel, ValidationError
 
 from grazemap import constants
 from grazemap.client.http import Settings, failure_of, pause, problem_of
-from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
-
-M = TypeVar("M", bound=BaseModel)
+from grazemap.errors import ConnectionFailed, ServiceProblem
 
 
 class AsyncConnection:
@@ -108,11 +104,3 @@ class AsyncConnection:
     async def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         await asyncio.sleep(seconds)
-
-
-def read_model(model: type[M], response: httpx2.Response) -> M:
-    """Return an answer's body as a model. Raises ProtocolError."""
-    try:
-        return model.model_validate_json(response.content)
-    except ValidationError as error:
-        raise ProtocolError(f"the answer is not a {model.__name__.lower()} of a grazemap service") from error

@@ -8,7 +8,7 @@ from contextlib import aclosing
 from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
 
-from grazemap.client.async_connection import AsyncConnection, read_model
+from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_watch import AsyncFollower
 from grazemap.client.events import Event
 from grazemap.client.http import JOB_ID, job_path
@@ -117,7 +117,7 @@ class AsyncJobHandle:
 
     async def cancel(self) -> AsyncJobHandle:
         """Dismiss the job, unless it is finished, and return the handle."""
-        self._job = read_model(Job, await self._connection.send("DELETE", job_path(self.id)))
+        self._job = Job.read((await self._connection.send("DELETE", job_path(self.id))).content)
         return self
 
 
@@ -128,7 +128,7 @@ async def submit(connection: AsyncConnection, request: ProcessRequest, prefer_wa
         headers["prefer"] = f"wait={prefer_wait}"
     body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
     path = f"{API_PREFIX}/{request.operation.process}"
-    job = read_model(Job, await connection.send("POST", path, headers=headers, content=body))
+    job = Job.read((await connection.send("POST", path, headers=headers, content=body)).content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an impossible job id")
     return job
@@ -136,7 +136,7 @@ async def submit(connection: AsyncConnection, request: ProcessRequest, prefer_wa
 
 async def look(connection: AsyncConnection, job_id: str) -> Job:
     """Return a job as it is now. Raises NotFound."""
-    return read_model(Job, await connection.send("GET", job_path(job_id)))
+    return Job.read((await connection.send("GET", job_path(job_id))).content)
 
 
 async def list_jobs(connection: AsyncConnection, status: str | None, process: str | None, limit: int) -> list[Job]:
@@ -148,7 +148,7 @@ async def list_jobs(connection: AsyncConnection, status: str | None, process: st
         params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
         if cursor:
             params["cursor"] = cursor
-        page = read_model(JobList, await connection.send("GET", f"{API_PREFIX}/jobs", params=params))
+        page = JobList.read((await connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
         found.extend(page.jobs)
         # Only the cursor is taken from the link: the address stays the one the client was given.
         next_links = [link.href for link in page.links if link.rel == "next"]
@@ -189,7 +189,7 @@ async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Even
         if response.status_code == 304 and cached:
             return decode_result(cached[1])
         if response.status_code == 202:
-            job = read_model(Job, response)
+            job = Job.read(response.content)
             _require_success(await AsyncFollower(connection, job_path(job.id)).run(listen))
             if job.id != job_id:  # the result is of another version, and this job computes it anew
                 return await fetch(connection, job.id, listen)

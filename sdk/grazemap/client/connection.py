@@ -11,16 +11,12 @@ import time
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from time import monotonic
-from typing import TypeVar
 
 import httpx2
-from pydantic import BaseModel, ValidationError
 
 from grazemap import constants
 from grazemap.client.http import Settings, failure_of, pause, problem_of
-from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
-
-M = TypeVar("M", bound=BaseModel)
+from grazemap.errors import ConnectionFailed, ServiceProblem
 
 
 class Connection:
@@ -107,11 +103,3 @@ class Connection:
     def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         time.sleep(seconds)
-
-
-def read_model(model: type[M], response: httpx2.Response) -> M:
-    """Return an answer's body as a model. Raises ProtocolError."""
-    try:
-        return model.model_validate_json(response.content)
-    except ValidationError as error:
-        raise ProtocolError(f"the answer is not a {model.__name__.lower()} of a grazemap service") from error

@@ -9,7 +9,7 @@ from contextlib import closing
 from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
 
-from grazemap.client.connection import Connection, read_model
+from grazemap.client.connection import Connection
 from grazemap.client.events import Event
 from grazemap.client.http import JOB_ID, job_path
 from grazemap.client.progress import Listener
@@ -117,7 +117,7 @@ class JobHandle:
 
     def cancel(self) -> JobHandle:
         """Dismiss the job, unless it is finished, and return the handle."""
-        self._job = read_model(Job, self._connection.send("DELETE", job_path(self.id)))
+        self._job = Job.read((self._connection.send("DELETE", job_path(self.id))).content)
         return self
 
 
@@ -128,7 +128,7 @@ def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0
         headers["prefer"] = f"wait={prefer_wait}"
     body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
     path = f"{API_PREFIX}/{request.operation.process}"
-    job = read_model(Job, connection.send("POST", path, headers=headers, content=body))
+    job = Job.read((connection.send("POST", path, headers=headers, content=body)).content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an impossible job id")
     return job
@@ -136,7 +136,7 @@ def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0
 
 def look(connection: Connection, job_id: str) -> Job:
     """Return a job as it is now. Raises NotFound."""
-    return read_model(Job, connection.send("GET", job_path(job_id)))
+    return Job.read((connection.send("GET", job_path(job_id))).content)
 
 
 def list_jobs(connection: Connection, status: str | None, process: str | None, limit: int) -> list[Job]:
@@ -148,7 +148,7 @@ def list_jobs(connection: Connection, status: str | None, process: str | None, l
         params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
         if cursor:
             params["cursor"] = cursor
-        page = read_model(JobList, connection.send("GET", f"{API_PREFIX}/jobs", params=params))
+        page = JobList.read((connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
         found.extend(page.jobs)
         # Only the cursor is taken from the link: the address stays the one the client was given.
         next_links = [link.href for link in page.links if link.rel == "next"]
@@ -189,7 +189,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
         if response.status_code == 304 and cached:
             return decode_result(cached[1])
         if response.status_code == 202:
-            job = read_model(Job, response)
+            job = Job.read(response.content)
             _require_success(Follower(connection, job_path(job.id)).run(listen))
             if job.id != job_id:  # the result is of another version, and this job computes it anew
                 return fetch(connection, job.id, listen)

@@ -9,7 +9,7 @@ from contextlib import closing
 import httpx2
 
 from grazemap import constants
-from grazemap.client.connection import Connection, read_model
+from grazemap.client.connection import Connection
 from grazemap.client.events import Event, EventDecoder
 from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
@@ -97,7 +97,7 @@ class Follower:
 
     def _look(self) -> Job:
         response = self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
-        self.job = read_model(Job, response)
+        self.job = Job.read(response.content)
         return self.job
 
     def _near_deadline(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -105,46 +105,29 @@ def draw_points(
     size = max(0.6, min(1.0, (_ROOMY / max(1, len(inside))) ** 0.5))
     recurrences = [point for point in inside if point.kind == "recurrence"]
     passive = [point for point in recurrences if not point.active]
-    _mark(ax, passive, "recurrence where a smaller order recurs", (6, 2, 0), 5 * size, _PASSIVE, rim=rim, layer=4)
+    star = (6, 2, 0)
+    text = "recurrence where a smaller order recurs"
+    _mark(ax, passive, rim, marker=star, markersize=5 * size, color=_PASSIVE, label=text, zorder=4)
     for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
-            label = f"resonant, {text}, {side}"
-            _mark(ax, chosen, label, marker, 5.5 * size, colour, hollow=symmetric, rim=rim, layer=5)
+            style: dict[str, Any] = {
+                "marker": marker,
+                "color": colour,
+                "markerfacecolor": "white" if symmetric else colour,
+            }
+            _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        colour = _ORDER_COLOURS[(order - 1) % len(_ORDER_COLOURS)]
-        _mark(ax, chosen, f"recurrence of order {order}", (6, 2, 0), 9 * size, colour, rim=rim, layer=6)
+        colour, text = _ORDER_COLOURS[(order - 1) % len(_ORDER_COLOURS)], f"recurrence of order {order}"
+        _mark(ax, chosen, rim, 1.4, marker=star, markersize=9 * size, color=colour, label=text, zorder=6)
 
 
-def _mark(
-    ax: Axes,
-    points: Sequence[CodimensionTwoPoint],
-    label: str,
-    marker: str | tuple[int, int, int],
-    size: float,
-    colour: str,
-    *,
-    hollow: bool = False,
-    rim: bool = False,
-    layer: int,
-) -> None:
-    if not points:
-        return
-    thickness = 1.4 if layer == 6 else 0.9
-    ax.plot(
-        [point.omega for point in points],
-        [point.clearance for point in points],
-        linestyle="none",
-        marker=marker,
-        markersize=size,
-        color=colour,
-        markeredgewidth=thickness,
-        markerfacecolor="white" if hollow else colour,
-        label=label,
-        path_effects=rimmed(thickness + 1.6) if rim else None,
-        zorder=layer,
-    )
+def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:
+    if points:
+        omega, clearance = [point.omega for point in points], [point.clearance for point in points]
+        effects = rimmed(edge + 1.6) if rim else None
+        ax.plot(omega, clearance, linestyle="none", markeredgewidth=edge, path_effects=effects, **style)
 
 
 def _span(curve: GrazingCurve) -> tuple[float, float]:

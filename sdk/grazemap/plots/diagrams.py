@@ -29,7 +29,8 @@ def plot_bifurcation_diagram(
     label_of_point = np.repeat(labels, [len(getattr(section, quantity)) for section in result.sections])
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
     named = set(names[np.argsort(-counts, kind="stable")][:_NAMED].tolist())
-    for name, index, count in sorted(zip(names.tolist(), first.tolist(), counts.tolist(), strict=True), key=_by_count):
+    entries = zip(names.tolist(), first.tolist(), counts.tolist(), strict=True)
+    for name, index, count in sorted(entries, key=lambda entry: (-entry[2], entry[0])):
         motion = result.sections[index].motion
         chosen = label_of_point == name
         entry = f"{motion_text(motion)} ({count} value{'s' if count > 1 else ''})" if name in named else None
@@ -46,10 +47,6 @@ def plot_bifurcation_diagram(
     ax.margins(x=0.01)
     legend_outside(ax, handlelength=1.0, labelspacing=0.35)
     return ax
-
-
-def _by_count(entry: tuple[str, int, int]) -> tuple[int, str]:
-    return -entry[2], entry[0]
 
 
 def _visible(colour: str) -> str:

@@ -57,21 +57,20 @@ def plot_unfolding_map(
     periodic = [motion for motion in shares if motion.kind == "periodic"]
     shown = sorted(periodic[:motions], key=_by_period_and_impacts)
     irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
-    _draw_regions(ax, umap, shown, irregular, periodic[motions:])
+    _draw_regions(ax, umap, [*shown, *irregular], periodic[motions:])
     for motion in shown:
         _name_region(ax, umap, motion)
-    edges = (cell_borders(umap.omega), cell_borders(umap.clearance))
+    across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
     if curves is not None:
         draw_bifurcation_curves(ax, curves, halo=True)
     if curve is not None:
         draw_curve(ax, curve, halo=True)
-    if curve is not None or points is not None:
-        chosen = points.points if points is not None else (curve.points if curve is not None else ())
-        low, high = float(edges[1][0]), float(edges[1][-1])
-        inside = [point for point in chosen if low <= point.clearance <= high]
-        draw_points(ax, inside, (float(edges[0][0]), float(edges[0][-1])), rim=True)
-    ax.set_xlim(edges[0][0], edges[0][-1])
-    ax.set_ylim(edges[1][0], edges[1][-1])
+    source = points if points is not None else curve
+    if source is not None:
+        inside = [point for point in source.points if up[0] <= point.clearance <= up[-1]]
+        draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
+    ax.set_xlim(across[0], across[-1])
+    ax.set_ylim(up[0], up[-1])
     label_plane(ax, umap.units)
     what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
     ax.set_title(f"{what}: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10)
@@ -101,16 +100,10 @@ def plot_computed(umap: UnfoldingMap, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _draw_regions(
-    ax: Axes,
-    umap: UnfoldingMap,
-    shown: list[MotionShare],
-    irregular: list[MotionShare],
-    rest: list[MotionShare],
-) -> None:
-    entries = [(motion_colour(motion), _entry(motion)) for motion in [*shown, *irregular]]
+def _draw_regions(ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], rest: list[MotionShare]) -> None:
+    entries = [(motion_colour(motion), f"{motion_text(motion)} ({motion.share:.1%})") for motion in shown]
     codes = np.full(umap.kind.shape, len(entries), dtype=np.int16)
-    for code, motion in enumerate([*shown, *irregular]):
+    for code, motion in enumerate(shown):
         codes[umap.mask(motion)] = code
     if rest:
         share = sum(motion.share for motion in rest)
@@ -134,10 +127,6 @@ def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], c
         vmax=len(colours) - 0.5,
         rasterized=True,
     )
-
-
-def _entry(motion: MotionShare) -> str:
-    return f"{motion_text(motion)} ({motion.share:.1%})"
 
 
 def _by_period_and_impacts(motion: MotionShare) -> tuple[int, int, int]:

@@ -44,12 +44,8 @@ class BifurcationCurve:
         """
         if self.stops is None or self.phases is None or self.velocities is None:
             raise ValueError("curves in closed form have no phases: ask for their motions")
-        motion = {
-            "period": self.period,
-            "stops": list(self.stops),
-            "phases": self.phases[index].tolist(),
-            "velocities": self.velocities[index].tolist(),
-        }
+        lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
+        motion = {"period": self.period, "stops": list(self.stops), **lists}
         return {"omega": float(self.omega[index]), "clearance": float(self.clearance[index]), "motion": motion}
 
 

@@ -125,8 +125,8 @@ class _Columns:
                 self.add_records(one.in_result(dims=of.dims), values, prefix + one.prefix)
             elif not one.dims:
                 missing = _MISSING[str(one.type)]
-                column = [missing if value is None else value for value in values]
-                self.add(one, of.prefix + name if not prefix else name, (along,), _column(one, column), of.type)
+                column = np.array([missing if value is None else value for value in values], ARRAY_TYPES[str(one.type)])
+                self.add(one, of.prefix + name if not prefix else name, (along,), column, of.type)
             elif one.dims[-1] in _SHARED:
                 self._add_padded(one, name, along, values)
             else:
@@ -177,7 +177,3 @@ class _Columns:
 
 def _shown(record: Record) -> list[Field]:
     return [one for one in record if one.variable is not None and not one.replaces]
-
-
-def _column(one: Field, values: list[Any]) -> NDArray[Any]:
-    return np.array(values, dtype=ARRAY_TYPES[str(one.type)])

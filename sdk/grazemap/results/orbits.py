@@ -141,12 +141,8 @@ class OrbitBranch(Verifiable, Result):
 
         It is one at omega[index] and clearance[index], with the restitution[index].
         """
-        return {
-            "period": self.period,
-            "stops": self.stops.tolist(),
-            "phases": self.phases[index].tolist(),
-            "velocities": self.velocities[index].tolist(),
-        }
+        lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
+        return {"period": self.period, "stops": self.stops.tolist(), **lists}
 
     def _summary(self) -> str:
         if not len(self.parameter):

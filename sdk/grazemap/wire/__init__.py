@@ -23,7 +23,7 @@ from grazemap.wire.orbits import (
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.process import Operation, ProcessRequest
+from grazemap.wire.process import InitialState, Operation, ProcessRequest
 from grazemap.wire.processes import PROCESSES, canonical, canonical_id, parse_request
 from grazemap.wire.requests import (
     CodimensionTwoPointsRequest,
@@ -33,7 +33,6 @@ from grazemap.wire.requests import (
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
-from grazemap.wire.states import InitialState
 
 __all__ = [
     "FINISHED",

@@ -5,7 +5,7 @@ Requests refuse unknown fields, responses ignore them, so that an older client r
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 from types import NoneType
 from typing import Annotated, Any, ClassVar, Self
@@ -19,10 +19,15 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    SerializerFunctionWrapHandler,
     Tag,
+    ValidationError,
+    model_serializer,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
+
+from grazemap.errors import ProtocolError
 
 SMALLEST_NUMBER = 1e-60
 LARGEST_NUMBER = 1e60
@@ -44,11 +49,28 @@ class Request(BaseModel):
         use_attribute_docstrings=True,
     )
 
+    def unused(self) -> Collection[str]:
+        """Return the names of the fields that have no meaning in this request; its canonical text is without them."""
+        return ()
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        unused = self.unused()
+        return {name: value for name, value in dump(self).items() if name not in unused}
+
 
 class Response(BaseModel):
     """An answer of the service, or a part of one."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
+
+    @classmethod
+    def read(cls, content: bytes) -> Self:
+        """Return the answer that the service sent as JSON. Raises ProtocolError."""
+        try:
+            return cls.model_validate_json(content)
+        except ValidationError as error:
+            raise ProtocolError(f"the answer is not a {cls.__name__.lower()} of a grazemap service") from error
 
 
 def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:

@@ -59,7 +59,7 @@ class BifurcationDiagramsRequest(ProcessRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `ProcessRequest.unused`."""
+        """As `Request.unused`."""
         return (self.vary,)
 
     @property

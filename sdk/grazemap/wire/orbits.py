@@ -11,8 +11,7 @@ from pydantic import Field, model_validator
 
 from grazemap.wire.base import BranchInterval, Float, Interval, Listable, Positive, Request, invalid
 from grazemap.wire.job import motion_label
-from grazemap.wire.process import MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.states import InitialState
+from grazemap.wire.process import InitialState, MaxPeriod, Operation, PointRequest, ProcessRequest
 
 MAX_IMPACTS = 256
 Stop = Annotated[Literal[1, -1], Listable]
@@ -63,7 +62,7 @@ class OrbitMotion(Request):
         return self
 
 
-class PeriodicOrbitsRequest(ProcessRequest):
+class PeriodicOrbitsRequest(PointRequest):
     """A periodic motion with impacts, solved for by Newton's method from the equations of its impacts.
 
     It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
@@ -78,10 +77,6 @@ class PeriodicOrbitsRequest(ProcessRequest):
         {"default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}},
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Positive
-    """Distance of each stop from the middle."""
     motion: OrbitMotion | None = None
     """The motion that is looked for; instead of initial."""
     initial: InitialState | None = None
@@ -214,5 +209,5 @@ class BifurcationCurvesRequest(ProcessRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `ProcessRequest.unused`: the fields of the other kind of curves."""
+        """As `Request.unused`: the fields of the other kind of curves."""
         return ("motions",) if self.motions is None else ("max_multiple", "points")

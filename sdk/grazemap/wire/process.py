@@ -1,14 +1,17 @@
-"""What the requests of all processes share: the oscillator, types of numbers, and what the API's document says."""
+"""What the requests of several processes share: the oscillator, initial states, types of numbers.
+
+Also what the API's document says of a process.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Listable, Request
+from grazemap.wire.base import Float, Listable, Positive, Request, invalid
 from grazemap.wire.oscillator import Oscillator
 
 Count = Annotated[int, Field(ge=1), Listable]
@@ -45,11 +48,59 @@ class ProcessRequest(Request):
     oscillator: Oscillator = Oscillator()
     """The chain of masses; fields that are left out are those of the paper's example."""
 
-    def unused(self) -> Collection[str]:
-        """Return the names of the fields that have no meaning in this request; its canonical text is without them."""
-        return ()
 
-    @model_serializer(mode="wrap")
-    def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        unused = self.unused()
-        return {name: value for name, value in dump(self).items() if name not in unused}
+class PointRequest(ProcessRequest):
+    """What requests at one point of the plane of omega and clearance share."""
+
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Positive
+    """Distance of each stop from the middle."""
+
+
+class InitialState(Request):
+    """The initial state of a trajectory; left out: at rest in the middle, forcing phase 0."""
+
+    displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
+    velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
+    phase: Float = 0.0
+    """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
+
+    def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
+        """Return the state with zeros where it was left out, so that the same request has the same text.
+
+        `at` is its place in the request. Raises where it does not fit the number of masses or the stops.
+        """
+        where = ".".join(at)
+        for name in ("displacement", "velocity"):
+            values = getattr(self, name)
+            if values is not None and len(values) != count:
+                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} masses"
+                raise invalid(detail, "one number per mass", *at, name)
+        if self.displacement is not None and abs(self.displacement[0]) > clearance:
+            detail = f"{where}.displacement of mass 1 lies outside the stops"
+            raise invalid(detail, "|displacement[0]| <= clearance", *at, "displacement")
+        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self, name) is None}
+        return self.model_copy(update=rest)
+
+
+def _states_tag(value: Any) -> str | None:
+    if isinstance(value, dict | InitialState):
+        return "[one]"
+    return "[many]" if isinstance(value, list | tuple) else None
+
+
+InitialStates = Annotated[
+    Annotated[InitialState, Tag("[one]")]
+    | Annotated[list[InitialState], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Tag("[many]")],
+    Discriminator(
+        _states_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a state or a list of states",
+        custom_error_context={
+            "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
+        },
+    ),
+]

@@ -11,8 +11,16 @@ from pydantic import Field, model_validator
 
 from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
 from grazemap.wire.orbits import BifurcationCurvesRequest
-from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
-from grazemap.wire.states import InitialState, InitialStates
+from grazemap.wire.process import (
+    Count,
+    InitialState,
+    InitialStates,
+    MaxPeriod,
+    MaxPeriods,
+    Operation,
+    PointRequest,
+    ProcessRequest,
+)
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
@@ -105,7 +113,7 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     """Number of half periods over which the map is iterated."""
 
 
-class TrajectoriesRequest(ProcessRequest):
+class TrajectoriesRequest(PointRequest):
     """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
 
     operation = Operation(
@@ -132,10 +140,6 @@ class TrajectoriesRequest(ProcessRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Positive
-    """Distance of each stop from the middle."""
     initial: InitialStates = InitialState()
     """The initial state, or a list of 1 to 1000; what is left out of one is 0."""
     periods: Count
@@ -177,7 +181,7 @@ class TrajectoriesRequest(ProcessRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `ProcessRequest.unused`: no request has both kinds of samples."""
+        """As `Request.unused`: no request has both kinds of samples."""
         return ("times",) if self.times is None else ("samples_per_period",)
 
     @property
@@ -247,7 +251,7 @@ class UnfoldingMapsRequest(ProcessRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `ProcessRequest.unused`: what is of ensembles only, and what is not asked for."""
+        """As `Request.unused`: what is of ensembles only, and what is not asked for."""
         random = () if self.policy == "ensemble" else ("initial_conditions", "seed")
         return (*random, *(name for name in ("adaptive", "preview") if not getattr(self, name)))
 
@@ -297,8 +301,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:
         """The request for the curve alone, finer than the map."""
-        window, points = _window(self.omega), max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
-        values = Range(start=window.start, stop=window.stop, points=points)
+        values = Range(**_window(self.omega).model_dump(), points=self._curve_points)
         return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
 
     @cached_property
@@ -316,8 +319,12 @@ class UnfoldingDiagramsRequest(ProcessRequest):
             omega=_window(self.omega),
             clearance=_window(self.clearance),
             max_multiple=self.max_multiple,
-            points=max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega)),
+            points=self._curve_points,
         )
+
+    @property
+    def _curve_points(self) -> int:
+        return max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
 
 
 def _window(grid: Range | list[float]) -> Interval:
