@@ -20,6 +20,8 @@ from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, ProtocolError
 from grazemap.local_stack import local, stack_command
+from grazemap.plots import save_picture
+from grazemap.plots.axes import new_figure
 from grazemap.results import OrbitBranch, PeriodicOrbit, load
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES
@@ -189,8 +191,6 @@ def _run(options: argparse.Namespace) -> int:
         if options.output.suffix in _RESULTS:
             result.save(options.output)
         else:
-            from grazemap.plots import save_picture
-
             save_picture(result, options.output)
     print(options.output)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
@@ -209,8 +209,6 @@ def _check_output(path: Path) -> None:
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise _Invalid(f"the output {path} cannot be written")
     if path.suffix in _PICTURES:
-        from grazemap.plots.axes import new_figure
-
         new_figure(1.0, 1.0)
 
 
@@ -229,8 +227,6 @@ def _request(source: str) -> dict[str, Any]:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from grazemap.plots import save_picture
-
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in _PICTURES:
         raise _Invalid(f"the picture must end in one of {', '.join(_PICTURES)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Required, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,19 @@ MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequen
 that was found; a mapping or an orbit for curves in a window also has omega and clearance."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
+
+
+class PathOptions(TypedDict, total=False):
+    """The keywords of `trajectory` that are the same for one initial state and for several."""
+
+    omega: Required[float]
+    clearance: Required[float]
+    periods: Required[int]
+    transient_periods: int
+    samples_per_period: int | None
+    times: Sequence[float] | NDArray[np.float64] | None
+    progress: bool
+
 
 # The service's own words for the same problem.
 _INVALID_REQUEST = Problem(

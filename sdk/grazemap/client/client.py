@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Self, overload
+from typing import Any, Self, Unpack, overload
 
 import httpx2
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grazemap import constants
 from grazemap.client import arguments, jobs
-from grazemap.client.arguments import OscillatorLike, StateLike, validated
+from grazemap.client.arguments import OscillatorLike, PathOptions, StateLike, validated
 from grazemap.client.connection import Connection
 from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
@@ -107,32 +107,12 @@ class Client(ProcessMethods, Blocking):
 
     @overload
     def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: StateLike | None = None,
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
+        self, oscillator: OscillatorLike = None, *, initial: StateLike | None = None, **options: Unpack[PathOptions]
     ) -> Trajectory: ...
 
     @overload
     def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: Sequence[StateLike],
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
+        self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
     def trajectory(
