@@ -70,11 +70,20 @@ def test_a_damping_may_be_any_kind_of_number_or_list():
         assert Oscillator(damping=several).damping == [0.1, 0.2, 0.3]
 
 
+@pytest.mark.parametrize("kind", [list, tuple, np.array, lambda values: array("d", values), xarray.DataArray])
+def test_lists_in_mappings_and_models_are_any_sequence_too(kind):
+    values = kind([1.0, 2.0, 3.0])
+    assert Oscillator(masses=values).masses == [1.0, 2.0, 3.0]
+    assert InitialState(velocity=values).velocity == [1.0, 2.0, 3.0]
+    assert asked("grazing_curve", {"damping": values}, omega=[1, 2]).oscillator.damping == [1.0, 2.0, 3.0]
+
+
 def test_numpy_scalars_are_numbers():
     restitution = {"restitution": np.float64(0.5)}
     path = {"oscillator": restitution, "omega": np.float64(0.3), "clearance": 1.5, "periods": np.int64(4)}
     request = validated("trajectories", path)
     assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
+    assert asked("grazing_curve", omega=[1, 2], sequence=np.True_).sequence is True
 
 
 PATH = {"omega": 0.3, "clearance": 1.5, "periods": 2}
@@ -385,6 +394,13 @@ def test_arguments_of_a_wrong_kind_are_parameter_errors(call, pointer):
 def test_union_branches_do_not_show_in_pointers():
     body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
     assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
+
+
+def test_a_request_of_another_process_is_refused_also_where_it_has_all_the_fields():
+    whole = branch((1, [1]), range=(1.4, 1.9))
+    assert validated("orbit-branches", whole) is whole
+    for process in ("periodic-orbits", "unfolding-maps"):
+        assert "another process" in refused(validated, process, whole)[""][0]
 
 
 def test_an_unknown_process_lists_the_known_ones():
