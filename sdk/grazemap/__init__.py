@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from grazemap import errors, wire
-    from grazemap.client import Client
-    from grazemap.client.async_client import AsyncClient
+    from grazemap.client import AsyncClient, Client
     from grazemap.client.async_jobs import AsyncJobHandle
     from grazemap.client.events import Event
     from grazemap.client.jobs import JobHandle
@@ -40,28 +39,16 @@ if TYPE_CHECKING:
     from grazemap.version import __version__
     from grazemap.wire import InitialState, Oscillator
 
+# Names that do not stand in `grazemap.results`.
 _HOME = {
-    "AsyncClient": "grazemap.client.async_client",
+    "AsyncClient": "grazemap.client",
     "AsyncJobHandle": "grazemap.client.async_jobs",
-    "Basins": "grazemap.results",
-    "BifurcationCurves": "grazemap.results",
-    "BifurcationDiagram": "grazemap.results",
     "Client": "grazemap.client",
-    "CodimensionTwoPoints": "grazemap.results",
-    "DiscontinuityMapping": "grazemap.results",
     "Event": "grazemap.client.events",
-    "GrazingCurve": "grazemap.results",
     "InitialState": "grazemap.wire",
     "JobHandle": "grazemap.client.jobs",
-    "OrbitBranch": "grazemap.results",
     "Oscillator": "grazemap.wire",
-    "PeriodicOrbit": "grazemap.results",
-    "Trajectories": "grazemap.results",
-    "Trajectory": "grazemap.results",
-    "UnfoldingDiagram": "grazemap.results",
-    "UnfoldingMap": "grazemap.results",
     "__version__": "grazemap.version",
-    "load": "grazemap.results",
     "local": "grazemap.local_stack",
 }
 
@@ -96,9 +83,9 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in ("errors", "wire"):
         return import_module(f"grazemap.{name}")
-    if name not in _HOME:
+    if name not in __all__:
         raise AttributeError(f"module 'grazemap' has no attribute {name!r}")
-    value = getattr(import_module(_HOME[name]), name)
+    value = getattr(import_module(_HOME.get(name, "grazemap.results")), name)
     globals()[name] = value
     return value
 

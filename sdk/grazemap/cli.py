@@ -20,6 +20,8 @@ from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, ProtocolError
 from grazemap.local_stack import local, stack_command
+from grazemap.plots import save_picture
+from grazemap.plots.axes import new_figure
 from grazemap.results import OrbitBranch, PeriodicOrbit, load
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES
@@ -35,10 +37,6 @@ class _Invalid(Exception):
     """The command's arguments are not valid together."""
 
 
-class _FileError(Exception):
-    """A file cannot be read or written."""
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
     options = _parser().parse_args(arguments)
@@ -48,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(error, INVALID)
     except ConnectionFailed as error:
         return _fail(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
-    except (GrazemapError, _FileError, OSError) as error:
+    except (GrazemapError, OSError) as error:
         return _fail(error, FAILED)
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -62,11 +60,11 @@ def _fail(error: Exception | str, code: int) -> int:
 
 @contextmanager
 def _files(what: str, path: Path | str) -> Iterator[None]:
-    """Raise _FileError, which names the file, for an OSError."""
+    """Name the file in an OSError."""
     try:
         yield
     except OSError as error:
-        raise _FileError(f"{what} {path}: {error.strerror or error}") from error
+        raise OSError(f"{what} {path}: {error.strerror or error}") from error
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -193,8 +191,6 @@ def _run(options: argparse.Namespace) -> int:
         if options.output.suffix in _RESULTS:
             result.save(options.output)
         else:
-            from grazemap.plots import save_picture
-
             save_picture(result, options.output)
     print(options.output)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
@@ -213,8 +209,6 @@ def _check_output(path: Path) -> None:
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise _Invalid(f"the output {path} cannot be written")
     if path.suffix in _PICTURES:
-        from grazemap.plots.axes import new_figure
-
         new_figure(1.0, 1.0)
 
 
@@ -233,8 +227,6 @@ def _request(source: str) -> dict[str, Any]:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from grazemap.plots import save_picture
-
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in _PICTURES:
         raise _Invalid(f"the picture must end in one of {', '.join(_PICTURES)}")

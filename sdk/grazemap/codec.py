@@ -38,9 +38,8 @@ class CodecError(ValueError):
 def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
     """Return a document and its meta as the bytes of a compressed npz file (no pickles in it)."""
     arrays: dict[str, NDArray[Any]] = {}
-    shape: dict[
-        str, str
-    ] = {}  # names that are not plain arrays: scalar, optional, list, array, document, records, none
+    # of names that are not plain arrays: scalar, optional, list, array, document, records or none
+    shape: dict[str, str] = {}
     for key, value in document.items():
         _flatten(key, value, arrays, shape)
     full = {**meta, "structure": shape}
@@ -73,7 +72,7 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     shape: dict[str, str] = meta.pop("structure")
     document: Document = {}
     for name in sorted({*arrays, *shape}):
-        if not any(_is_below(name, other, shape) for other in shape):
+        if not any(kind == "records" and name.startswith(f"{other}.") for other, kind in shape.items()):
             _place(document, name, _unflatten(name, arrays, shape))
     return document, meta
 
@@ -187,10 +186,6 @@ def _flatten_arrays(
 
 def _offsets(lengths: Iterable[int]) -> NDArray[np.int64]:
     return np.cumsum([0, *lengths], dtype=np.int64)
-
-
-def _is_below(name: str, other: str, shape: Mapping[str, str]) -> bool:
-    return shape[other] == "records" and name.startswith(other + ".")
 
 
 def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> Any:

@@ -12,7 +12,7 @@ from typing import Any
 import httpx2
 from sdk_documents import ADAPTIVE, MANY, npz
 
-from grazemap.wire import job_id, parse_request
+from grazemap.wire import canonical, canonical_id, parse_request
 
 
 def problem(status: int, kind: str = "some-problem", **headers: str) -> httpx2.Response:
@@ -60,7 +60,7 @@ class FakeService:
 
     def _submit(self, process: str, body: dict[str, Any]) -> httpx2.Response:
         request = parse_request(process, body)
-        name = job_id(process, request, "1")
+        name = canonical_id(process, canonical(request), "1")
         there = name in self.jobs and self.jobs[name]["status"] not in ("failed", "dismissed")
         if not there:
             self.computed += 1

@@ -68,7 +68,7 @@ class Played:
         self._sleep(seconds)
 
     def _connection(self, retries: int) -> Any:
-        settings = Settings.of("http://fake:1", None, None, constants.DEFAULT_TIMEOUT, retries)
+        settings = Settings("http://fake:1", None, None, constants.DEFAULT_TIMEOUT, retries)
         transport = httpx2.MockTransport(self._handle)
         connection: Any = AsyncConnection(settings, transport) if self._awaited else Connection(settings, transport)
         connection.now = lambda: self.now

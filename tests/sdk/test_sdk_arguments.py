@@ -11,17 +11,22 @@ import xarray
 from pydantic import ValidationError
 from sdk_documents import npz
 
-from grazemap import Oscillator
-from grazemap.client import arguments
-from grazemap.client.conversion import validated
+from grazemap import Client, Oscillator
+from grazemap.client.arguments import validated
+from grazemap.client.methods import ProcessMethods
 from grazemap.errors import ParameterError
 from grazemap.results import decode_result
-from grazemap.wire import InitialState, Interval, Range, UnfoldingMapsRequest, canonical, job_id
+from grazemap.wire import InitialState, Interval, Range, UnfoldingMapsRequest, canonical, canonical_id
 
 
-def refused(call, *arguments) -> dict[str, tuple[str, str]]:
+def asked(name, *arguments, **keywords):
+    """Return the request that a method of the clients sends."""
+    return vars(ProcessMethods)[name].asked(*arguments, **keywords)[0]
+
+
+def refused(call, *arguments, **keywords) -> dict[str, tuple[str, str]]:
     with pytest.raises(ParameterError) as caught:
-        call(*arguments)
+        call(*arguments, **keywords)
     assert caught.value.status == 422
     assert caught.value.request_id is None
     assert isinstance(caught.value, ValueError)
@@ -29,33 +34,33 @@ def refused(call, *arguments) -> dict[str, tuple[str, str]]:
 
 
 def umap(omega, clearance, shape) -> UnfoldingMapsRequest:
-    return arguments.unfolding_map(None, omega, clearance, shape, "rest", 1000, 32)
+    return asked("unfolding_map", omega=omega, clearance=clearance, shape=shape)
 
 
 def test_a_pair_with_a_number_of_points_is_a_range():
-    request = arguments.grazing_curve(None, (0.05, 1.2), 2000, 8)
+    request = asked("grazing_curve", omega=(0.05, 1.2), points=2000)
     assert request.omega == Range(start=0.05, stop=1.2, points=2000)
     assert request.oscillator == Oscillator()
 
 
 @pytest.mark.parametrize("values", [[0.1, 0.2], (0.1, 0.2, 0.4), np.array([0.1, 0.2])])
 def test_lists_and_arrays_are_the_values_themselves(values):
-    assert arguments.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
+    assert asked("grazing_curve", omega=values).omega == [float(value) for value in values]
 
 
 @pytest.mark.parametrize(
     "values", [range(1, 4), range(1, 3), array("d", [1.0, 2.0, 3.0]), xarray.DataArray([1.0, 2.0])]
 )
 def test_any_sequence_and_anything_numpy_reads_is_the_values(values):
-    assert arguments.grazing_curve(None, values, None, 8).omega == [float(value) for value in values]
-    assert list(refused(arguments.grazing_curve, None, values, 9, 8)) == ["/omega"]
+    assert asked("grazing_curve", omega=values).omega == [float(value) for value in values]
+    assert list(refused(asked, "grazing_curve", omega=values, points=9)) == ["/omega"]
 
 
 @pytest.mark.parametrize("values", [Range(start=0.1, stop=0.2, points=5), {"start": 0.1, "stop": 0.2, "points": 5}])
 def test_points_must_agree_with_those_of_a_range(values):
     for points in (None, 5):
-        assert arguments.grazing_curve(None, values, points, 8).omega.points == 5
-    assert "another number" in refused(arguments.grazing_curve, None, values, 9, 8)["/omega"][0]
+        assert asked("grazing_curve", omega=values, points=points).omega.points == 5
+    assert "another number" in refused(asked, "grazing_curve", omega=values, points=9)["/omega"][0]
 
 
 def test_a_damping_may_be_any_kind_of_number_or_list():
@@ -65,9 +70,20 @@ def test_a_damping_may_be_any_kind_of_number_or_list():
         assert Oscillator(damping=several).damping == [0.1, 0.2, 0.3]
 
 
+@pytest.mark.parametrize("kind", [list, tuple, np.array, lambda values: array("d", values), xarray.DataArray])
+def test_lists_in_mappings_and_models_are_any_sequence_too(kind):
+    values = kind([1.0, 2.0, 3.0])
+    assert Oscillator(masses=values).masses == [1.0, 2.0, 3.0]
+    assert InitialState(velocity=values).velocity == [1.0, 2.0, 3.0]
+    assert asked("grazing_curve", {"damping": values}, omega=[1, 2]).oscillator.damping == [1.0, 2.0, 3.0]
+
+
 def test_numpy_scalars_are_numbers():
-    request = arguments.trajectory({"restitution": np.float64(0.5)}, np.float64(0.3), 1.5, None, np.int64(4), 0, 200)
+    restitution = {"restitution": np.float64(0.5)}
+    path = {"oscillator": restitution, "omega": np.float64(0.3), "clearance": 1.5, "periods": np.int64(4)}
+    request = validated("trajectories", path)
     assert (request.omega, request.periods, request.oscillator.restitution) == (0.3, 4, 0.5)
+    assert asked("grazing_curve", omega=[1, 2], sequence=np.True_).sequence is True
 
 
 PATH = {"omega": 0.3, "clearance": 1.5, "periods": 2}
@@ -89,9 +105,9 @@ def test_a_question_that_could_always_be_asked_has_the_id_that_it_always_had():
     known = "b054270bdec750d3644de0568904420db1ae72967fbd2de77798886b73d71035"
     body = {"omega": 0.29, "clearance": 1.6, "periods": 2}
     for extra in ({}, {"samples_per_period": 200, "initial": {"phase": 0}}, {"times": None}):
-        assert job_id("trajectories", validated("trajectories", {**body, **extra}), "0.1.0") == known
+        assert canonical_id("trajectories", canonical(validated("trajectories", {**body, **extra})), "0.1.0") == known
     listed = validated("trajectories", {**body, "initial": [{}]})
-    assert job_id("trajectories", listed, "0.1.0") != known
+    assert canonical_id("trajectories", canonical(listed), "0.1.0") != known
 
 
 def test_states_of_a_list_are_written_out_one_by_one():
@@ -129,7 +145,7 @@ def test_shape_must_agree_with_explicit_values():
 
 
 def test_a_pair_without_points_says_what_is_missing():
-    detail, allowed = refused(arguments.grazing_curve, None, (0.1, 0.2), None, 8)["/omega"]
+    detail, allowed = refused(asked, "grazing_curve", omega=(0.1, 0.2))["/omega"]
     assert "points is missing" in detail
     assert "(start, stop)" in allowed
     assert "shape is missing" in refused(umap, (0.1, 0.2), (1, 2), None)["/omega"][0]
@@ -188,20 +204,40 @@ def test_stops_that_are_allowed_are_numbers():
 
 
 def test_the_parts_of_a_diagram_are_asked_as_by_themselves():
-    whole = arguments.unfolding_diagram(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), 500, 16, 4, 2, True)
-    alone = arguments.unfolding_map(None, (0.26, 0.3), [1.3, 1.5, 2.0], (3, 900), "rest", 500, 16)
-    assert whole.unfolding_map == alone
-    assert whole.grazing_curve == arguments.grazing_curve(None, (0.26, 0.3), 1800, 4)
-    assert whole.codimension_two_points == arguments.codimension_two_points(None, (0.26, 0.3), 4, 2)
-    assert whole.bifurcation_curves == arguments.bifurcation_curves(None, (0.26, 0.3), (1.3, 2.0), 2, 1800)
+    window = {"omega": (0.26, 0.3), "clearance": [1.3, 1.5, 2.0], "shape": (3, 900)}
+    plane = {**window, "max_periods": 500, "max_period": 16}
+    whole = asked("unfolding_diagram", **plane, max_order=4, max_multiple=2, borders=True)
+    assert whole.unfolding_map == asked("unfolding_map", **plane)
+    assert whole.grazing_curve == asked("grazing_curve", omega=(0.26, 0.3), points=1800, max_order=4)
+    points = asked("codimension_two_points", omega=(0.26, 0.3), max_order=4, max_multiple=2)
+    assert whole.codimension_two_points == points
+    curves = asked("bifurcation_curves", omega=(0.26, 0.3), clearance=(1.3, 2.0), max_multiple=2, points=1800)
+    assert whole.bifurcation_curves == curves
 
 
 def orbit(motion=None, initial=None):
-    return arguments.periodic_orbit(None, 0.3, 1.5, motion, initial, 100, 8)
+    keywords = {"motion": motion, "initial": initial, "transient_periods": 100, "max_period": 8}
+    return asked("periodic_orbit", omega=0.3, clearance=1.5, **keywords)
+
+
+def branch(motion=None, vary="clearance", range=(1.4, 1.9)):
+    keywords = {"transient_periods": 9, "max_period": 8, "vary": vary, "range": range, "max_points": 9}
+    return asked("orbit_branch", omega=0.3, clearance=1.5, motion=motion, **keywords)
+
+
+def diagram(omega, clearance, points=None, policy="rest"):
+    keywords = {"points": points, "policy": policy, "periods": 1, "transient_periods": 0, "max_period": 8}
+    return asked("bifurcation_diagram", omega=omega, clearance=clearance, **keywords)
+
+
+def mapping(overshoot, stop="A"):
+    return asked("discontinuity_mapping", omega=0.3, overshoot=overshoot, stop=stop)
 
 
 def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None):
-    return arguments.basins(None, 0.3, 1.6, horizontal, ("velocity", 2, [0.0, 0.5]), shape, initial, 100, 8)
+    keywords = {"initial": initial, "shape": shape, "max_periods": 100, "max_period": 8}
+    vertical = ("velocity", 2, [0.0, 0.5])
+    return asked("basins", omega=0.3, clearance=1.6, horizontal=horizontal, vertical=vertical, **keywords)
 
 
 def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
@@ -211,8 +247,8 @@ def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
     assert basins() == basins(initial={"phase": 0})
 
 
-def curves(motions):
-    return arguments.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 2, 400, motions)
+def curves(motions, **keywords):
+    return asked("bifurcation_curves", omega=(0.2, 0.3), clearance=(1.0, 2.0), motions=motions, **keywords)
 
 
 def test_motions_of_a_window_are_given_in_several_ways():
@@ -229,7 +265,7 @@ def test_motions_of_a_window_are_given_in_several_ways():
         ["max_multiple", "points"],
         ["motions"],
     ]
-    wider = arguments.bifurcation_curves(None, (0.2, 0.3), (1.0, 2.0), 9, 50, [(1, [1, -1]), (1, [1, -1]), found])
+    wider = curves([(1, [1, -1]), (1, [1, -1]), found], max_multiple=9, points=50)
     assert canonical(wider) == canonical(asked)
 
 
@@ -278,29 +314,29 @@ def test_a_model_made_with_wrong_fields_names_them_and_what_is_allowed(model, fi
 
 
 def test_an_interval_of_a_model_is_one_of_a_branch():
-    given = arguments.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "clearance", Interval(start=1.0, stop=2.0), 9)
+    given = branch((1, [1]), "clearance", Interval(start=1.0, stop=2.0))
     assert (given.range.start, given.range.stop) == (1.0, 2.0)
-    zero = arguments.orbit_branch(None, 0.3, 1.5, (1, [1]), None, 9, 8, "restitution", (0, 1), 9)
+    zero = branch((1, [1]), "restitution", (0, 1))
     assert zero.range.start == 0.0
 
 
 @pytest.mark.parametrize(
     ("call", "pointer"),
     [
-        (lambda: arguments.grazing_curve("x", (0.1, 0.2), 5, 8), "/oscillator"),
-        (lambda: arguments.grazing_curve(5, (0.1, 0.2), 5, 8), "/oscillator"),
-        (lambda: arguments.grazing_curve({1: 2}, (0.1, 0.2), 5, 8), "/oscillator/1"),
-        (lambda: arguments.trajectory(None, 0.3, 1.5, "rest", 4, 0, 200), "/initial"),
-        (lambda: arguments.grazing_curve(None, 0.3, None, 8), "/omega"),
-        (lambda: arguments.grazing_curve(None, "0.3", 3, 8), "/omega"),
-        (lambda: arguments.grazing_curve(None, np.array(0.3), 5, 8), "/omega"),
-        (lambda: arguments.grazing_curve(None, np.array([[0.3, 0.4]]), None, 8), "/omega/0"),
-        (lambda: arguments.codimension_two_points(None, np.array(0.3), 8, 4), "/omega"),
-        (lambda: arguments.codimension_two_points(None, 0.3, 8, 4), "/omega"),
-        (lambda: arguments.discontinuity_mapping(None, 0.3, "1e-3", "A", "exact", 8), "/overshoot"),
-        (lambda: arguments.discontinuity_mapping(None, 0.3, None, "A", "exact", 8), "/overshoot"),
-        (lambda: arguments.discontinuity_mapping(None, 0.3, 0.0, "A", "exact", 8), "/overshoot/0"),
-        (lambda: arguments.discontinuity_mapping(None, 0.3, 1e-3, "B", "exact", 8), "/stop"),
+        (lambda: asked("grazing_curve", "x", omega=(0.1, 0.2), points=5), "/oscillator"),
+        (lambda: asked("grazing_curve", 5, omega=(0.1, 0.2), points=5), "/oscillator"),
+        (lambda: asked("grazing_curve", {1: 2}, omega=(0.1, 0.2), points=5), "/oscillator/1"),
+        (lambda: Client().trajectory(omega=0.3, clearance=1.5, initial="rest", periods=4), "/initial"),
+        (lambda: asked("grazing_curve", omega=0.3), "/omega"),
+        (lambda: asked("grazing_curve", omega="0.3", points=3), "/omega"),
+        (lambda: asked("grazing_curve", omega=np.array(0.3), points=5), "/omega"),
+        (lambda: asked("grazing_curve", omega=np.array([[0.3, 0.4]])), "/omega/0"),
+        (lambda: asked("codimension_two_points", omega=np.array(0.3)), "/omega"),
+        (lambda: asked("codimension_two_points", omega=0.3), "/omega"),
+        (lambda: mapping("1e-3"), "/overshoot"),
+        (lambda: mapping(None), "/overshoot"),
+        (lambda: mapping(0.0), "/overshoot/0"),
+        (lambda: mapping(1e-3, "B"), "/stop"),
         (lambda: orbit(motion=(0, [1])), "/motion/period"),
         (lambda: orbit(motion=(1, [])), "/motion/stops"),
         (lambda: orbit(motion=(1, [2])), "/motion/stops/0"),
@@ -312,10 +348,10 @@ def test_an_interval_of_a_model_is_one_of_a_branch():
         ),
         (lambda: orbit(motion=(1, [1]), initial={"phase": 1}), "/initial"),
         (lambda: orbit(initial={"velocity": [1]}), "/initial/velocity"),
-        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (1.6, 1.9), 9), "/range"),
-        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", (0, 1.9), 9), "/range/start"),
-        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 1.1), 9), "/range/stop"),
-        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "restitution", (0, 0.7), 9), "/range"),
+        (lambda: branch(vary="clearance", range=(1.6, 1.9)), "/range"),
+        (lambda: branch(vary="clearance", range=(0, 1.9)), "/range/start"),
+        (lambda: branch(vary="restitution", range=(0, 1.1)), "/range/stop"),
+        (lambda: branch(vary="restitution", range=(0, 0.7)), "/range"),
         (lambda: orbit(motion={"period": 1, "stops": [1, -1], "label": "1-2r-1l"}), "/motion/label"),
         (lambda: curves([(1, [1, 2])]), "/motions/0/stops/1"),
         (lambda: curves([]), "/motions"),
@@ -325,14 +361,14 @@ def test_an_interval_of_a_model_is_one_of_a_branch():
             lambda: curves([{"period": 1, "stops": [1], "phases": [1], "velocities": [1], "omega": 0.25}]),
             "/motions/0/clearance",
         ),
-        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "phase", (1.4, 1.9), 9), "/vary"),
-        (lambda: arguments.orbit_branch(None, 0.3, 1.5, None, None, 9, 8, "clearance", 1.4, 9), "/range"),
-        (lambda: arguments.bifurcation_diagram(None, 0.3, 1.5, None, "rest", 1, 0, 8), "/range"),
-        (lambda: arguments.bifurcation_diagram(None, (0.2, 0.3), (1, 2), 5, "rest", 1, 0, 8), "/range"),
-        (lambda: arguments.bifurcation_diagram(None, 0.3, (1, 2), None, "rest", 1, 0, 8), "/clearance"),
-        (lambda: arguments.bifurcation_diagram(None, 0.3, (2, 1), 5, "rest", 1, 0, 8), "/range"),
-        (lambda: arguments.bifurcation_diagram(None, 0.3, (1, 2), 5, "up", 1, 0, 8), "/policy"),
-        (lambda: arguments.bifurcation_diagram(None, 0.0, (1, 2), 5, "rest", 1, 0, 8), "/omega"),
+        (lambda: branch(vary="phase", range=(1.4, 1.9)), "/vary"),
+        (lambda: branch(vary="clearance", range=1.4), "/range"),
+        (lambda: diagram(0.3, 1.5), "/range"),
+        (lambda: diagram((0.2, 0.3), (1, 2), 5), "/range"),
+        (lambda: diagram(0.3, (1, 2)), "/clearance"),
+        (lambda: diagram(0.3, (2, 1), 5), "/range"),
+        (lambda: diagram(0.3, (1, 2), 5, "up"), "/policy"),
+        (lambda: diagram(0.0, (1, 2), 5), "/omega"),
         (lambda: basins(horizontal=("displacement", 1, (-1.0, 1.0))), "/horizontal/values"),
         (lambda: basins(horizontal=("displacement", 1, 0.5)), "/horizontal/values"),
         (lambda: basins(horizontal="x1"), "/horizontal"),
@@ -358,6 +394,13 @@ def test_arguments_of_a_wrong_kind_are_parameter_errors(call, pointer):
 def test_union_branches_do_not_show_in_pointers():
     body = {"omega": {"start": 0.3, "stop": 0.2, "points": 5}}
     assert list(refused(validated, "grazing-curves", body)) == ["/omega"]
+
+
+def test_a_request_of_another_process_is_refused_also_where_it_has_all_the_fields():
+    whole = branch((1, [1]), range=(1.4, 1.9))
+    assert validated("orbit-branches", whole) is whole
+    for process in ("periodic-orbits", "unfolding-maps"):
+        assert "another process" in refused(validated, process, whole)[""][0]
 
 
 def test_an_unknown_process_lists_the_known_ones():

@@ -12,7 +12,7 @@ import pytest
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
 import grazemap
-from grazemap.client import arguments
+from grazemap.client.methods import ProcessMethods
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
 from grazemap.results import Family, UnfoldingMap, decode_result, load
@@ -125,7 +125,7 @@ def test_what_lies_beyond_a_special_point_is_a_question(tmp_path):
         saddle, graze = result.special_points
         assert saddle.beyond == ()
         assert [beyond.admissible for beyond in graze.beyond] == [True, False]
-        asked = arguments.periodic_orbit(**graze.beyond[0].request, initial=None, transient_periods=1000, max_period=32)
+        asked, _ = vars(ProcessMethods)["periodic_orbit"].asked(**graze.beyond[0].request)
         assert (asked.omega, asked.clearance, asked.motion.phases) == (0.27, 1.86, [0.5, 3.5])
         assert asked.oscillator.restitution == 0.8
         assert result.restitution.tolist() == [0.8] * 4

@@ -13,9 +13,10 @@ from grazemap.codec import decode_npz, encode_npz
 from grazemap.results import RESULTS
 from grazemap.results.records import RECORDS
 from grazemap.schema import SCHEMAS, Record, schema_of
-from grazemap.schema.documents import problems, with_deprecated
+from grazemap.schema.documents import with_deprecated
 from grazemap.schema.fields import deprecated
 from grazemap.wire import PROCESSES
+from tests.document_problems import problems
 
 
 def records(record: Record) -> list[Record]:

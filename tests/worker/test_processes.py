@@ -9,15 +9,15 @@ import pytest
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.schema import schema_of
-from grazemap.schema.documents import problems
 from grazemap.schema.maps import TILE_OF_BASINS
-from grazemap.wire import Oscillator, ProcessRequest, canonical, job_id, parse_request
+from grazemap.wire import Oscillator, ProcessRequest, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
 from grazemap_worker.planning import Plan, plan
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer
+from tests.document_problems import problems
 
 MAP = {
     "omega": {"start": 0.28, "stop": 0.29, "points": 4},
@@ -407,7 +407,7 @@ def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> Non
 
 def test_a_map_as_it_always_was_is_the_question_that_it_was() -> None:
     def asked(**changes: object) -> str:
-        return job_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}), "1.0")
+        return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
 
     # nothing of it is in the question's text, so ids of questions from before maps could be so are the same
     for name in ("adaptive", "preview"):
@@ -428,7 +428,7 @@ def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> 
 
 def test_what_an_ensemble_is_drawn_from_is_part_of_its_question_only() -> None:
     def asked(**changes: object) -> str:
-        return job_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}), "1.0")
+        return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
 
     assert asked() == asked(policy="rest", seed=7, initial_conditions=3)
     assert asked(policy="sweep-up") == asked(policy="sweep-up", seed=7)

@@ -17,7 +17,8 @@ from grazemap.wire import (
     Job,
     Problem,
     UnfoldingMapsRequest,
-    job_id,
+    canonical,
+    canonical_id,
     parse_request,
 )
 from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
@@ -78,7 +79,7 @@ def test_same_question_is_one_job(store: Store) -> None:
     second, again = store.jobs.submit("grazing-curves", same, "1", cut, 10)
     assert (created, again) == (True, False)
     assert first == second
-    assert first.id == job_id("grazing-curves", request, "1")
+    assert first.id == canonical_id("grazing-curves", canonical(request), "1")
     assert first.status == "accepted"
     assert first.created is not None
 
@@ -290,7 +291,7 @@ def test_a_full_queue_takes_nothing_and_leaves_nothing(store: Store) -> None:
     with pytest.raises(QueueFull) as caught:
         store.jobs.submit("unfolding-maps", map_request(5), "1", FOUR, 7)
     assert caught.value.retry_after >= 1
-    assert store.jobs.get(job_id("unfolding-maps", map_request(5), "1")) is None
+    assert store.jobs.get(canonical_id("unfolding-maps", canonical(map_request(5)), "1")) is None
     assert len(store.jobs.page()[0]) == 1
     _, created = store.jobs.submit("unfolding-maps", map_request(), "1", FOUR, 4)
     assert not created  # what is there already needs no room

@@ -1,53 +1,38 @@
-"""Requests: the wire model of a request from the arguments of a client's method."""
+"""What callers pass, as the fields of a request, and the check of the request before anything is sent."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, Required, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
-from grazemap.client.conversion import (
-    VALUES,
-    as_coordinate,
-    as_grid,
-    as_interval,
-    as_motion,
-    as_shape,
-    as_state,
-    parameter_error,
-    plain,
-    validated,
-)
+from grazemap.errors import ParameterError
 from grazemap.results import PeriodicOrbit, State
 from grazemap.wire import (
+    PROCESSES,
     BasinCoordinate,
-    BasinsRequest,
-    BifurcationCurvesRequest,
-    BifurcationDiagramsRequest,
-    CodimensionTwoPointsRequest,
-    DiscontinuityMappingsRequest,
-    GrazingCurvesRequest,
+    BranchInterval,
     InitialState,
-    OrbitBranchesRequest,
+    Interval,
     OrbitMotion,
     Oscillator,
-    PeriodicOrbitsRequest,
+    Problem,
+    ProblemError,
     ProcessRequest,
     Range,
-    TrajectoriesRequest,
-    UnfoldingDiagramsRequest,
-    UnfoldingMapsRequest,
+    parse_request,
 )
+from grazemap.wire.base import plain
+from grazemap.wire.error_details import errors_of
 
-R = TypeVar("R", bound=ProcessRequest)
 OscillatorLike = Oscillator | Mapping[str, Any] | None
 StateLike = InitialState | State | Mapping[str, Any]
 """An initial state, for example the `final` of another trajectory."""
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
-
 MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
 """A motion with impacts: (period, stops), the same and phases and velocities as a mapping or a wire model, or an orbit
 that was found; a mapping or an orbit for curves in a window also has omega and clearance."""
@@ -55,259 +40,182 @@ CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
 
-def grazing_curve(
-    oscillator: OscillatorLike, omega: Values, points: int | None, max_order: int, sequence: bool = False
-) -> GrazingCurvesRequest:
-    """Return the request for a grazing curve. Raises ParameterError."""
-    body = {"omega": as_grid("omega", omega, points, "points"), "max_order": max_order, "sequence": sequence}
-    return request_of(GrazingCurvesRequest, oscillator, body)
+class PathOptions(TypedDict, total=False):
+    """The keywords of `trajectory` that are the same for one initial state and for several."""
+
+    omega: Required[float]
+    clearance: Required[float]
+    periods: Required[int]
+    transient_periods: int
+    samples_per_period: int | None
+    times: Sequence[float] | NDArray[np.float64] | None
+    progress: bool
 
 
-def codimension_two_points(
-    oscillator: OscillatorLike, omega: tuple[float, float], max_order: int, max_multiple: int
-) -> CodimensionTwoPointsRequest:
-    """Return the request for the codimension-two points of an interval. Raises ParameterError."""
-    body = {"omega": as_interval("omega", omega), "max_order": max_order, "max_multiple": max_multiple}
-    return request_of(CodimensionTwoPointsRequest, oscillator, body)
+# The service's own words for the same problem.
+_INVALID_REQUEST = Problem(
+    type="urn:grazemap:problem:invalid-request",
+    title="Invalid request",
+    status=422,
+    detail="Values are missing, unknown or out of range; see errors.",
+)
+_MOTION = (
+    "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
+    "a mapping with phases and velocities too; or an orbit that was found"
+)
+_VALUES = "(start, stop) with a number of points, or an increasing list or array"
 
 
-def discontinuity_mapping(
-    oscillator: OscillatorLike,
-    omega: float,
-    overshoot: float | Sequence[float] | NDArray[np.float64],
-    stop: str,
-    order: str,
-    returns: int,
-) -> DiscontinuityMappingsRequest:
-    """Return the request for a discontinuity mapping; one overshoot may be a number. Raises ParameterError."""
-    sizes = plain(overshoot)
-    body = {
-        "omega": omega,
-        "overshoot": [sizes] if isinstance(sizes, int | float) else sizes,
-        "stop": stop,
-        "order": order,
-        "returns": returns,
-    }
-    return request_of(DiscontinuityMappingsRequest, oscillator, body)
+def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> ProcessRequest:
+    """Return the request of a process as its wire model.
+
+    Raises
+    ------
+    ParameterError
+        There is no such process, or a value is not allowed.
+    """
+    if not isinstance(process, str) or process not in PROCESSES:
+        raise _parameter_error("", "there is no such process", ", ".join(PROCESSES))
+    model = PROCESSES[process]
+    if isinstance(body, ProcessRequest):
+        if not isinstance(body, model) or body.operation is not model.operation:
+            raise _parameter_error("", "the request belongs to another process", model.__name__)
+        return body
+    if not isinstance(body, Mapping):
+        raise _parameter_error("", "the request is not an object", "a mapping, as the HTTP interface takes it")
+    try:
+        return parse_request(process, dict(body))
+    except ValidationError as error:
+        details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
+        errors = errors_of(details, model, naming=True)
+        raise ParameterError(_INVALID_REQUEST.model_copy(update={"errors": errors})) from None
 
 
-def trajectory(
-    oscillator: OscillatorLike,
-    omega: float,
-    clearance: float,
-    initial: StateLike | Sequence[StateLike] | None,
-    periods: int,
-    transient_periods: int,
-    samples_per_period: int | None,
-    times: Sequence[float] | NDArray[np.float64] | None = None,
-) -> TrajectoriesRequest:
-    """Return the request for a trajectory, or for one from each of several states. Raises ParameterError."""
-    body: dict[str, Any] = {
-        "omega": omega,
-        "clearance": clearance,
-        "periods": periods,
-        "transient_periods": transient_periods,
-    }
-    for name, value in (("samples_per_period", samples_per_period), ("times", times)):
-        if value is not None:
-            body[name] = plain(value)
-    if initial is not None:
-        several = isinstance(initial, Sequence) and not isinstance(initial, str | bytes)
-        body["initial"] = [as_state(state) for state in plain(initial)] if several else as_state(initial)
-    return request_of(TrajectoriesRequest, oscillator, body)
+def _parameter_error(pointer: str, detail: str, allowed: str) -> ParameterError:
+    error = ProblemError(pointer=pointer, detail=detail, allowed=allowed)
+    return ParameterError(_INVALID_REQUEST.model_copy(update={"errors": [error]}))
 
 
-def unfolding_map(
-    oscillator: OscillatorLike,
-    omega: Values,
-    clearance: Values,
-    shape: tuple[int, int] | None,
-    policy: str,
-    max_periods: int,
-    max_period: int,
-    initial_conditions: int = 16,
-    seed: int = 0,
-    adaptive: bool = False,
-    preview: bool = False,
-) -> UnfoldingMapsRequest:
-    """Return the request for an unfolding map; shape is (clearance points, omega points). Raises ParameterError."""
-    body = {
-        **_plane(omega, clearance, shape),
-        "policy": policy,
-        "max_periods": max_periods,
-        "max_period": max_period,
-        "initial_conditions": initial_conditions,
-        "seed": seed,
-        "adaptive": adaptive,
-        "preview": preview,
-    }
-    return request_of(UnfoldingMapsRequest, oscillator, body)
-
-
-def unfolding_diagram(
-    oscillator: OscillatorLike,
-    omega: Values,
-    clearance: Values,
-    shape: tuple[int, int] | None,
-    max_periods: int,
-    max_period: int,
-    max_order: int,
-    max_multiple: int,
-    borders: bool,
-) -> UnfoldingDiagramsRequest:
-    """Return the request for an unfolding diagram; shape as for an unfolding map. Raises ParameterError."""
-    body = {
-        **_plane(omega, clearance, shape),
-        "max_periods": max_periods,
-        "max_period": max_period,
-        "max_order": max_order,
-        "max_multiple": max_multiple,
-        "borders": borders,
-    }
-    return request_of(UnfoldingDiagramsRequest, oscillator, body)
-
-
-def bifurcation_diagram(
-    oscillator: OscillatorLike,
-    omega: Any,
-    clearance: Any,
-    points: int | None,
-    policy: str,
-    periods: int,
-    transient_periods: int,
-    max_period: int,
-) -> BifurcationDiagramsRequest:
-    """Return the request for a bifurcation diagram: one of omega and clearance is a number. Raises ParameterError."""
-    given = {"omega": omega, "clearance": clearance}
-    numbers = [name for name, value in given.items() if isinstance(plain(value), int | float)]
-    if len(numbers) != 1:
-        detail = "one of omega and clearance varies, and the other one is a number"
-        raise parameter_error("/range", detail, f"one number, and for the other {VALUES}")
-    fixed = numbers[0]
-    vary = "clearance" if fixed == "omega" else "omega"
-    body = {
-        "vary": vary,
-        "range": as_grid(vary, given[vary], points, "points"),
-        fixed: plain(given[fixed]),
-        "policy": policy,
-        "periods": periods,
-        "transient_periods": transient_periods,
-        "max_period": max_period,
-    }
-    return request_of(BifurcationDiagramsRequest, oscillator, body)
-
-
-def basins(
-    oscillator: OscillatorLike,
-    omega: float,
-    clearance: float,
-    horizontal: CoordinateLike,
-    vertical: CoordinateLike,
-    shape: tuple[int, int] | None,
-    initial: StateLike | None,
-    max_periods: int,
-    max_period: int,
-) -> BasinsRequest:
-    """Return the request for basins; shape is (vertical points, horizontal points). Raises ParameterError."""
-    rows, columns = as_shape(shape, "(vertical points, horizontal points)")
-    body: dict[str, Any] = {
-        "omega": omega,
-        "clearance": clearance,
-        "horizontal": as_coordinate("horizontal", horizontal, columns),
-        "vertical": as_coordinate("vertical", vertical, rows),
-        "max_periods": max_periods,
-        "max_period": max_period,
-    }
-    if initial is not None:
-        body["initial"] = as_state(initial)
-    return request_of(BasinsRequest, oscillator, body)
-
-
-def periodic_orbit(
-    oscillator: OscillatorLike,
-    omega: float,
-    clearance: float,
-    motion: MotionLike | None,
-    initial: StateLike | None,
-    transient_periods: int,
-    max_period: int,
-) -> PeriodicOrbitsRequest:
-    """Return the request for a periodic orbit. Raises ParameterError."""
-    body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
-    return request_of(PeriodicOrbitsRequest, oscillator, body)
-
-
-def orbit_branch(
-    oscillator: OscillatorLike,
-    omega: float,
-    clearance: float,
-    motion: MotionLike | None,
-    initial: StateLike | None,
-    transient_periods: int,
-    max_period: int,
-    vary: str,
-    range: tuple[float, float],
-    max_points: int,
-) -> OrbitBranchesRequest:
-    """Return the request for the branch of a periodic orbit. Raises ParameterError."""
-    body = _orbit(omega, clearance, motion, initial, transient_periods, max_period)
-    body |= {"vary": vary, "range": as_interval("range", range), "max_points": max_points}
-    return request_of(OrbitBranchesRequest, oscillator, body)
-
-
-def bifurcation_curves(
-    oscillator: OscillatorLike,
-    omega: tuple[float, float],
-    clearance: tuple[float, float],
-    max_multiple: int,
-    points: int,
-    motions: Sequence[MotionLike] | None = None,
-) -> BifurcationCurvesRequest:
-    """Return the request for the bifurcation curves of a window. Raises ParameterError."""
-    body = {
-        "omega": as_interval("omega", omega),
-        "clearance": as_interval("clearance", clearance),
-        "max_multiple": max_multiple,
-        "points": points,
-    }
-    if motions is not None:
-        several = isinstance(motions, Sequence) and not isinstance(motions, str | bytes)
-        body["motions"] = (
-            [as_motion(motion, f"/motions/{k}", in_window=True) for k, motion in enumerate(motions)]
-            if several
-            else motions
-        )
-    return request_of(BifurcationCurvesRequest, oscillator, body)
-
-
-def _plane(omega: Values, clearance: Values, shape: tuple[int, int] | None) -> dict[str, Any]:
-    rows, columns = as_shape(shape, "(clearance points, omega points)")
+def plane(omega: Any, clearance: Any, shape: Any) -> dict[str, Any]:
+    """Return the ranges of a map; shape is (clearance points, omega points). Raises ParameterError."""
+    rows, columns = _shape(shape, "(clearance points, omega points)")
     return {
         "omega": as_grid("omega", omega, columns, "shape"),
         "clearance": as_grid("clearance", clearance, rows, "shape"),
     }
 
 
-def _orbit(
-    omega: float, clearance: float, motion: Any, initial: Any, transient_periods: int, max_period: int
-) -> dict[str, Any]:
-    body = {
-        "omega": omega,
-        "clearance": clearance,
-        "transient_periods": transient_periods,
-        "max_period": max_period,
+def rectangle(horizontal: Any, vertical: Any, shape: Any) -> dict[str, Any]:
+    """Return the coordinates of basins; shape is (vertical points, horizontal points). Raises ParameterError."""
+    rows, columns = _shape(shape, "(vertical points, horizontal points)")
+    return {
+        "horizontal": _as_coordinate("horizontal", horizontal, columns),
+        "vertical": _as_coordinate("vertical", vertical, rows),
     }
-    if motion is not None:
-        body["motion"] = as_motion(motion, "/motion")
-    if initial is not None:
-        body["initial"] = as_state(initial)
-    return body
 
 
-def request_of(model: type[R], oscillator: OscillatorLike, body: dict[str, Any]) -> R:
-    """Return the request with these fields, and the oscillator if one is given. Raises ParameterError."""
-    if oscillator is not None:
-        body["oscillator"] = plain(oscillator)
-    request = validated(model.operation.process, body)
-    assert isinstance(request, model)
-    return request
+def one_varies(omega: Any, clearance: Any, points: int | None) -> dict[str, Any]:
+    """Return which of omega and clearance varies, its range, and the other one. Raises ParameterError."""
+    given = {"omega": plain(omega), "clearance": plain(clearance)}
+    numbers = [name for name, value in given.items() if isinstance(value, int | float)]
+    if len(numbers) != 1:
+        detail = "one of omega and clearance varies, and the other one is a number"
+        raise _parameter_error("/range", detail, f"one number, and for the other {_VALUES}")
+    vary = "clearance" if numbers == ["omega"] else "omega"
+    values = as_grid(vary, {"omega": omega, "clearance": clearance}[vary], points, "points")
+    return {**given, "vary": vary, vary: None, "range": values}
+
+
+def as_grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
+    """Return a range, or the values as a list; a tuple of two numbers is (start, stop).
+
+    Raises ParameterError where the number of points is missing, or is not that of the values; all else the models
+    check. `keyword` is the argument that gives the number of points.
+    """
+    if isinstance(values, tuple) and len(values) == 2:
+        if points is None:
+            raise _parameter_error(f"/{name}", f"{name} has a start and a stop, and {keyword} is missing", _VALUES)
+        return {"start": values[0], "stop": values[1], "points": points}
+    values = plain(values)
+    count = _count(values)
+    if points is not None and count is not None and points != count:
+        detail = f"{name} has {count} values, and {keyword} asks for another number"
+        raise _parameter_error(f"/{name}", detail, _VALUES)
+    return values
+
+
+def as_interval(name: str, values: Any) -> Any:
+    """Return an interval as the models take it. Raises ParameterError."""
+    if isinstance(values, Interval | BranchInterval):
+        return values.model_dump()
+    values = plain(values)
+    if isinstance(values, dict):
+        return values
+    if not isinstance(values, list) or len(values) != 2:
+        raise _parameter_error(f"/{name}", f"{name} is not an interval", "(start, stop) with stop > start > 0")
+    return {"start": values[0], "stop": values[1]}
+
+
+def as_states(states: Any) -> Any:
+    """Return an initial state, or a sequence of them, as the models take it."""
+    if isinstance(states, State):
+        return {"displacement": states.displacement, "velocity": states.velocity, "phase": states.phase}
+    states = plain(states)
+    return [as_states(state) for state in states] if isinstance(states, list) else states
+
+
+def start(motion: Any, initial: Any) -> dict[str, Any]:
+    """Return what the search for an orbit starts from: a motion, or an initial state. Raises ParameterError."""
+    return {"motion": None if motion is None else as_motion(motion), "initial": as_states(initial)}
+
+
+def as_motion(motion: Any, at: str = "/motion", in_window: bool = False) -> Any:
+    """Return a motion as the models take it; one in a window with its omega and clearance, if they are known.
+
+    Raises ParameterError for an orbit that was not found, and for what is no motion.
+    """
+    if isinstance(motion, tuple | list) and len(motion) == 2:
+        return {"period": motion[0], "stops": plain(motion[1])}
+    if isinstance(motion, PeriodicOrbit):
+        if not motion.converged:
+            raise _parameter_error(at, f"this orbit was not found: {motion.reason or 'no reason given'}", _MOTION)
+        named = {"period": motion.period, **{name: getattr(motion, name) for name in ("stops", "phases", "velocities")}}
+        return named | ({"omega": motion.omega, "clearance": motion.clearance} if in_window else {})
+    if isinstance(motion, OrbitMotion):
+        return motion.model_dump(exclude_none=True)
+    if not isinstance(motion, Mapping):
+        raise _parameter_error(at, "this is not a motion; its name alone does not give the order of its stops", _MOTION)
+    return dict(motion)
+
+
+def as_motions(motions: Any) -> Any:
+    """Return the motions of a window as the models take them. Raises ParameterError."""
+    if not isinstance(motions, Sequence) or isinstance(motions, str | bytes):
+        return motions
+    return [as_motion(motion, f"/motions/{k}", in_window=True) for k, motion in enumerate(motions)]
+
+
+def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:
+    """Return the numbers of rows and columns, None for both where no shape is given. Raises ParameterError."""
+    try:
+        rows, columns = shape if shape is not None else (None, None)
+    except (TypeError, ValueError):
+        raise _parameter_error("/shape", "shape is not two numbers", meaning) from None
+    return rows, columns
+
+
+def _as_coordinate(name: str, coordinate: Any, points: int | None) -> Any:
+    """Return an initial coordinate as the models take it. Raises ParameterError."""
+    if isinstance(coordinate, tuple | list) and len(coordinate) == 3:
+        coordinate = dict(zip(("quantity", "mass", "values"), coordinate, strict=True))
+    if isinstance(coordinate, Mapping) and "values" in coordinate:
+        return {**coordinate, "values": as_grid(f"{name}/values", coordinate["values"], points, "shape")}
+    return coordinate
+
+
+def _count(values: Any) -> int | None:
+    """Return how many values a range or a list has, None for anything else."""
+    if isinstance(values, list):
+        return len(values)
+    points = values.get("points") if isinstance(values, dict) else getattr(values, "points", None)
+    return points if isinstance(points, int) else None

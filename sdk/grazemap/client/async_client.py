@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Self, TypeVar, overload
+from typing import Any, Self, Unpack, overload
 
 import httpx2
 import numpy as np
@@ -12,19 +12,14 @@ from numpy.typing import NDArray
 
 from grazemap import constants
 from grazemap.client import arguments, async_jobs
-from grazemap.client.arguments import OscillatorLike, StateLike
+from grazemap.client.arguments import OscillatorLike, PathOptions, StateLike, validated
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_jobs import AsyncJobHandle
-from grazemap.client.conversion import validated
-from grazemap.client.http import Settings, read_object
-from grazemap.client.method import Awaited, Question
-from grazemap.client.methods import ProcessMethods
-from grazemap.client.progress import Listener
-from grazemap.errors import ProtocolError
-from grazemap.results import Result, Trajectories, Trajectory
+from grazemap.client.http import Settings, json_object
+from grazemap.client.methods import Awaited, ProcessMethods
+from grazemap.results import Trajectories, Trajectory
 from grazemap.wire import ProcessRequest, Status
-
-R = TypeVar("R", bound=Result)
+from grazemap.wire.base import plain
 
 
 class AsyncClient(ProcessMethods, Awaited):
@@ -59,7 +54,7 @@ class AsyncClient(ProcessMethods, Awaited):
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.AsyncBaseTransport | None = None,
     ) -> None:
-        self._connection = AsyncConnection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
+        self._connection = AsyncConnection(Settings(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
@@ -78,7 +73,8 @@ class AsyncClient(ProcessMethods, Awaited):
 
     async def describe(self) -> dict[str, Any]:
         """Return what the service says about itself: versions, processes, limits."""
-        return read_object(await self._connection.send("GET", constants.API_PREFIX))
+        response = await self._connection.send("GET", constants.API_PREFIX)
+        return json_object(response.content, "the answer")
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
         """Submit a request without waiting; the same request again gives the same job.
@@ -96,7 +92,7 @@ class AsyncClient(ProcessMethods, Awaited):
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        job = await async_jobs.submit(self._connection, process, validated(process, request))
+        job = await async_jobs.submit(self._connection, validated(process, request))
         return AsyncJobHandle(self._connection, job)
 
     async def job(self, job_id: str) -> AsyncJobHandle:
@@ -112,32 +108,12 @@ class AsyncClient(ProcessMethods, Awaited):
 
     @overload
     async def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: StateLike | None = None,
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
+        self, oscillator: OscillatorLike = None, *, initial: StateLike | None = None, **options: Unpack[PathOptions]
     ) -> Trajectory: ...
 
     @overload
     async def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: Sequence[StateLike],
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
+        self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
     async def trajectory(
@@ -178,19 +154,14 @@ class AsyncClient(ProcessMethods, Awaited):
         ------
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.trajectory(
-            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
-        )
-        if isinstance(request.initial, list):
-            return await self._answer(Question(Trajectories, request, progress))
-        return await self._answer(Question(Trajectory, request, progress))
-
-    async def _answer(self, question: Question[R]) -> R:
-        process = question.result.process
-        with Listener(process, question.progress) as listener:
-            result = await async_jobs.answer(
-                self._connection, process, question.request, constants.PREFER_WAIT, listener
-            )
-        if not isinstance(result, question.result):
-            raise ProtocolError("the service answered with the result of another process")
-        return result
+        states = arguments.as_states(initial)
+        body = {"omega": omega, "clearance": clearance, "periods": periods, "transient_periods": transient_periods}
+        optional = {
+            "oscillator": oscillator,
+            "initial": states,
+            "samples_per_period": samples_per_period,
+            "times": times,
+        }
+        body |= {name: plain(value) for name, value in optional.items() if value is not None}
+        kind: type[Trajectory | Trajectories] = Trajectories if isinstance(states, list) else Trajectory
+        return await async_jobs.answer(self._connection, kind, validated("trajectories", body), progress)

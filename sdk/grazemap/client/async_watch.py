@@ -10,7 +10,7 @@ import httpx2
 from grazemap import constants
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.events import Event, EventDecoder
-from grazemap.client.http import pause, read_model
+from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
 
@@ -96,7 +96,7 @@ class AsyncFollower:
 
     async def _look(self) -> Job:
         response = await self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
-        self.job = read_model(Job, response)
+        self.job = Job.read(response.content)
         return self.job
 
     def _near_deadline(self) -> bool:

@@ -12,18 +12,9 @@ import json
 import logging
 import os
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class CachedResult:
-    """The npz bytes of a result and the strong ETag they came with."""
-
-    etag: str
-    data: bytes
 
 
 class ResultCache:
@@ -37,8 +28,8 @@ class ResultCache:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder).expanduser()
 
-    def read(self, job_id: str) -> CachedResult | None:
-        """Return the cached result of a job, or None."""
+    def read(self, job_id: str) -> tuple[str, bytes] | None:
+        """Return the strong ETag and the npz bytes of a job's cached result, or None."""
         try:
             head, _, data = self._path(job_id).read_bytes().partition(b"\n")
         except FileNotFoundError:
@@ -51,7 +42,7 @@ class ResultCache:
             etag, digest = str(described["etag"]), described["sha256"]
         except (ValueError, TypeError, KeyError):
             return None
-        return CachedResult(etag, data) if hashlib.sha256(data).hexdigest() == digest else None
+        return (etag, data) if hashlib.sha256(data).hexdigest() == digest else None
 
     def write(self, job_id: str, etag: str, data: bytes) -> None:
         """Write a result; where that fails, log it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Self, TypeVar, overload
+from typing import Any, Self, Unpack, overload
 
 import httpx2
 import numpy as np
@@ -13,19 +13,14 @@ from numpy.typing import NDArray
 
 from grazemap import constants
 from grazemap.client import arguments, jobs
-from grazemap.client.arguments import OscillatorLike, StateLike
+from grazemap.client.arguments import OscillatorLike, PathOptions, StateLike, validated
 from grazemap.client.connection import Connection
-from grazemap.client.conversion import validated
-from grazemap.client.http import Settings, read_object
+from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
-from grazemap.client.method import Blocking, Question
-from grazemap.client.methods import ProcessMethods
-from grazemap.client.progress import Listener
-from grazemap.errors import ProtocolError
-from grazemap.results import Result, Trajectories, Trajectory
+from grazemap.client.methods import Blocking, ProcessMethods
+from grazemap.results import Trajectories, Trajectory
 from grazemap.wire import ProcessRequest, Status
-
-R = TypeVar("R", bound=Result)
+from grazemap.wire.base import plain
 
 
 class Client(ProcessMethods, Blocking):
@@ -60,7 +55,7 @@ class Client(ProcessMethods, Blocking):
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._connection = Connection(Settings.of(base_url, api_key, cache_dir, timeout, retries), transport)
+        self._connection = Connection(Settings(base_url, api_key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
@@ -79,7 +74,8 @@ class Client(ProcessMethods, Blocking):
 
     def describe(self) -> dict[str, Any]:
         """Return what the service says about itself: versions, processes, limits."""
-        return read_object(self._connection.send("GET", constants.API_PREFIX))
+        response = self._connection.send("GET", constants.API_PREFIX)
+        return json_object(response.content, "the answer")
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
         """Submit a request without waiting; the same request again gives the same job.
@@ -97,7 +93,7 @@ class Client(ProcessMethods, Blocking):
             Values that are not allowed; most are found before anything is sent.
         QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        job = jobs.submit(self._connection, process, validated(process, request))
+        job = jobs.submit(self._connection, validated(process, request))
         return JobHandle(self._connection, job)
 
     def job(self, job_id: str) -> JobHandle:
@@ -111,32 +107,12 @@ class Client(ProcessMethods, Blocking):
 
     @overload
     def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: StateLike | None = None,
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
+        self, oscillator: OscillatorLike = None, *, initial: StateLike | None = None, **options: Unpack[PathOptions]
     ) -> Trajectory: ...
 
     @overload
     def trajectory(
-        self,
-        oscillator: OscillatorLike = None,
-        *,
-        omega: float,
-        clearance: float,
-        initial: Sequence[StateLike],
-        periods: int,
-        transient_periods: int = 0,
-        samples_per_period: int | None = None,
-        times: Sequence[float] | NDArray[np.float64] | None = None,
-        progress: bool = True,
+        self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
     def trajectory(
@@ -177,17 +153,14 @@ class Client(ProcessMethods, Blocking):
         ------
         ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.trajectory(
-            oscillator, omega, clearance, initial, periods, transient_periods, samples_per_period, times
-        )
-        if isinstance(request.initial, list):
-            return self._answer(Question(Trajectories, request, progress))
-        return self._answer(Question(Trajectory, request, progress))
-
-    def _answer(self, question: Question[R]) -> R:
-        process = question.result.process
-        with Listener(process, question.progress) as listener:
-            result = jobs.answer(self._connection, process, question.request, constants.PREFER_WAIT, listener)
-        if not isinstance(result, question.result):
-            raise ProtocolError("the service answered with the result of another process")
-        return result
+        states = arguments.as_states(initial)
+        body = {"omega": omega, "clearance": clearance, "periods": periods, "transient_periods": transient_periods}
+        optional = {
+            "oscillator": oscillator,
+            "initial": states,
+            "samples_per_period": samples_per_period,
+            "times": times,
+        }
+        body |= {name: plain(value) for name, value in optional.items() if value is not None}
+        kind: type[Trajectory | Trajectories] = Trajectories if isinstance(states, list) else Trajectory
+        return jobs.answer(self._connection, kind, validated("trajectories", body), progress)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
-from grazemap.errors import ProtocolError
+from grazemap.client.http import json_object
 
 
 @dataclass(frozen=True)
@@ -65,10 +64,4 @@ class EventDecoder:
         self._name, self._data = "", []
         if not data:
             return None
-        try:
-            content = json.loads(data)
-        except (ValueError, RecursionError) as error:
-            raise ProtocolError("an event of the job is not JSON") from error
-        if not isinstance(content, dict):
-            raise ProtocolError("an event of the job is not a JSON object")
-        return Event(self.last_id, name, content)
+        return Event(self.last_id, name, json_object(data, "an event of the job"))

@@ -7,22 +7,19 @@ import json
 import os
 import random
 import re
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
-from typing import Any, Self, TypeVar
+from typing import Any
 from urllib.parse import urlsplit
 
 import httpx2
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from grazemap import constants
 from grazemap.client.cache import ResultCache
 from grazemap.errors import ConnectionFailed, NotFound, ProtocolError, ServiceProblem, problem_exception
 from grazemap.version import __version__
 from grazemap.wire import Problem
-
-M = TypeVar("M", bound=BaseModel)
 
 _ADDRESS = "base_url must look like http://host:port or https://host"
 # A header can carry no more than this; an empty key is none.
@@ -38,26 +35,17 @@ _UNKNOWN_JOB = Problem(
 )
 
 
-@dataclass(frozen=True)
 class Settings:
-    """The checked arguments of a client's constructor."""
+    """The arguments of a client's constructor; those that are not valid raise ValueError."""
 
-    base_url: str
-    api_key: str | None
-    cache: ResultCache | None
-    timeout: float
-    retries: int
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         base_url: str,
         api_key: str | None,
         cache_dir: str | os.PathLike[str] | None,
         timeout: float,
         retries: int,
-    ) -> Self:
-        """Check the arguments; nothing is sent. Raises ValueError."""
+    ) -> None:
         try:
             parts = httpx2.URL(base_url)
             port_fits = parts.port is None or parts.port < 1 << 16
@@ -71,8 +59,9 @@ class Settings:
             raise ValueError("api_key must be printable ASCII without spaces")
         if timeout <= 0 or retries < 0:
             raise ValueError("timeout must be > 0 and retries >= 0")
-        cache = ResultCache(cache_dir) if cache_dir is not None else None
-        return cls(base_url.rstrip("/"), api_key, cache, timeout, retries)
+        self.base_url, self.api_key = base_url.rstrip("/"), api_key
+        self.cache = ResultCache(cache_dir) if cache_dir is not None else None
+        self.timeout, self.retries = timeout, retries
 
     @property
     def headers(self) -> dict[str, str]:
@@ -137,20 +126,12 @@ def _retry_after(response: httpx2.Response) -> float | None:
     return max(0.0, (moment - datetime.now(UTC)).total_seconds())
 
 
-def read_model(model: type[M], response: httpx2.Response) -> M:
-    """Return an answer's body as a model. Raises ProtocolError."""
+def json_object(content: str | bytes, name: str) -> dict[str, Any]:
+    """Return a JSON object that the service sent. Raises ProtocolError, which calls it by the name."""
     try:
-        return model.model_validate_json(response.content)
-    except ValidationError as error:
-        raise ProtocolError(f"the answer is not a {model.__name__.lower()} of a grazemap service") from error
-
-
-def read_object(response: httpx2.Response) -> dict[str, Any]:
-    """Return an answer's body as a JSON object. Raises ProtocolError."""
-    try:
-        value = json.loads(response.content)
+        value = json.loads(content)
     except (ValueError, RecursionError) as error:
-        raise ProtocolError("the answer is not JSON") from error
+        raise ProtocolError(f"{name} is not JSON") from error
     if not isinstance(value, dict):
-        raise ProtocolError("the answer is not a JSON object")
+        raise ProtocolError(f"{name} is not a JSON object")
     return value

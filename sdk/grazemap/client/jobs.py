@@ -6,18 +6,20 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Generator
 from contextlib import closing
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
 
 from grazemap.client.connection import Connection
 from grazemap.client.events import Event
-from grazemap.client.http import JOB_ID, job_path, read_model
+from grazemap.client.http import JOB_ID, job_path
 from grazemap.client.progress import Listener
 from grazemap.client.watch import Follower
-from grazemap.constants import API_PREFIX
+from grazemap.constants import API_PREFIX, PREFER_WAIT
 from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
 from grazemap.results import Result, decode_result
 from grazemap.wire import Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
+
+R = TypeVar("R", bound=Result)
 
 
 class JobHandle:
@@ -115,17 +117,18 @@ class JobHandle:
 
     def cancel(self) -> JobHandle:
         """Dismiss the job, unless it is finished, and return the handle."""
-        self._job = read_model(Job, self._connection.send("DELETE", job_path(self.id)))
+        self._job = Job.read((self._connection.send("DELETE", job_path(self.id))).content)
         return self
 
 
-def submit(connection: Connection, process: str, request: ProcessRequest, prefer_wait: int = 0) -> Job:
+def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0) -> Job:
     """Submit a request and return its job, a new one or the one of an earlier submission."""
     headers = {"content-type": "application/json"}
     if prefer_wait:
         headers["prefer"] = f"wait={prefer_wait}"
     body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
-    job = read_model(Job, connection.send("POST", f"{API_PREFIX}/{process}", headers=headers, content=body))
+    path = f"{API_PREFIX}/{request.operation.process}"
+    job = Job.read((connection.send("POST", path, headers=headers, content=body)).content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an impossible job id")
     return job
@@ -133,7 +136,7 @@ def submit(connection: Connection, process: str, request: ProcessRequest, prefer
 
 def look(connection: Connection, job_id: str) -> Job:
     """Return a job as it is now. Raises NotFound."""
-    return read_model(Job, connection.send("GET", job_path(job_id)))
+    return Job.read((connection.send("GET", job_path(job_id))).content)
 
 
 def list_jobs(connection: Connection, status: str | None, process: str | None, limit: int) -> list[Job]:
@@ -145,7 +148,7 @@ def list_jobs(connection: Connection, status: str | None, process: str | None, l
         params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}
         if cursor:
             params["cursor"] = cursor
-        page = read_model(JobList, connection.send("GET", f"{API_PREFIX}/jobs", params=params))
+        page = JobList.read((connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
         found.extend(page.jobs)
         # Only the cursor is taken from the link: the address stays the one the client was given.
         next_links = [link.href for link in page.links if link.rel == "next"]
@@ -155,17 +158,15 @@ def list_jobs(connection: Connection, status: str | None, process: str | None, l
     return found[:limit]
 
 
-def answer(
-    connection: Connection,
-    process: str,
-    request: ProcessRequest,
-    prefer_wait: int,
-    listen: Callable[[Event], None],
-) -> Result:
-    """Submit a request, follow its job, and return the result. Raises JobFailed, JobDismissed."""
-    job = submit(connection, process, request, prefer_wait)
-    _require_success(Follower(connection, job_path(job.id), job=job).run(listen))
-    return fetch(connection, job.id, listen)
+def answer(connection: Connection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
+    """Submit a request, follow its job, and return the result, which is of a kind. Raises JobFailed, JobDismissed."""
+    with Listener(request.operation.process, progress) as listener:
+        job = submit(connection, request, PREFER_WAIT)
+        _require_success(Follower(connection, job_path(job.id), job=job).run(listener))
+        result = fetch(connection, job.id, listener)
+    if not isinstance(result, kind):
+        raise ProtocolError("the service answered with the result of another process")
+    return result
 
 
 def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
@@ -177,7 +178,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
     """
     cache = connection.settings.cache
     cached = cache.read(job_id) if cache else None
-    headers = {"if-none-match": cached.etag} if cached else {}
+    headers = {"if-none-match": cached[0]} if cached else {}
     while True:
         try:
             response = connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
@@ -186,9 +187,9 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
             _require_success(look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
-            return decode_result(cached.data)
+            return decode_result(cached[1])
         if response.status_code == 202:
-            job = read_model(Job, response)
+            job = Job.read(response.content)
             _require_success(Follower(connection, job_path(job.id)).run(listen))
             if job.id != job_id:  # the result is of another version, and this job computes it anew
                 return fetch(connection, job.id, listen)

@@ -1,18 +1,25 @@
 """The methods of both clients, one for each process: the blocking client's return results, the other's are awaited.
 
-Only `trajectory`, which has two kinds of results, is written in the client.
+Each is written as a function that returns the fields of the request that are not simply its arguments; `method` makes
+of it what sends the request and waits for the result. Only `trajectory`, which has two kinds of results, is written in
+the client.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Coroutine, Sequence
+from functools import wraps
+from inspect import cleandoc, signature
+from types import MethodType
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.client import arguments
+from grazemap.client import arguments, async_jobs, jobs
 from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
-from grazemap.client.method import Question, method
+from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.connection import Connection
 from grazemap.results import (
     Basins,
     BifurcationCurves,
@@ -22,15 +29,101 @@ from grazemap.results import (
     GrazingCurve,
     OrbitBranch,
     PeriodicOrbit,
+    Result,
     UnfoldingDiagram,
     UnfoldingMap,
 )
+from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire.base import plain
+
+P = ParamSpec("P")
+R = TypeVar("R", bound=Result)
+Fields = dict[str, Any]
+_RAISES = """
+Raises
+------
+ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
+"""
+
+
+class Blocking:
+    """The base of the client whose methods return results."""
+
+    _connection: Connection
+
+
+class Awaited:
+    """The base of the client whose methods are awaited."""
+
+    _connection: AsyncConnection
+
+
+class Method(Generic[P, R]):
+    """A method of both clients that sends a request and waits for its result.
+
+    Parameters
+    ----------
+    result : type
+        The class of the result.
+    fields : function
+        Its parameters are the method's. It returns the fields of the request whose values are not its arguments.
+    """
+
+    def __init__(self, result: type[R], fields: Callable[Concatenate[Any, P], Fields]) -> None:
+        @wraps(fields)
+        def blocking(client: Blocking, *args: P.args, **kwargs: P.kwargs) -> R:
+            return jobs.answer(client._connection, result, *self.asked(*args, **kwargs))
+
+        @wraps(fields)
+        async def awaited(client: Awaited, *args: P.args, **kwargs: P.kwargs) -> R:
+            return await async_jobs.answer(client._connection, result, *self.asked(*args, **kwargs))
+
+        self._process, self._fields, self._signature = result.process, fields, signature(fields)
+        self._optional = {name for name, one in self._signature.parameters.items() if one.default is None}
+        functions: tuple[Any, ...] = (blocking, awaited)
+        for function in functions:
+            function.__annotations__ = {**fields.__annotations__, "return": result.__name__}
+            function.__signature__ = self._signature.replace(return_annotation=result.__name__)
+        described, _, references = cleandoc(fields.__doc__ or "").partition("\nReferences\n")
+        awaited.__doc__ = described.rstrip() + "\n" + _RAISES + (references and f"\nReferences\n{references}\n")
+        blocking.__doc__ = awaited.__doc__.replace("await client.", "client.")
+        self._blocking, self._awaited = blocking, awaited
+
+    def asked(self, *args: P.args, **kwargs: P.kwargs) -> tuple[ProcessRequest, bool]:
+        """Return the request for some arguments, and whether progress is shown. Raises ParameterError."""
+        fields = self._fields(None, *args, **kwargs)
+        given = self._signature.bind(None, *args, **kwargs)
+        given.apply_defaults()
+        known = PROCESSES[self._process].model_fields
+        body = {name: plain(value) for name, value in given.arguments.items() if name in known} | fields
+        # None, where it is the default, stands for a field that is left out
+        body = {name: value for name, value in body.items() if value is not None or name not in self._optional}
+        return arguments.validated(self._process, body), given.arguments["progress"]
+
+    @overload
+    def __get__(self, client: Blocking, owner: type) -> Callable[P, R]: ...
+
+    @overload
+    def __get__(self, client: Awaited, owner: type) -> Callable[P, Coroutine[Any, Any, R]]: ...
+
+    @overload
+    def __get__(self, client: None, owner: type) -> Callable[..., Any]: ...
+
+    def __get__(self, client: Any, owner: type) -> Callable[..., Any]:
+        """Return the method of a client, or the function of its class."""
+        function: Callable[..., Any] = self._blocking if issubclass(owner, Blocking) else self._awaited
+        return function if client is None else MethodType(function, client)
+
+
+def method(result: type[R]) -> Callable[[Callable[Concatenate[Any, P], Fields]], Method[P, R]]:
+    """Return the decorator that makes a `Method`."""
+    return lambda fields: Method(result, fields)
 
 
 class ProcessMethods:
-    """A method for each process."""
+    """A method for each process; what they all raise is added to their docstrings."""
 
-    @method
+    @method(GrazingCurve)
     def grazing_curve(
         self,
         oscillator: OscillatorLike = None,
@@ -40,7 +133,7 @@ class ProcessMethods:
         max_order: int = 8,
         sequence: bool = False,
         progress: bool = True,
-    ) -> Question[GrazingCurve]:
+    ) -> Fields:
         """Compute the curve clearance = A(omega) on which the steady motion touches both stops.
 
         Parameters
@@ -58,18 +151,13 @@ class ProcessMethods:
         progress : bool
             Whether a bar is shown on stderr during the computation.
 
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
         References
         ----------
         Equations (16)-(19) for the curve, (33)-(40) for the recurrence.
         """
-        request = arguments.grazing_curve(oscillator, omega, points, max_order, sequence)
-        return Question(GrazingCurve, request, progress)
+        return {"omega": arguments.as_grid("omega", omega, points, "points")}
 
-    @method
+    @method(CodimensionTwoPoints)
     def codimension_two_points(
         self,
         oscillator: OscillatorLike = None,
@@ -78,7 +166,7 @@ class ProcessMethods:
         max_order: int = 8,
         max_multiple: int = 4,
         progress: bool = True,
-    ) -> Question[CodimensionTwoPoints]:
+    ) -> Fields:
         """Compute every codimension-two point of the grazing curve over an interval of omega.
 
         Parameters
@@ -91,18 +179,13 @@ class ProcessMethods:
             Resonances of motions up to this number of forcing periods.
         progress : bool
 
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
         References
         ----------
         Equations (42), (45), (57), (58).
         """
-        request = arguments.codimension_two_points(oscillator, omega, max_order, max_multiple)
-        return Question(CodimensionTwoPoints, request, progress)
+        return {"omega": arguments.as_interval("omega", omega)}
 
-    @method
+    @method(DiscontinuityMapping)
     def discontinuity_mapping(
         self,
         oscillator: OscillatorLike = None,
@@ -113,7 +196,7 @@ class ProcessMethods:
         order: str = "exact",
         returns: int = 8,
         progress: bool = True,
-    ) -> Question[DiscontinuityMapping]:
+    ) -> Fields:
         """Compute the discontinuity mapping at a graze, the Poincare map made of it, and the next contact.
 
         Parameters
@@ -130,18 +213,14 @@ class ProcessMethods:
             Number of half periods over which the Poincare map is iterated and the motion simulated.
         progress : bool
 
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
-
         References
         ----------
         Equations (26), (27), (31), (32), (46); xi (33)-(40), (45), (57), (58).
         """
-        request = arguments.discontinuity_mapping(oscillator, omega, overshoot, stop, order, returns)
-        return Question(DiscontinuityMapping, request, progress)
+        sizes = plain(overshoot)
+        return {"overshoot": [sizes] if isinstance(sizes, int | float) else sizes}
 
-    @method
+    @method(BifurcationDiagram)
     def bifurcation_diagram(
         self,
         oscillator: OscillatorLike = None,
@@ -154,7 +233,7 @@ class ProcessMethods:
         transient_periods: int = 300,
         max_period: int = 32,
         progress: bool = True,
-    ) -> Question[BifurcationDiagram]:
+    ) -> Fields:
         """Compute the settled motions along clearance or omega.
 
         Parameters
@@ -171,17 +250,10 @@ class ProcessMethods:
         max_period : int
             The maximum period that is looked for, in forcing periods.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.bifurcation_diagram(
-            oscillator, omega, clearance, points, policy, periods, transient_periods, max_period
-        )
-        return Question(BifurcationDiagram, request, progress)
+        return arguments.one_varies(omega, clearance, points)
 
-    @method
+    @method(UnfoldingMap)
     def unfolding_map(
         self,
         oscillator: OscillatorLike = None,
@@ -197,7 +269,7 @@ class ProcessMethods:
         adaptive: bool = False,
         preview: bool = False,
         progress: bool = True,
-    ) -> Question[UnfoldingMap]:
+    ) -> Fields:
         """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
 
         Parameters
@@ -222,27 +294,10 @@ class ProcessMethods:
             Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
             chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.unfolding_map(
-            oscillator,
-            omega,
-            clearance,
-            shape,
-            policy,
-            max_periods,
-            max_period,
-            initial_conditions,
-            seed,
-            adaptive,
-            preview,
-        )
-        return Question(UnfoldingMap, request, progress)
+        return arguments.plane(omega, clearance, shape)
 
-    @method
+    @method(UnfoldingDiagram)
     def unfolding_diagram(
         self,
         oscillator: OscillatorLike = None,
@@ -256,7 +311,7 @@ class ProcessMethods:
         max_multiple: int = 4,
         borders: bool = False,
         progress: bool = True,
-    ) -> Question[UnfoldingDiagram]:
+    ) -> Fields:
         """Compute an unfolding map with the curves and points drawn over it, and an explanation of its borders.
 
         Parameters
@@ -274,17 +329,10 @@ class ProcessMethods:
             of basins of attraction. This takes as long as the map where motions are few, and many times as long
             where period-adding and chaos make hundreds of them.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.unfolding_diagram(
-            oscillator, omega, clearance, shape, max_periods, max_period, max_order, max_multiple, borders
-        )
-        return Question(UnfoldingDiagram, request, progress)
+        return arguments.plane(omega, clearance, shape)
 
-    @method
+    @method(Basins)
     def basins(
         self,
         oscillator: OscillatorLike = None,
@@ -298,7 +346,7 @@ class ProcessMethods:
         max_periods: int = 1000,
         max_period: int = 32,
         progress: bool = True,
-    ) -> Question[Basins]:
+    ) -> Fields:
         """Compute the motion that every initial state of a rectangle settles to.
 
         Parameters
@@ -315,17 +363,10 @@ class ProcessMethods:
         max_periods, max_period : int
             As for an unfolding map.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.basins(
-            oscillator, omega, clearance, horizontal, vertical, shape, initial, max_periods, max_period
-        )
-        return Question(Basins, request, progress)
+        return {**arguments.rectangle(horizontal, vertical, shape), "initial": arguments.as_states(initial)}
 
-    @method
+    @method(PeriodicOrbit)
     def periodic_orbit(
         self,
         oscillator: OscillatorLike = None,
@@ -337,7 +378,7 @@ class ProcessMethods:
         transient_periods: int = 1000,
         max_period: int = 32,
         progress: bool = True,
-    ) -> Question[PeriodicOrbit]:
+    ) -> Fields:
         """Solve for a periodic motion with impacts.
 
         Parameters
@@ -352,15 +393,10 @@ class ProcessMethods:
         transient_periods, max_period : int
             Forcing periods in which the trajectory settles, and the maximum period looked for.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.periodic_orbit(oscillator, omega, clearance, motion, initial, transient_periods, max_period)
-        return Question(PeriodicOrbit, request, progress)
+        return arguments.start(motion, initial)
 
-    @method
+    @method(OrbitBranch)
     def orbit_branch(
         self,
         oscillator: OscillatorLike = None,
@@ -375,7 +411,7 @@ class ProcessMethods:
         range: tuple[float, float],
         max_points: int = 2000,
         progress: bool = True,
-    ) -> Question[OrbitBranch]:
+    ) -> Fields:
         """Continue the branch of a periodic motion over clearance, omega or restitution.
 
         The branches beyond its special points are requests of their own: with ``beyond = point.beyond[0].request``,
@@ -391,17 +427,10 @@ class ProcessMethods:
             Of the parameter that varies; contains the orbit's value. For restitution within [0, 1].
         max_points : int
             Maximum number of points in each direction.
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.orbit_branch(
-            oscillator, omega, clearance, motion, initial, transient_periods, max_period, vary, range, max_points
-        )
-        return Question(OrbitBranch, request, progress)
+        return {**arguments.start(motion, initial), "range": arguments.as_interval("range", range)}
 
-    @method
+    @method(BifurcationCurves)
     def bifurcation_curves(
         self,
         oscillator: OscillatorLike = None,
@@ -412,7 +441,7 @@ class ProcessMethods:
         points: int = 400,
         motions: Sequence[MotionLike] | None = None,
         progress: bool = True,
-    ) -> Question[BifurcationCurves]:
+    ) -> Fields:
         """Compute the curves of saddle-nodes, period doublings, symmetry breakings and grazes in a window of the plane.
 
         Parameters
@@ -427,10 +456,9 @@ class ProcessMethods:
             Motions whose curves are continued instead, with NS. A mapping may have omega and clearance of an orbit in
             the window, and phases and velocities, the initial guess of Newton's method.
         progress : bool
-
-        Raises
-        ------
-        ParameterError, JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
         """
-        request = arguments.bifurcation_curves(oscillator, omega, clearance, max_multiple, points, motions)
-        return Question(BifurcationCurves, request, progress)
+        window = {
+            "omega": arguments.as_interval("omega", omega),
+            "clearance": arguments.as_interval("clearance", clearance),
+        }
+        return {**window, "motions": arguments.as_motions(motions)}

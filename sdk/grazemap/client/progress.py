@@ -3,19 +3,9 @@
 from __future__ import annotations
 
 import sys
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
 
 from grazemap.client.events import Event
-
-
-class Bar(Protocol):
-    """A progress display."""
-
-    def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        """Show a state: `done` of `total` in some unit, and the seconds left, if they are known."""
-
-    def close(self) -> None:
-        """Leave the last state on the screen and end the line."""
 
 
 class Listener:
@@ -32,19 +22,19 @@ class Listener:
     def __init__(self, title: str, shown: bool = True) -> None:
         self._title = title
         self._shown = shown
-        self._bar: Bar | None = None
+        self._bar: _TqdmBar | PlainLine | None = None
         self._furthest = 0
 
     def __call__(self, event: Event) -> None:
         """Show a progress event; others are ignored."""
         if not self._shown or event.name != "progress":
             return
+        total, unit = max(1, int(event.data.get("total", 1))), str(event.data.get("unit", "tiles"))
         if self._bar is None:
-            self._bar = _bar(self._title)
-        total = max(1, int(event.data.get("total", 1)))
+            self._bar = _bar(self._title, total, unit)
         # A resumed stream may repeat events; a bar never goes back.
         self._furthest = min(total, max(self._furthest, int(event.data.get("done", 0))))
-        self._bar.show(self._furthest, total, str(event.data.get("unit", "tiles")), event.data.get("eta_seconds"))
+        self._bar.show(self._furthest, total, unit, event.data.get("eta_seconds"))
 
     def __enter__(self) -> Listener:
         return self
@@ -55,12 +45,13 @@ class Listener:
             self._bar = None
 
 
-def _bar(title: str) -> Bar:
+def _bar(title: str, total: int, unit: str) -> _TqdmBar | PlainLine:
     try:
         from tqdm import tqdm
     except ImportError:
         return PlainLine(title, sys.stderr)
-    return _TqdmBar(title, tqdm)
+    bar = tqdm(desc=title, total=total, unit=f" {unit}", file=sys.stderr, dynamic_ncols=True, bar_format=_FORMAT)
+    return _TqdmBar(bar)
 
 
 # Without tqdm's own estimate of the time left: the service knows the tiles' times and the number of workers.
@@ -68,21 +59,10 @@ _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed
 
 
 class _TqdmBar:
-    def __init__(self, title: str, tqdm: Any) -> None:
-        self._title = title
-        self._tqdm = tqdm
-        self._bar: Any = None
+    def __init__(self, bar: Any) -> None:
+        self._bar = bar
 
     def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        if self._bar is None:  # not earlier: a new bar is drawn at once, and would show no total
-            self._bar = self._tqdm(
-                desc=self._title,
-                total=total,
-                unit=f" {unit}",
-                file=sys.stderr,
-                dynamic_ncols=True,
-                bar_format=_FORMAT,
-            )
         self._bar.total = total
         if eta_seconds is not None:
             self._bar.set_postfix_str(f"about {eta_seconds:.0f} s left", refresh=False)
@@ -90,9 +70,8 @@ class _TqdmBar:
         self._bar.refresh()
 
     def close(self) -> None:
-        if self._bar is not None:
-            self._bar.set_postfix_str("", refresh=False)
-            self._bar.close()
+        self._bar.set_postfix_str("", refresh=False)
+        self._bar.close()
 
 
 class PlainLine:

@@ -12,6 +12,7 @@ from grazemap.errors import MissingExtra
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patheffects import AbstractPathEffect
 
 INK = "#222222"
 
@@ -64,6 +65,18 @@ def legend_outside(ax: Axes, **options: object) -> None:
     if not ax.get_legend_handles_labels()[0]:
         return
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8, **options)
+
+
+def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:
+    """Add an entry to the legend: a square of a colour, its edge of some width."""
+    ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=edge, label=text)
+
+
+def rimmed(width: float, colour: str = "white") -> list[AbstractPathEffect]:
+    """Return the path effects of a line with a rim, legible on colours; the width is that of both."""
+    from matplotlib.patheffects import Normal, withStroke
+
+    return [withStroke(linewidth=width, foreground=colour), Normal()]
 
 
 def cell_borders(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from grazemap.plots.axes import INK, axes_or_new, axis_label, cell_borders, legend_outside, place_text
-from grazemap.plots.palette import UNRESOLVED, motion_colour, motion_text
+from grazemap.plots.axes import axes_or_new, axis_label, cell_borders, legend_outside, legend_square, place_text
+from grazemap.plots.palette import UNRESOLVED, components, hexadecimal, motion_colour, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,9 +30,9 @@ def plot_basins(result: Basins, ax: Axes | None = None) -> Axes:
         seen[motion.label] += 1
         which = f", {seen[motion.label]}" if seen[motion.label] > 1 else ""
         colours.append(_shaded(motion_colour(motion), shade))
-        _entry(ax, colours[-1], f"{motion_text(motion)}{which} ({motion.share:.1%})")
+        legend_square(ax, colours[-1], f"{motion_text(motion)}{which} ({motion.share:.1%})")
     if result.unresolved > 0.0:
-        _entry(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
+        legend_square(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
     ax.pcolormesh(
         cell_borders(result.horizontal),
         cell_borders(result.vertical),
@@ -55,12 +53,8 @@ def plot_basins(result: Basins, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _entry(ax: Axes, colour: str, text: str) -> None:
-    ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=0.4, label=text)
-
-
 def _shaded(colour: str, shade: float) -> str:
     """Return a colour, lighter (shade > 0) or darker (< 0)."""
-    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
+    parts = components(colour)
     goal = 255.0 if shade > 0.0 else 0.0
-    return "#" + "".join(f"{round(part):02X}" for part in parts + abs(shade) * (goal - parts))
+    return hexadecimal(parts + abs(shade) * (goal - parts))

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from grazemap.plots.axes import axes_or_new, label_plane, legend_outside
-from grazemap.plots.curve import BIFURCATIONS
-from grazemap.plots.palette import label_text
+from grazemap.plots.axes import axes_or_new, label_plane, legend_outside, rimmed
+from grazemap.plots.palette import BIFURCATIONS, label_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.results import BifurcationCurves
 
-_OTHERS = {"NS": ("o", "#B8860B", "Neimark-Sacker (NS)"), "GR": ("X", "#222222", "graze (GR)")}
 _DASHES = ("-", "--", "-.", ":")
 
 
@@ -43,7 +41,7 @@ def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: boo
     for curve in result.curves:
         if admissible and not curve.admissible:
             continue
-        label = f"{curve_name(curve.type)}, {label_text(curve.motion)}"
+        label = f"{BIFURCATIONS[curve.type][2]}, {label_text(curve.motion)}"
         style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo) | {
             "linestyle": _DASHES[(curve.period - 1) % len(_DASHES)],
             "alpha": 1.0 if curve.admissible else 0.3,
@@ -52,17 +50,7 @@ def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: boo
         seen.add(label)
 
 
-def curve_name(type: str) -> str:
-    """Return the name of a type of curve."""
-    return (BIFURCATIONS | _OTHERS)[type][2]
-
-
 def curve_style(type: str, width: float, halo: bool) -> dict[str, Any]:
     """Return the style of a type of curve, as keywords of `Axes.plot`."""
-    from matplotlib.patheffects import Normal, withStroke
-
-    return {
-        "color": (BIFURCATIONS | _OTHERS)[type][1],
-        "linewidth": width,
-        "path_effects": [withStroke(linewidth=width + 1.4, foreground="white"), Normal()] if halo else None,
-    }
+    effects = rimmed(width + 1.4) if halo else None
+    return {"color": BIFURCATIONS[type][1], "linewidth": width, "path_effects": effects}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside, rimmed
+from grazemap.plots.palette import BIFURCATIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,11 +20,6 @@ _ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E
 _PASSIVE, _QUIET = "#6E6E6E", "#9BD3F0"
 # So many symbols fit on the curve at their full size.
 _ROOMY = 150
-BIFURCATIONS = {
-    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
-    "PD": ("s", "#1E1E78", "period doubling (PD)"),
-    "SB": ("D", "#117733", "symmetry breaking (SB)"),
-}
 
 
 def plot_grazing_curve(curve: GrazingCurve, ax: Axes | None = None, points: CodimensionTwoPoints | None = None) -> Axes:
@@ -64,9 +60,6 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
     dashed : bool
         Draw the line dashed, so that it differs from solid ones.
     """
-    from matplotlib.patheffects import Normal, withStroke
-
-    effects = [withStroke(linewidth=3.2, foreground="white"), Normal()] if halo else None
     ax.plot(
         curve.omega,
         curve.clearance,
@@ -74,7 +67,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
         linewidth=1.5 if halo else 1.2,
         linestyle=(0, (5, 2)) if dashed else "-",
         label=r"grazing curve $b = A(\omega)$",
-        path_effects=effects,
+        path_effects=rimmed(3.2) if halo else None,
         zorder=3,
     )
     quiet = curve.first_recurrence == 0
@@ -112,48 +105,29 @@ def draw_points(
     size = max(0.6, min(1.0, (_ROOMY / max(1, len(inside))) ** 0.5))
     recurrences = [point for point in inside if point.kind == "recurrence"]
     passive = [point for point in recurrences if not point.active]
-    _mark(ax, passive, "recurrence where a smaller order recurs", (6, 2, 0), 5 * size, _PASSIVE, rim=rim, layer=4)
+    star = (6, 2, 0)
+    text = "recurrence where a smaller order recurs"
+    _mark(ax, passive, rim, marker=star, markersize=5 * size, color=_PASSIVE, label=text, zorder=4)
     for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
-            label = f"resonant, {text}, {side}"
-            _mark(ax, chosen, label, marker, 5.5 * size, colour, hollow=symmetric, rim=rim, layer=5)
+            style: dict[str, Any] = {
+                "marker": marker,
+                "color": colour,
+                "markerfacecolor": "white" if symmetric else colour,
+            }
+            _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        colour = _ORDER_COLOURS[(order - 1) % len(_ORDER_COLOURS)]
-        _mark(ax, chosen, f"recurrence of order {order}", (6, 2, 0), 9 * size, colour, rim=rim, layer=6)
+        colour, text = _ORDER_COLOURS[(order - 1) % len(_ORDER_COLOURS)], f"recurrence of order {order}"
+        _mark(ax, chosen, rim, 1.4, marker=star, markersize=9 * size, color=colour, label=text, zorder=6)
 
 
-def _mark(
-    ax: Axes,
-    points: Sequence[CodimensionTwoPoint],
-    label: str,
-    marker: str | tuple[int, int, int],
-    size: float,
-    colour: str,
-    *,
-    hollow: bool = False,
-    rim: bool = False,
-    layer: int,
-) -> None:
-    from matplotlib.patheffects import Normal, withStroke
-
-    if not points:
-        return
-    thickness = 1.4 if layer == 6 else 0.9
-    ax.plot(
-        [point.omega for point in points],
-        [point.clearance for point in points],
-        linestyle="none",
-        marker=marker,
-        markersize=size,
-        color=colour,
-        markeredgewidth=thickness,
-        markerfacecolor="white" if hollow else colour,
-        label=label,
-        path_effects=[withStroke(linewidth=thickness + 1.6, foreground="white"), Normal()] if rim else None,
-        zorder=layer,
-    )
+def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:
+    if points:
+        omega, clearance = [point.omega for point in points], [point.clearance for point in points]
+        effects = rimmed(edge + 1.6) if rim else None
+        ax.plot(omega, clearance, linestyle="none", markeredgewidth=edge, path_effects=effects, **style)
 
 
 def _span(curve: GrazingCurve) -> tuple[float, float]:

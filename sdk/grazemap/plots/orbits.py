@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside, place_text
-from grazemap.plots.palette import label_text
+from grazemap.plots.palette import BIFURCATIONS, label_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,13 +18,6 @@ if TYPE_CHECKING:
 _LINE, _PALE = "#0072B2", "#B9B9B9"
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
-_MARKS = {
-    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
-    "PD": ("s", "#1E1E78", "period doubling (PD)"),
-    "SB": ("D", "#117733", "symmetry breaking (SB)"),
-    "NS": ("o", "#B8860B", "Neimark-Sacker (NS)"),
-    "GR": ("X", "#222222", "graze (GR)"),
-}
 
 
 def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
@@ -102,7 +95,7 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
             ax.plot(result.parameter, line, label=text if impact == 0 else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
-        marker, colour, text = _MARKS[point.type]
+        marker, colour, text = BIFURCATIONS[point.type]
         heights = (point.velocities[: len(result.stops)] * result.stops).tolist()
         style = {"marker": marker, "color": colour, "markersize": 6, "linestyle": "none", "zorder": 5}
         label = None if point.type in seen else text

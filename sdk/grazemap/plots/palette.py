@@ -9,7 +9,11 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.wire.job import INFINITE
 
@@ -23,6 +27,15 @@ QUASI_PERIODIC = "#5A5A5A"
 _BY_KIND = {"unresolved": UNRESOLVED, "chaotic": CHAOTIC, "quasi-periodic": QUASI_PERIODIC}
 
 _LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
+
+# Marker, colour and name of bifurcations; the same in every picture.
+BIFURCATIONS = {
+    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
+    "PD": ("s", "#1E1E78", "period doubling (PD)"),
+    "SB": ("D", "#117733", "symmetry breaking (SB)"),
+    "NS": ("o", "#B8860B", "Neimark-Sacker (NS)"),
+    "GR": ("X", "#222222", "graze (GR)"),
+}
 
 # (period, impacts_right, impacts_left)
 NAMED: dict[tuple[int, int, int], str] = {
@@ -88,6 +101,16 @@ def label_text(label: str) -> str:
     return _LABEL.sub(subscripts, label)
 
 
+def components(colour: str) -> NDArray[np.float64]:
+    """Return red, green and blue of #RRGGBB, each from 0 to 255."""
+    return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
+
+
+def hexadecimal(parts: Iterable[float]) -> str:
+    """Return red, green and blue, each from 0 to 255, as #RRGGBB."""
+    return "#" + "".join(f"{round(part):02X}" for part in parts)
+
+
 def _computed(period: int, right: int, left: int) -> str:
     """Return a colour of medium chroma, its hue and lightness stepped by every count of the label."""
     turns = sum(step * count for step, count in zip(_HUE_STEPS, (period, right, left), strict=True))
@@ -106,7 +129,7 @@ def _srgb(lightness: float, a: float, b: float) -> str:
         -1.2684380046 * long + 2.6097574011 * medium - 0.3413193965 * short,
         -0.0041960863 * long - 0.7034186147 * medium + 1.7076147010 * short,
     )
-    return "#" + "".join(f"{round(255 * _encoded(min(1.0, max(0.0, value)))):02X}" for value in linear)
+    return hexadecimal([255 * _encoded(min(1.0, max(0.0, value))) for value in linear])
 
 
 def _encoded(value: float) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
-from grazemap.plots.curve import BIFURCATIONS
+from grazemap.plots.palette import BIFURCATIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -52,13 +52,13 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
         displacement[shown], velocity[shown], color=_BLUE, linewidth=1.2, label="last periods, as on the left"
     )
     if not shown.all():
-        portrait.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8)
+        _legend(portrait, 2)
     if mass == 1:
-        _draw_stops(history, portrait, trajectory, float(time[shown][0]) if shown.any() else 0.0)
-    _label(history, portrait, trajectory, mass)
-    _put_title(history, _title(trajectory, mass))
-    if mass == 1:
-        history.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8)
+        _draw_stops(history, portrait, trajectory, "stops A, C")
+        _draw_impacts(history, trajectory, float(time[shown][0]) if shown.any() else 0.0)
+        portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
+        _legend(history, 2)
+    _label(history, portrait, trajectory, mass, _title(trajectory, mass))
     return history, portrait
 
 
@@ -80,13 +80,9 @@ def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: 
         portrait.plot(displacement[shown], velocity[shown], **style)
         seen.add(text)
     if mass == 1:
-        clearance = float(result.meta["request"]["clearance"])
-        for side in (1, -1):
-            history.axhline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
-            portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
-    _label(history, portrait, first, mass)
-    _put_title(history, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
-    history.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, frameon=False, fontsize=8)
+        _draw_stops(history, portrait, first)
+    _label(history, portrait, first, mass, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
+    _legend(history, 6)
     return history, portrait
 
 
@@ -107,17 +103,18 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
     return shown
 
 
-def _label(history: Axes, portrait: Axes, trajectory: Trajectory, mass: int) -> None:
+def _label(history: Axes, portrait: Axes, trajectory: Trajectory, mass: int, title: str) -> None:
     units = trajectory.units
     history.set(xlabel=axis_label("time", units), ylabel=axis_label("displacement", units, mass))
     portrait.set(xlabel=axis_label("displacement", units, mass), ylabel=axis_label("velocity", units, mass))
     history.margins(x=0.0)
-
-
-def _put_title(history: Axes, text: str) -> None:
     figure = history.get_figure(root=False)
     assert figure is not None
-    figure.suptitle(text, fontsize=10)
+    figure.suptitle(title, fontsize=10)
+
+
+def _legend(ax: Axes, columns: int) -> None:
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=8)
 
 
 def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:
@@ -143,11 +140,15 @@ def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Flo
     )
 
 
-def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, start: float) -> None:
-    clearance, impacts = float(trajectory.meta["request"]["clearance"]), trajectory.impacts
-    for side, text in ((1, "stops A, C"), (-1, None)):
+def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, label: str | None = None) -> None:
+    clearance = float(trajectory.meta["request"]["clearance"])
+    for side, text in ((1, label), (-1, None)):
         history.axhline(side * clearance, color=_STOP, linewidth=2.0, label=text, zorder=0)
         portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
+
+
+def _draw_impacts(history: Axes, trajectory: Trajectory, start: float) -> None:
+    clearance, impacts = float(trajectory.meta["request"]["clearance"]), trajectory.impacts
     grazing = impacts.kind == "graze"
     for chosen, text, face in ((~grazing, "impacts", _IMPACT), (grazing, "grazes", "white")):
         inside = chosen & (impacts.time >= start)
@@ -163,7 +164,6 @@ def _draw_stops(history: Axes, portrait: Axes, trajectory: Trajectory, start: fl
                 clip_on=False,
                 label=text,
             )
-    portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
 
 
 def _where(trajectory: Trajectory) -> str:

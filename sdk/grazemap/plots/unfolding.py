@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside
+from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside, legend_square
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import OTHER, motion_colour, motion_text
@@ -57,21 +57,20 @@ def plot_unfolding_map(
     periodic = [motion for motion in shares if motion.kind == "periodic"]
     shown = sorted(periodic[:motions], key=_by_period_and_impacts)
     irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
-    _draw_regions(ax, umap, shown, irregular, periodic[motions:])
+    _draw_regions(ax, umap, [*shown, *irregular], periodic[motions:])
     for motion in shown:
         _name_region(ax, umap, motion)
-    edges = (cell_borders(umap.omega), cell_borders(umap.clearance))
+    across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
     if curves is not None:
         draw_bifurcation_curves(ax, curves, halo=True)
     if curve is not None:
         draw_curve(ax, curve, halo=True)
-    if curve is not None or points is not None:
-        chosen = points.points if points is not None else (curve.points if curve is not None else ())
-        low, high = float(edges[1][0]), float(edges[1][-1])
-        inside = [point for point in chosen if low <= point.clearance <= high]
-        draw_points(ax, inside, (float(edges[0][0]), float(edges[0][-1])), rim=True)
-    ax.set_xlim(edges[0][0], edges[0][-1])
-    ax.set_ylim(edges[1][0], edges[1][-1])
+    source = points if points is not None else curve
+    if source is not None:
+        inside = [point for point in source.points if up[0] <= point.clearance <= up[-1]]
+        draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
+    ax.set_xlim(across[0], across[-1])
+    ax.set_ylim(up[0], up[-1])
     label_plane(ax, umap.units)
     what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
     ax.set_title(f"{what}: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10)
@@ -92,34 +91,26 @@ def plot_computed(umap: UnfoldingMap, ax: Axes | None = None) -> Axes:
     ax = axes_or_new(ax, 8.0, 6.5)
     codes = umap.computed.astype(np.int8)
     _draw_codes(ax, umap, codes, [_INFERRED, INK])
-    for colour, share, text in (
-        (INK, umap.computed.mean(), "computed"),
-        (_INFERRED, 1.0 - umap.computed.mean(), "inferred"),
-    ):
-        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, label=f"{text} ({share:.1%})")
+    computed = umap.computed.mean()
+    for colour, share, text in ((INK, computed, "computed"), (_INFERRED, 1.0 - computed, "inferred")):
+        legend_square(ax, colour, f"{text} ({share:.1%})", edge=1.0)
     label_plane(ax, umap.units)
     ax.set_title(f"Computed points of {len(umap.clearance)} × {len(umap.omega)}", fontsize=10)
     legend_outside(ax, handlelength=1.4)
     return ax
 
 
-def _draw_regions(
-    ax: Axes,
-    umap: UnfoldingMap,
-    shown: list[MotionShare],
-    irregular: list[MotionShare],
-    rest: list[MotionShare],
-) -> None:
-    entries = [(motion_colour(motion), _entry(motion)) for motion in [*shown, *irregular]]
+def _draw_regions(ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], rest: list[MotionShare]) -> None:
+    entries = [(motion_colour(motion), f"{motion_text(motion)} ({motion.share:.1%})") for motion in shown]
     codes = np.full(umap.kind.shape, len(entries), dtype=np.int16)
-    for code, motion in enumerate([*shown, *irregular]):
+    for code, motion in enumerate(shown):
         codes[umap.mask(motion)] = code
     if rest:
         share = sum(motion.share for motion in rest)
         entries.append((OTHER, f"{len(rest)} other motions ({share:.1%})"))
     _draw_codes(ax, umap, codes, [colour for colour, _ in entries])
     for colour, text in entries:
-        ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=0.4, label=text)
+        legend_square(ax, colour, text)
 
 
 def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], colours: list[str]) -> None:
@@ -136,10 +127,6 @@ def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], c
         vmax=len(colours) - 0.5,
         rasterized=True,
     )
-
-
-def _entry(motion: MotionShare) -> str:
-    return f"{motion_text(motion)} ({motion.share:.1%})"
 
 
 def _by_period_and_impacts(motion: MotionShare) -> tuple[int, int, int]:

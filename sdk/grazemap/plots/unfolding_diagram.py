@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import INK, cell_borders, legend_outside
-from grazemap.plots.borders import curve_name, curve_style
+from grazemap.plots.axes import INK, cell_borders, legend_outside, rimmed
+from grazemap.plots.borders import curve_style
 from grazemap.plots.curve import draw_curve
+from grazemap.plots.palette import BIFURCATIONS
 from grazemap.plots.unfolding import plot_unfolding_map
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
-_TYPES = ("SN", "PD", "SB", "NS", "GR")
 _COEXISTENCE = "#FFFFFF"
 _UNEXPLAINED = "#FF00FF"
 
@@ -59,19 +59,18 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
 
 def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
     """Draw the curves that explain a border, where their orbits are admissible; the grazing curve is drawn before."""
-    for kind in _TYPES:
+    for kind, (_, _, name) in BIFURCATIONS.items():
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
         style = curve_style(kind, 1.0, halo=True)
         for place, curve in enumerate(chosen):
             clearance = np.where(curve.admissible, curve.clearance, np.nan)
-            label = f"{curve_name(kind)}, {len(chosen)} curve{'s' * (len(chosen) > 1)}" if place == 0 else None
+            label = f"{name}, {len(chosen)} curve{'s' * (len(chosen) > 1)}" if place == 0 else None
             ax.plot(curve.omega, clearance, label=label, zorder=3, **style)
 
 
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
     """Draw the sides shared by the cells of pairs of neighbouring points."""
     from matplotlib.collections import LineCollection
-    from matplotlib.patheffects import Normal, withStroke
 
     if not chosen:
         return
@@ -85,5 +84,5 @@ def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[
             lines.append([(across[column + 1], up[row]), (across[column + 1], up[row + 1])])
     ax.add_collection(LineCollection(lines, colors=INK, linewidths=2.2, zorder=3, capstyle="round"))
     ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.2, zorder=3.1, capstyle="round"))
-    rim = [withStroke(linewidth=2.8, foreground=INK), Normal()]
-    ax.plot([], [], "-", color=colour, linewidth=1.8, path_effects=rim, label=f"{text} ({len(chosen)} steps)")
+    label = f"{text} ({len(chosen)} steps)"
+    ax.plot([], [], "-", color=colour, linewidth=1.8, path_effects=rimmed(2.8, INK), label=label)

@@ -9,12 +9,11 @@ those that others import from the package.
 from importlib import import_module
 from pkgutil import iter_modules
 
-from grazemap.results.base import RESULTS, Result
+from grazemap.results.base import RESULTS, Result, decode_result, load
 from grazemap.results.basins import Attractor, Basins
 from grazemap.results.curves import BifurcationCurve, BifurcationCurves, FollowedMotion
 from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
-from grazemap.results.files import decode_result, load, result_from
 from grazemap.results.grazing import CodimensionTwoPoint, CodimensionTwoPoints, Family, GrazingCurve, Unfolding
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.records import Impacts, Motion, MotionShare, State, Sticking
@@ -59,7 +58,6 @@ __all__ = [
     "UnfoldingMap",
     "decode_result",
     "load",
-    "result_from",
 ]
 
 for _module in iter_modules(__path__, f"{__name__}."):

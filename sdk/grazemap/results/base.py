@@ -1,30 +1,36 @@
-"""What all results share: their document, their meta, saving and converting."""
+"""What all results share: reading a document by its schema, saving, loading and converting."""
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
-from grazemap.codec import Document, encode_json, encode_npz
-from grazemap.results.decoding import decoded
-from grazemap.results.docstrings import with_attributes
-from grazemap.schema import SCHEMAS, ResultSchema
-from grazemap.schema.documents import upgraded
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode_npz
+from grazemap.errors import ResultFormatError
+from grazemap.results.records import ARRAY_TYPES, RECORDS, ComplexArray, with_attributes
+from grazemap.schema import SCHEMAS, Field, Record, Request, ResultSchema, schema_of
+from grazemap.schema.documents import from_json, upgraded
 
 if TYPE_CHECKING:
     import xarray
-    from numpy.typing import NDArray
 
 RESULTS: dict[str, type[Result]] = {}
 """The classes of results by the names of their schemas."""
 _SCHEMAS = {schema.name: schema for schema in SCHEMAS}
+_SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
 
 
+@dataclass_transform(frozen_default=True, eq_default=False)
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What all results share; a class with the name of a schema is the result of its process.
+    """What all results share; a class with the name of a schema is the result of its process, and a dataclass.
 
     Attributes
     ----------
@@ -43,16 +49,16 @@ class Result:
         cls.schema = _SCHEMAS[cls.__name__]
         cls.process = cls.schema.process
         cls.__doc__ = with_attributes(cls.__doc__ or "", cls.schema)
-        RESULTS[cls.__name__] = cls
+        RESULTS[cls.__name__] = dataclass(frozen=True, eq=False, repr=False)(cls)
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
         """Return the result that a document of the codec describes. Raises KeyError where a field is missing."""
-        return cls(meta=meta, _document=document, **cls._attributes(upgraded(cls.schema, document, version_of(meta))))
+        return cls(meta=meta, _document=document, **cls._attributes(document, meta))
 
     @classmethod
-    def _attributes(cls, document: Document) -> dict[str, Any]:
-        return decoded(cls.schema, document)
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        return _decoded(cls.schema, upgraded(cls.schema, document, int(meta.get("schema", 1))))
 
     @property
     def units(self) -> str:
@@ -89,6 +95,102 @@ class Result:
         raise NotImplementedError
 
 
-def version_of(meta: dict[str, Any]) -> int:
-    """Return the version of the layout of a result's document."""
-    return int(meta.get("schema", 1))
+def load(path: str | os.PathLike[str]) -> Result:
+    """Read a result from a .npz or .json file, as `Result.save` and the service write them.
+
+    Raises
+    ------
+    ResultFormatError
+        The file, which is named, is not a result.
+    OSError
+        The file cannot be read.
+    """
+    data = Path(path).read_bytes()
+    try:
+        return _decode_json(data) if data.lstrip().startswith(b"{") else decode_result(data)
+    except ResultFormatError as error:
+        raise ResultFormatError(f"{os.fspath(path)}: {error}") from error
+
+
+def decode_result(data: bytes) -> Result:
+    """Return the result object of npz bytes. Raises ResultFormatError."""
+    try:
+        document, meta = decode_npz(data)
+    except CodecError as error:
+        raise ResultFormatError(str(error)) from error
+    return _result_from(document, meta)
+
+
+def _decode_json(data: bytes) -> Result:
+    try:
+        document = json.loads(data)
+        meta = document.pop("meta")
+        # these say in JSON what the meta says
+        for name in ("process", "schema"):
+            document.pop(name, None)
+        arrays = from_json(schema_of(meta["process"], document), document)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError) as error:
+        raise ResultFormatError("not a grazemap result") from error
+    return _result_from(arrays, meta)
+
+
+def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
+    try:
+        result = RESULTS[schema_of(meta["process"], document).name].from_document(document, dict(meta))
+        _ = result.units  # pictures and Datasets need the request
+        return result
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise ResultFormatError("the document is no result that this version can read") from error
+
+
+def _decoded(record: Record, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes that a document stands for; deprecated names are left out.
+
+    Raises KeyError where a field that is always present is missing.
+    """
+    attributes: dict[str, Any] = {}
+    for one in record:
+        if one.replaces:
+            continue
+        if one.optional and document.get(one.name) is None:
+            attributes[one.name] = () if one.dims and isinstance(one.type, Record) else None
+        else:
+            attributes[one.name] = value_of(one, document[one.name])
+    return attributes
+
+
+def value_of(one: Field, value: Any) -> Any:
+    """Return the attribute that a field's value in a document stands for."""
+    if isinstance(one.type, Record):
+        kind = RECORDS[one.type.name]
+        if one.dims:
+            return tuple(kind(**_decoded(one.type, item)) for item in value)
+        return None if value is None else kind(**_decoded(one.type, value))
+    if isinstance(one.type, Request):
+        return _plain(value)
+    if one.type == "complex":
+        return _complex(value)
+    if one.texts:
+        return tuple(map(_SCALARS[one.type], value))
+    if one.dims:
+        array = np.asarray(value, dtype=ARRAY_TYPES[one.type])
+        # JSON and npz alike write no second dimension where the first one is empty
+        return array if array.size else array.reshape(*array.shape, *[0] * (len(one.dims) - array.ndim))
+    if one.type == "float":
+        return np.nan if value is None else float(value)
+    return None if value is None else _SCALARS[one.type](value)
+
+
+def _complex(pairs: Any) -> ComplexArray:
+    values = np.asarray(pairs, dtype=np.float64)
+    if not values.size:
+        return np.zeros(values.shape[:-1] if values.ndim > 1 else (0, 0), dtype=np.complex128)
+    joined: ComplexArray = values[..., 0] + 1j * values[..., 1]
+    return joined
+
+
+def _plain(value: Any) -> Any:
+    """Return a request as plain values, from npz and from JSON alike."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    return value.tolist() if isinstance(value, np.ndarray) else value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@described(ATTRACTOR)
-@dataclass(frozen=True, slots=True)
+@described(ATTRACTOR, comparable=True)
 class Attractor(Verifiable):
     """A motion that initial states lead to."""
 
@@ -43,7 +41,6 @@ class Attractor(Verifiable):
         return MotionShare(self.label or self.kind, self.kind, *counts, self.states, self.share)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Basins(Result):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance."""
 

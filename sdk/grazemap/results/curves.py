@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from grazemap.results.base import Result
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
 
 
 @described(CURVE)
-@dataclass(frozen=True, eq=False)
 class BifurcationCurve:
     """A piece of a curve inside the window."""
 
@@ -46,17 +44,12 @@ class BifurcationCurve:
         """
         if self.stops is None or self.phases is None or self.velocities is None:
             raise ValueError("curves in closed form have no phases: ask for their motions")
-        motion = {
-            "period": self.period,
-            "stops": list(self.stops),
-            "phases": self.phases[index].tolist(),
-            "velocities": self.velocities[index].tolist(),
-        }
+        lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
+        motion = {"period": self.period, "stops": list(self.stops), **lists}
         return {"omega": float(self.omega[index]), "clearance": float(self.clearance[index]), "motion": motion}
 
 
 @described(FOLLOWED_MOTION)
-@dataclass(frozen=True, eq=False)
 class FollowedMotion:
     """A motion whose curves were requested."""
 
@@ -69,7 +62,6 @@ class FollowedMotion:
     reason: str | None = None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class BifurcationCurves(Result):
     """Curves of special motions in a window of omega and clearance."""
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.results.records import ARRAY_TYPES
 from grazemap.schema import Field, Record, ResultSchema
 from grazemap.schema.common import MOTION
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from grazemap.results.base import Result
 
 _MISSING: dict[str, Any] = {"float": np.nan, "int": 0, "bool": False, "str": ""}
-_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
 # Dimensions that the records of a list share: shorter arrays are filled up with NaN.
 _SHARED = ("mass", "time")
 
@@ -125,13 +125,15 @@ class _Columns:
                 self.add_records(one.in_result(dims=of.dims), values, prefix + one.prefix)
             elif not one.dims:
                 missing = _MISSING[str(one.type)]
-                column = [missing if value is None else value for value in values]
-                self.add(one, of.prefix + name if not prefix else name, (along,), _column(one, column), of.type)
+                column = np.array([missing if value is None else value for value in values], ARRAY_TYPES[str(one.type)])
+                self.add(one, of.prefix + name if not prefix else name, (along,), column, of.type)
             elif one.dims[-1] in _SHARED:
                 self._add_padded(one, name, along, values)
             else:
                 self._add_owners(one.dims[0], along, [len(value) for value in values])
-                self.add(one, name, one.dims, np.concatenate([np.zeros(0, _TYPES[str(one.type)]), *values]), of.type)
+                self.add(
+                    one, name, one.dims, np.concatenate([np.zeros(0, ARRAY_TYPES[str(one.type)]), *values]), of.type
+                )
 
     def number(self) -> None:
         """Add the coordinates of dimensions that are numbered from 1, and of the entries of states."""
@@ -175,7 +177,3 @@ class _Columns:
 
 def _shown(record: Record) -> list[Field]:
     return [one for one in record if one.variable is not None and not one.replaces]
-
-
-def _column(one: Field, values: list[Any]) -> NDArray[Any]:
-    return np.array(values, dtype=_TYPES[str(one.type)])

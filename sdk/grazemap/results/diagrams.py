@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,6 @@ QUANTITIES = ("displacement", "velocity", "impact_velocity")
 
 
 @described(SECTION)
-@dataclass(frozen=True, eq=False)
 class Section:
     """The motion at one value of the parameter."""
 
@@ -30,7 +28,6 @@ class Section:
     motion: Motion
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class BifurcationDiagram(Result):
     """Settled motions along clearance or omega."""
 

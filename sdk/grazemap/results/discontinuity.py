@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from grazemap.results.base import Result
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
 
 
 @described(GRAZING)
-@dataclass(frozen=True, eq=False)
 class Grazing:
     """The steady motion where it touches the stop; states are (x_1, v_1, ..., x_N, v_N, theta), equation (20)."""
 
@@ -26,7 +24,6 @@ class Grazing:
 
 
 @described(NEXT_CONTACT)
-@dataclass(frozen=True, eq=False)
 class NextContact:
     """The next contact of the steady motion after its first impact, slightly below the grazing curve."""
 
@@ -36,7 +33,6 @@ class NextContact:
 
 
 @described(RETURNS)
-@dataclass(frozen=True, eq=False)
 class Returns:
     """The steady motion with the stops inside its amplitude by the overshoot: by the map (26) and by simulation.
 
@@ -52,7 +48,6 @@ class Returns:
     error: FloatArray
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class DiscontinuityMapping(Result):
     """The effect of an impact on motions that overshoot a grazing stop, and their later returns.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from grazemap.results.base import Result
@@ -13,8 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@described(FAMILY)
-@dataclass(frozen=True, slots=True)
+@described(FAMILY, comparable=True)
 class Family:
     """One of the paper's families of double grazing motions: case 1 to 4 and n, equation (42)."""
 
@@ -22,8 +20,7 @@ class Family:
     n: int
 
 
-@described(UNFOLDING)
-@dataclass(frozen=True, slots=True)
+@described(UNFOLDING, comparable=True)
 class Unfolding:
     """The curve that leaves the grazing curve at a resonant point, to leading order in the distance x in omega.
 
@@ -43,8 +40,7 @@ class Unfolding:
     margin: float | None
 
 
-@described(POINT)
-@dataclass(frozen=True, slots=True)
+@described(POINT, comparable=True)
 class CodimensionTwoPoint:
     """One codimension-two point of the grazing curve; fields that its kind does not have are None."""
 
@@ -63,7 +59,6 @@ class CodimensionTwoPoint:
     unfolding: Unfolding | None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class GrazingCurve(Result):
     """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19))."""
 
@@ -85,7 +80,6 @@ class GrazingCurve(Result):
         return f"{len(self.omega)} values of omega, {len(self.points)} codimension-two points"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class CodimensionTwoPoints(Result):
     """Every codimension-two point of the grazing curve over an interval of omega."""
 

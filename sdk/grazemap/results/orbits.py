@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from grazemap.results.base import Result
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit(Verifiable, Result):
     """A periodic motion with impacts; where `converged` is false, `reason` says why there is none."""
 
@@ -76,7 +74,6 @@ class PeriodicOrbit(Verifiable, Result):
 
 
 @described(BEYOND)
-@dataclass(frozen=True, eq=False)
 class Beyond:
     """An orbit of another branch that passes through a special point, next to it."""
 
@@ -85,7 +82,6 @@ class Beyond:
 
 
 @described(SPECIAL_POINT)
-@dataclass(frozen=True, eq=False)
 class SpecialPoint:
     """A special point of a branch."""
 
@@ -105,7 +101,6 @@ class SpecialPoint:
     beyond: tuple[Beyond, ...] = ()
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class OrbitBranch(Verifiable, Result):
     """A branch of periodic motions, m of them with k impacts each, in the order of the branch."""
 
@@ -146,12 +141,8 @@ class OrbitBranch(Verifiable, Result):
 
         It is one at omega[index] and clearance[index], with the restitution[index].
         """
-        return {
-            "period": self.period,
-            "stops": self.stops.tolist(),
-            "phases": self.phases[index].tolist(),
-            "velocities": self.velocities[index].tolist(),
-        }
+        lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
+        return {"period": self.period, "stops": self.stops.tolist(), **lists}
 
     def _summary(self) -> str:
         if not len(self.parameter):

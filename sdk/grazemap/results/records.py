@@ -1,16 +1,17 @@
-"""The records that several results contain, and the table of all records' classes."""
+"""The records that several results contain, the table of all records' classes, and the attributes in docstrings."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from textwrap import dedent, fill, indent
+from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.results.docstrings import with_attributes
-from grazemap.schema import Record
+from grazemap.schema import Field, Record
 from grazemap.schema.common import IMPACTS, MOTION, RESTS, STATE
 
 R = TypeVar("R")
@@ -19,21 +20,51 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
+ARRAY_TYPES: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.bool_, "str": np.str_}
 RECORDS: dict[str, type[Any]] = {}
 """The classes of records by the names of their schemas."""
 
 
-class described:
-    """Register a class as that of a record's schema, and describe its attributes from there."""
+@dataclass_transform(frozen_default=True, eq_default=False)
+def described(record: Record, *, comparable: bool = False) -> Callable[[type[R]], type[R]]:
+    """Return a decorator that makes a class the frozen dataclass of a record, its attributes in the docstring.
 
-    def __init__(self, record: Record) -> None:
-        self._record = record
+    `comparable` ones, without arrays, are equal where their attributes are, and have slots.
+    """
 
-    def __call__(self, cls: type[R]) -> type[R]:
-        """Return the class."""
-        cls.__doc__ = with_attributes(cls.__doc__ or "", self._record)
-        RECORDS[self._record.name] = cls
-        return cls
+    def register(cls: type[R]) -> type[R]:
+        cls.__doc__ = with_attributes(cls.__doc__ or "", record)
+        made = dataclass(frozen=True, eq=comparable, slots=comparable)(cls)
+        RECORDS[record.name] = made
+        return made
+
+    return register
+
+
+def with_attributes(docstring: str, record: Record) -> str:
+    """Return a docstring with the section Attributes."""
+    summary, _, rest = docstring.partition("\n")
+    parts = [summary, "", "Attributes", "----------"]
+    for one in record:
+        if not one.replaces and one.name != "at_computed":
+            parts += [f"{one.name} : {_type(one)}", indent(fill(_text(one), 108), "    ")]
+    return "\n".join(parts) + (f"\n\n{dedent(rest).strip()}\n" if rest.strip() else "\n")
+
+
+def _type(one: Field) -> str:
+    name = one.type.name if isinstance(one.type, Record) else one.type if isinstance(one.type, str) else "dict"
+    if one.dims:
+        listed = one.texts or isinstance(one.type, Record)
+        shape = f"({', '.join(one.dims)}{',' * (len(one.dims) == 1)})"
+        name = f"tuple of {name}" if listed else f"ndarray of {name}, shape {shape}"
+    return f"{name}, or None" if one.optional or (one.null and not one.dims and name != "float") else name
+
+
+def _text(one: Field) -> str:
+    unit = f" {one.unit} in SI." if one.unit else ""
+    when = f" Only {one.when}." if one.when else ""
+    index = f" Position in `{one.index_of}`." if one.index_of else ""
+    return one.description + index + unit + when
 
 
 class Verifiable:
@@ -48,8 +79,7 @@ class Verifiable:
         return self.verified  # type: ignore[attr-defined]
 
 
-@described(MOTION)
-@dataclass(frozen=True, slots=True)
+@described(MOTION, comparable=True)
 class Motion(Verifiable):
     """The motion n-p_r-q_l that a trajectory settles to."""
 
@@ -65,7 +95,6 @@ class Motion(Verifiable):
 
 
 @described(IMPACTS)
-@dataclass(frozen=True, eq=False)
 class Impacts:
     """Every contact of a trajectory with a stop, in order."""
 
@@ -81,7 +110,6 @@ class Impacts:
 
 
 @described(RESTS)
-@dataclass(frozen=True, eq=False)
 class Sticking:
     """The intervals during which mass 1 rests on a stop."""
 
@@ -94,7 +122,6 @@ class Sticking:
 
 
 @described(STATE)
-@dataclass(frozen=True, eq=False)
 class State:
     """A moment of a motion; as the `initial` of another trajectory it is where that one starts."""
 

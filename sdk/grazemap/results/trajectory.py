@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
 from grazemap.results.base import Result
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Result):
     """One trajectory with every impact."""
 
@@ -38,21 +36,20 @@ class Trajectory(Result):
         return f"{len(self.impacts)} impacts, motion {self.motion.label or self.motion.kind}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Trajectories(Result):
     """One trajectory from each of many initial states."""
 
     trajectories: tuple[Trajectory, ...]
 
     @classmethod
-    def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
-        """As `Result.from_document`; the meta of each trajectory has the request with its own state."""
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        # the meta of each trajectory has the request with its own state
         records, states = document["trajectories"], meta["request"]["initial"]
         single = (
             Trajectory.from_document(record, {**meta, "request": {**meta["request"], "initial": state}})
             for record, state in zip(records, states, strict=True)
         )
-        return cls(meta=meta, _document=document, trajectories=tuple(single))
+        return {"trajectories": tuple(single)}
 
     def __len__(self) -> int:
         return len(self.trajectories)

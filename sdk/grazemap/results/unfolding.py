@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.results.base import Result
-from grazemap.results.decoding import decoded
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.wire import motion_label
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
     from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class UnfoldingMap(Verifiable, Result):
     """The motion that each point of a rectangle of (omega, clearance) settles to."""
 
@@ -48,8 +45,8 @@ class UnfoldingMap(Verifiable, Result):
     computed: BoolArray | None = None
 
     @classmethod
-    def _attributes(cls, document: Document) -> dict[str, Any]:
-        whole = decoded(cls.schema, document)
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        whole = super()._attributes(document, meta)
         figures = whole.pop("at_computed")
         if figures is None:
             return whole

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.results.base import RESULTS, Result
+from grazemap.results.base import RESULTS, Result, value_of
 from grazemap.results.curves import BifurcationCurves
-from grazemap.results.decoding import value_of
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.schema import ResultSchema
+from grazemap.schema.common import BIFURCATIONS
 from grazemap.schema.curves import BORDER_CURVE, MAP_BORDERS
 from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 
 @described(BORDER_CURVE)
-@dataclass(frozen=True, eq=False)
 class BorderCurve:
     """A curve that explains borders of a map."""
 
@@ -71,7 +71,6 @@ class Border:
 
 
 @described(MAP_BORDERS)
-@dataclass(frozen=True, eq=False)
 class MapBorders:
     """The borders of a map's regions: p pairs of neighbouring points with different motions."""
 
@@ -111,7 +110,6 @@ class MapBorders:
         return self.row + (self.along == 0), self.column + (self.along == 1)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class UnfoldingDiagram(Result):
     """An unfolding map and all that is drawn over it, each as its own request would give it."""
 
@@ -122,8 +120,8 @@ class UnfoldingDiagram(Result):
     borders: MapBorders | None
 
     @classmethod
-    def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
-        """Return the diagram; its parts have the meta that their own requests would have."""
+    def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
+        # the parts have the meta that their own requests would have
         asked = UnfoldingDiagramsRequest.model_validate(meta["request"])
         parts: dict[str, Any] = {}
         for one in cls.schema:
@@ -132,7 +130,7 @@ class UnfoldingDiagram(Result):
                 parts[one.name] = RESULTS[one.type.name].from_document(document[one.name], {**meta, **own})
         found = document.get("borders")
         borders = None if found is None else value_of(cls.schema["borders"], found)
-        return cls(meta=meta, _document=document, borders=borders, **parts)
+        return {**parts, "borders": borders}
 
     def derived(self) -> dict[str, NDArray[Any]]:
         """As `Result.derived`."""
@@ -145,7 +143,7 @@ class UnfoldingDiagram(Result):
         """
         if self.borders is None:
             return []
-        counts: dict[tuple[bool, Border], int] = {}
+        counts: Counter[tuple[bool, Border]] = Counter()
         labels, borders = self._one_label_each(), self.borders
         rows, columns = borders.others()
         for k in range(len(borders)):
@@ -159,22 +157,17 @@ class UnfoldingDiagram(Result):
                 reason=borders.reasons[borders.reason[k]],
                 pairs=0,
             )
-            key = (not bool(borders.regular[k]), border)
-            counts[key] = counts.get(key, 0) + 1
+            counts[not borders.regular[k], border] += 1
         listed = sorted(counts.items(), key=lambda item: (item[0][0], -item[1], item[0][1].motions))
-        return [
-            Border(border.motions, border.explanation, border.curve, border.reason, pairs)
-            for (_, border), pairs in listed
-        ]
+        return [replace(border, pairs=pairs) for (_, border), pairs in listed]
 
     def summary(self) -> str:
         """Return in a few lines how the borders of the map are explained, and how many are not."""
         umap = self.unfolding_map
-        shares = {motion.kind: 0 for motion in umap.motions()}
+        shares: Counter[str] = Counter()
         for motion in umap.motions():
             shares[motion.kind] += motion.pixels
-        others = umap.kind.size - shares.get("chaotic", 0)
-        unresolved = shares.get("unresolved", 0)
+        others, unresolved = umap.kind.size - shares["chaotic"], shares["unresolved"]
         lines = [
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
@@ -188,7 +181,7 @@ class UnfoldingDiagram(Result):
             parts.append(f"{borders.count(borders.explanations[0], regular)} {borders.explanations[0]}")
             pairs = int(np.count_nonzero(borders.regular == regular))
             lines.append(f"{pairs} steps between points with {title}: " + ", ".join(parts))
-        types = [f"{borders.count_of(kind)} {kind}" for kind in ("SN", "PD", "SB", "NS", "GR")]
+        types = [f"{borders.count_of(kind)} {kind}" for kind in BIFURCATIONS]
         lines.append(f"{len(borders.curves)} curves: " + ", ".join(types))
         lines += [
             f"unexplained, {border.pairs} x {' | '.join(border.motions)}: {border.reason}"

@@ -10,24 +10,9 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from grazemap.schema.fields import VERSION, Field, Record, Request, ResultSchema
+from grazemap.wire import PROCESSES
 
 __all__ = ["SCHEMAS", "VERSION", "Field", "Record", "Request", "ResultSchema", "schema_of"]
-
-# The order in which documents name the results; others follow, in the order of their names.
-_ORDER = (
-    "GrazingCurve",
-    "CodimensionTwoPoints",
-    "DiscontinuityMapping",
-    "Trajectory",
-    "Trajectories",
-    "BifurcationDiagram",
-    "UnfoldingMap",
-    "UnfoldingDiagram",
-    "Basins",
-    "PeriodicOrbit",
-    "OrbitBranch",
-    "BifurcationCurves",
-)
 
 
 def _schemas() -> Iterator[ResultSchema]:
@@ -37,12 +22,13 @@ def _schemas() -> Iterator[ResultSchema]:
                 yield value
 
 
-def _in_order(name: str) -> tuple[int, str]:
-    return _ORDER.index(name) if name in _ORDER else len(_ORDER), name
-
-
-_FOUND = {schema.name: schema for schema in _schemas()}
-SCHEMAS: tuple[ResultSchema, ...] = tuple(_FOUND[name] for name in sorted(_FOUND, key=_in_order))
+# In the order of their processes, and of several forms of a result in that of their module.
+SCHEMAS: tuple[ResultSchema, ...] = tuple(
+    sorted(
+        {schema.name: schema for schema in _schemas()}.values(),
+        key=lambda schema: list(PROCESSES).index(schema.process),
+    )
+)
 
 
 def schema_of(process: str, names: Container[str]) -> ResultSchema:

@@ -138,14 +138,11 @@ class ResultSchema(Record):
         From the role of a dimension to the field with its coordinates, where the two are named differently.
     derived : tuple of Field
         What a Dataset has besides, made by the result's class.
-    form : str
-        What distinguishes it from another result of the same process; empty where there is one form.
     """
 
     process: str = ""
     roles: Mapping[str, str] = dataclasses.field(default_factory=dict)
     derived: tuple[Field, ...] = ()
-    form: str = ""
 
 
 def field(

@@ -25,9 +25,7 @@ _FIELDS = (
     ),
 )
 
-TRAJECTORY = ResultSchema(
-    "Trajectory", "One trajectory with every impact.", _FIELDS, process="trajectories", form="of one state"
-)
+TRAJECTORY = ResultSchema("Trajectory", "One trajectory with every impact.", _FIELDS, process="trajectories")
 TRAJECTORIES = ResultSchema(
     "Trajectories",
     "One trajectory from each of many initial states.",
@@ -40,7 +38,6 @@ TRAJECTORIES = ResultSchema(
         ),
     ),
     process="trajectories",
-    form="of a list of states",
 )
 
 SECTION = Record(

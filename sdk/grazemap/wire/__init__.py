@@ -1,5 +1,6 @@
 """The wire models: the requests, jobs and problems that client, service and worker exchange."""
 
+from grazemap.wire.base import BranchInterval, CoordinateRange, Grid, Interval, Range, grid_points, grid_values
 from grazemap.wire.basins import BasinCoordinate, BasinsRequest
 from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import (
@@ -16,16 +17,14 @@ from grazemap.wire.job import (
 )
 from grazemap.wire.orbits import (
     BifurcationCurvesRequest,
-    BranchInterval,
     CurveMotion,
     OrbitBranchesRequest,
     OrbitMotion,
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.process import Operation, ProcessRequest, canonical, canonical_id, job_id
-from grazemap.wire.processes import PROCESSES, parse_request
-from grazemap.wire.ranges import CoordinateRange, Grid, Interval, Range, grid_points, grid_values
+from grazemap.wire.process import InitialState, Operation, ProcessRequest
+from grazemap.wire.processes import PROCESSES, canonical, canonical_id, parse_request
 from grazemap.wire.requests import (
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
@@ -34,7 +33,6 @@ from grazemap.wire.requests import (
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
-from grazemap.wire.states import InitialState
 
 __all__ = [
     "FINISHED",
@@ -74,7 +72,6 @@ __all__ = [
     "canonical_id",
     "grid_points",
     "grid_values",
-    "job_id",
     "motion_label",
     "parse_request",
 ]

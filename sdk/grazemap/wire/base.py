@@ -1,18 +1,37 @@
-"""Elements of all wire models: strict numbers, lists that may be given as tuples and arrays, types of numbers.
+"""Elements of all wire models: strict numbers, lists that may be given as any sequence, ranges and intervals.
 
 Requests refuse unknown fields, responses ignore them, so that an older client reads a newer service.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
+from types import NoneType
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from numpy.typing import NDArray
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
+
+from grazemap.errors import ProtocolError
 
 SMALLEST_NUMBER = 1e-60
 LARGEST_NUMBER = 1e60
+_OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
 
 class Request(BaseModel):
@@ -30,11 +49,28 @@ class Request(BaseModel):
         use_attribute_docstrings=True,
     )
 
+    def unused(self) -> Collection[str]:
+        """Return the names of the fields that have no meaning in this request; its canonical text is without them."""
+        return ()
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        unused = self.unused()
+        return {name: value for name, value in dump(self).items() if name not in unused}
+
 
 class Response(BaseModel):
     """An answer of the service, or a part of one."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
+
+    @classmethod
+    def read(cls, content: bytes) -> Self:
+        """Return the answer that the service sent as JSON. Raises ProtocolError."""
+        try:
+            return cls.model_validate_json(content)
+        except ValidationError as error:
+            raise ProtocolError(f"the answer is not a {cls.__name__.lower()} of a grazemap service") from error
 
 
 def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
@@ -46,15 +82,15 @@ def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
     return PydanticCustomError("not_allowed", "{reason} (allowed: {allowed})", context)
 
 
-def _as_list(value: Any) -> Any:
-    """Return a list for a tuple or an array, a number for a numpy scalar, and anything else as it is."""
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, tuple):
-        return [item.item() if isinstance(item, np.generic) else item for item in value]
-    if isinstance(value, np.generic):
-        return value.item()
-    return value
+def plain(value: Any) -> Any:
+    """Return mappings as dicts, sequences and whatever numpy reads as lists or numbers, and the rest as it is."""
+    if type(value) in _OF_JSON:
+        return value
+    if isinstance(value, Mapping):
+        return dict(value)
+    if hasattr(value, "__array__"):
+        return np.asarray(value).tolist()
+    return list(value) if isinstance(value, Sequence) and not isinstance(value, str | bytes) else value
 
 
 def _sized(value: float) -> float:
@@ -66,8 +102,114 @@ def _sized(value: float) -> float:
 
 Sized = AfterValidator(_sized)
 # Last in an Annotated: bounds written after it would not get into the JSON schema.
-Listable = BeforeValidator(_as_list)
+Listable = BeforeValidator(plain)
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
 Float = Annotated[float, Sized, Listable]
 Positive = Annotated[float, Field(gt=0), Sized, Listable]
 NonNegative = Annotated[float, Field(ge=0), Sized, Listable]
+
+
+class _Ordered(Request):
+    """Base of what goes from a start to a greater stop."""
+
+    order: ClassVar[str] = "stop > start > 0"
+
+    start: float
+    stop: float
+
+    @model_validator(mode="after")
+    def _is_ordered(self) -> Self:
+        if not self.stop > self.start:
+            raise invalid("stop must be greater than start", self.order)
+        return self
+
+
+class Interval(_Ordered):
+    """An interval of a positive parameter, both ends included."""
+
+    start: Positive
+    """The minimum value, included."""
+    stop: Positive
+    """The maximum value, included."""
+
+
+class BranchInterval(_Ordered):
+    """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
+
+    order: ClassVar[str] = "stop > start >= 0"
+
+    start: NonNegative
+    """The minimum value, included."""
+    stop: Positive
+    """The maximum value, included."""
+
+
+class Range(Interval):
+    """Equally spaced values of a positive parameter, both ends included."""
+
+    points: Annotated[int, Field(ge=2), Listable]
+    """Number of values, both ends included."""
+
+
+class CoordinateRange(_Ordered):
+    """Equally spaced values of an initial coordinate, of any sign, both ends included."""
+
+    order: ClassVar[str] = "stop > start"
+
+    start: Float
+    """The minimum value, included."""
+    stop: Float
+    """The maximum value, included."""
+    points: Annotated[int, Field(ge=2), Listable]
+    """Number of values, both ends included."""
+
+
+def _increasing(allowed: str) -> AfterValidator:
+    def checked(values: list[float]) -> list[float]:
+        if any(b <= a for a, b in pairwise(values)):
+            raise invalid("the values must increase", allowed)
+        return values
+
+    return AfterValidator(checked)
+
+
+def _grid_tag(value: Any) -> str | None:
+    if isinstance(value, dict | Range | CoordinateRange):
+        return "[range]"
+    return "[list]" if isinstance(value, list | tuple | np.ndarray) else None
+
+
+def _range_or_list(allowed: str) -> Discriminator:
+    return Discriminator(
+        _grid_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a range or a list of numbers",
+        custom_error_context={"allowed": f'{{"start": .., "stop": .., "points": ..}} or {allowed}'},
+    )
+
+
+_POSITIVE = "an increasing list of numbers > 0"
+_OF_ANY_SIGN = "an increasing list of numbers"
+_SEVERAL = Field(min_length=2, fail_fast=True)
+Grid = Annotated[
+    Annotated[Range, Tag("[range]")]
+    | Annotated[list[Positive], _SEVERAL, Listable, _increasing(_POSITIVE), Tag("[list]")],
+    _range_or_list(_POSITIVE),
+]
+CoordinateGrid = Annotated[
+    Annotated[CoordinateRange, Tag("[range]")]
+    | Annotated[list[Float], _SEVERAL, Listable, _increasing(_OF_ANY_SIGN), Tag("[list]")],
+    _range_or_list(_OF_ANY_SIGN),
+]
+
+
+def grid_points(grid: Range | CoordinateRange | list[float]) -> int:
+    """Return the number of values of a range or of a list."""
+    return len(grid) if isinstance(grid, list) else grid.points
+
+
+def grid_values(grid: Range | CoordinateRange | list[float]) -> NDArray[np.float64]:
+    """Return the values of a range or of a list, shape (points,), increasing."""
+    if not isinstance(grid, list):
+        return np.linspace(grid.start, grid.stop, grid.points)
+    return np.asarray(grid, dtype=np.float64)

@@ -6,10 +6,8 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from grazemap.wire.base import Positive, Request, invalid
-from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
-from grazemap.wire.ranges import CoordinateGrid
-from grazemap.wire.states import InitialState
+from grazemap.wire.base import CoordinateGrid, Request, invalid
+from grazemap.wire.process import Count, InitialState, MaxPeriod, MaxPeriods, Operation, PointRequest
 
 
 class BasinCoordinate(Request):
@@ -35,7 +33,7 @@ class BasinCoordinate(Request):
         return self.values.start, self.values.stop
 
 
-class BasinsRequest(ProcessRequest):
+class BasinsRequest(PointRequest):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
 
     `initial` holds all other coordinates, and the phase of the forcing; left out, they are 0.
@@ -60,10 +58,6 @@ class BasinsRequest(ProcessRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Positive
-    """Distance of each stop from the middle."""
     horizontal: BasinCoordinate
     """The initial coordinate along the horizontal axis."""
     vertical: BasinCoordinate

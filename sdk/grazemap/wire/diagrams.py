@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Collection
+from typing import Annotated, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
-from grazemap.wire.base import Listable, Positive, invalid
+from grazemap.wire.base import Grid, Listable, Positive, invalid
 from grazemap.wire.process import Count, MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.ranges import Grid
 
 
 class BifurcationDiagramsRequest(ProcessRequest):
@@ -58,11 +58,9 @@ class BifurcationDiagramsRequest(ProcessRequest):
             raise invalid(f"{self.vary} varies: its values are the range", "left out", self.vary)
         return self
 
-    @model_serializer(mode="wrap")
-    def _without_what_varies(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        fields: dict[str, Any] = dump(self)
-        fields.pop(self.vary, None)
-        return fields
+    def unused(self) -> Collection[str]:
+        """As `Request.unused`."""
+        return (self.vary,)
 
     @property
     def fixed(self) -> float:

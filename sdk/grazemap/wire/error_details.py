@@ -170,8 +170,5 @@ def _describe_one(schema: Schema, root: Schema) -> str:
 
 
 def _bounds(schema: Schema) -> str:
-    low = f">= {schema['minimum']:.15g}" if "minimum" in schema else ""
-    low = f"> {schema['exclusiveMinimum']:.15g}" if "exclusiveMinimum" in schema else low
-    high = f"<= {schema['maximum']:.15g}" if "maximum" in schema else ""
-    high = f"< {schema['exclusiveMaximum']:.15g}" if "exclusiveMaximum" in schema else high
-    return " and ".join(filter(None, (low, high)))
+    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+    return " and ".join(f"{sign} {schema[key]:.15g}" for key, sign in signs.items() if key in schema)

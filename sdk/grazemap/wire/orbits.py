@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
-from grazemap.wire.base import Float, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import BranchInterval, Float, Interval, Listable, Positive, Request, invalid
 from grazemap.wire.job import motion_label
-from grazemap.wire.process import MaxPeriod, Operation, ProcessRequest
-from grazemap.wire.ranges import Interval
-from grazemap.wire.states import InitialState
+from grazemap.wire.process import InitialState, MaxPeriod, Operation, PointRequest, ProcessRequest
 
 MAX_IMPACTS = 256
 Stop = Annotated[Literal[1, -1], Listable]
@@ -63,7 +62,7 @@ class OrbitMotion(Request):
         return self
 
 
-class PeriodicOrbitsRequest(ProcessRequest):
+class PeriodicOrbitsRequest(PointRequest):
     """A periodic motion with impacts, solved for by Newton's method from the equations of its impacts.
 
     It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
@@ -78,10 +77,6 @@ class PeriodicOrbitsRequest(ProcessRequest):
         {"default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}},
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Positive
-    """Distance of each stop from the middle."""
     motion: OrbitMotion | None = None
     """The motion that is looked for; instead of initial."""
     initial: InitialState | None = None
@@ -99,21 +94,6 @@ class PeriodicOrbitsRequest(ProcessRequest):
             state = (self.initial or InitialState()).fitted(self.oscillator.size, self.clearance, ("initial",))
             # the model is frozen, but this is still its validation
             object.__setattr__(self, "initial", state)
-        return self
-
-
-class BranchInterval(Request):
-    """An interval of the parameter of a branch, both ends included; of restitution between 0 and 1."""
-
-    start: NonNegative
-    """The minimum value, included."""
-    stop: Positive
-    """The maximum value, included."""
-
-    @model_validator(mode="after")
-    def _ordered(self) -> BranchInterval:
-        if not self.stop > self.start:
-            raise invalid("stop must be greater than start", "stop > start >= 0")
         return self
 
 
@@ -228,10 +208,6 @@ class BifurcationCurvesRequest(ProcessRequest):
                     raise invalid(detail, f"within {name} of the request", "motions", str(k), name)
         return self
 
-    @model_serializer(mode="wrap")
-    def _one_kind_of_curves(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the fields of the other kind of curves: no request has both."""
-        fields: dict[str, Any] = dump(self)
-        for name in ("motions",) if self.motions is None else ("max_multiple", "points"):
-            fields.pop(name, None)
-        return fields
+    def unused(self) -> Collection[str]:
+        """As `Request.unused`: the fields of the other kind of curves."""
+        return ("motions",) if self.motions is None else ("max_multiple", "points")

@@ -1,19 +1,17 @@
-"""What the requests of all processes share: fields, numbers, their canonical text and the job id made from it.
+"""What the requests of several processes share: the oscillator, initial states, types of numbers.
 
-The same request has the same id: defaults are filled in, 1 is 1.0, -0.0 is 0.0, and the order of keys does not count.
+Also what the API's document says of a process.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Listable, Request
+from grazemap.wire.base import Float, Listable, Positive, Request, invalid
 from grazemap.wire.oscillator import Oscillator
 
 Count = Annotated[int, Field(ge=1), Listable]
@@ -51,33 +49,58 @@ class ProcessRequest(Request):
     """The chain of masses; fields that are left out are those of the paper's example."""
 
 
-def canonical(request: ProcessRequest) -> dict[str, Any]:
-    """Return the request as plain JSON values with every default filled in."""
-    folded: dict[str, Any] = _folded(request.model_dump(mode="json"))
-    return folded
+class PointRequest(ProcessRequest):
+    """What requests at one point of the plane of omega and clearance share."""
+
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Positive
+    """Distance of each stop from the middle."""
 
 
-def job_id(process: str, request: ProcessRequest, core_version: str) -> str:
-    """Return the content-addressed id of a request's job."""
-    return canonical_id(process, canonical(request), core_version)
+class InitialState(Request):
+    """The initial state of a trajectory; left out: at rest in the middle, forcing phase 0."""
+
+    displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
+    velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    """Of every mass, N numbers; left out: 0."""
+    phase: Float = 0.0
+    """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
+
+    def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
+        """Return the state with zeros where it was left out, so that the same request has the same text.
+
+        `at` is its place in the request. Raises where it does not fit the number of masses or the stops.
+        """
+        where = ".".join(at)
+        for name in ("displacement", "velocity"):
+            values = getattr(self, name)
+            if values is not None and len(values) != count:
+                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} masses"
+                raise invalid(detail, "one number per mass", *at, name)
+        if self.displacement is not None and abs(self.displacement[0]) > clearance:
+            detail = f"{where}.displacement of mass 1 lies outside the stops"
+            raise invalid(detail, "|displacement[0]| <= clearance", *at, "displacement")
+        rest = {name: [0.0] * count for name in ("displacement", "velocity") if getattr(self, name) is None}
+        return self.model_copy(update=rest)
 
 
-def canonical_id(process: str, values: Mapping[str, Any], core_version: str) -> str:
-    """Return the id of a canonical request's job: the sha256, in hex, of process, core version and request."""
-    text = json.dumps(
-        {"process": process, "core_version": core_version, "request": values},
-        sort_keys=True,
-        separators=(",", ":"),
-        allow_nan=False,
-    )
-    return hashlib.sha256(text.encode()).hexdigest()
+def _states_tag(value: Any) -> str | None:
+    if isinstance(value, dict | InitialState):
+        return "[one]"
+    return "[many]" if isinstance(value, list | tuple) else None
 
 
-def _folded(value: Any) -> Any:
-    if isinstance(value, float):
-        return value + 0.0
-    if isinstance(value, list):
-        return [_folded(item) for item in value]
-    if isinstance(value, dict):
-        return {key: _folded(item) for key, item in value.items()}
-    return value
+InitialStates = Annotated[
+    Annotated[InitialState, Tag("[one]")]
+    | Annotated[list[InitialState], Field(min_length=1, max_length=1000, fail_fast=True), Listable, Tag("[many]")],
+    Discriminator(
+        _states_tag,
+        custom_error_type="not_allowed",
+        custom_error_message="Input should be a state or a list of states",
+        custom_error_context={
+            "allowed": "an object with the fields displacement, velocity, phase, or a list of 1 to 1000 of them"
+        },
+    ),
+]

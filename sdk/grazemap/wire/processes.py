@@ -1,13 +1,16 @@
-"""The table of all processes: one request model for each.
+"""The table of all processes, and what is done with the request of any of them.
 
 The client builds a model, the service validates it and the worker parses it; a job's id is made from its canonical
-text (`process.canonical`). A process needs no line here: every module of this folder is searched for requests with an
-`operation`, `process.Operation`.
+text. The same request has the same id: defaults are filled in, 1 is 1.0, -0.0 is 0.0, and the order of keys does not
+count. A process needs no line here: every module of this folder is searched for requests with an `operation`,
+`process.Operation`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -50,3 +53,30 @@ PROCESSES: dict[str, type[ProcessRequest]] = {process: _FOUND[process] for proce
 def parse_request(process: str, body: dict[str, Any]) -> ProcessRequest:
     """Validate a request body. KeyError: no such process; pydantic.ValidationError: bad values."""
     return PROCESSES[process].model_validate(body)
+
+
+def canonical(request: ProcessRequest) -> dict[str, Any]:
+    """Return the request as plain JSON values with every default filled in."""
+    folded: dict[str, Any] = _folded(request.model_dump(mode="json"))
+    return folded
+
+
+def canonical_id(process: str, values: Mapping[str, Any], core_version: str) -> str:
+    """Return the id of a canonical request's job: the sha256, in hex, of process, core version and request."""
+    text = json.dumps(
+        {"process": process, "core_version": core_version, "request": values},
+        sort_keys=True,
+        separators=(",", ":"),
+        allow_nan=False,
+    )
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _folded(value: Any) -> Any:
+    if isinstance(value, float):
+        return value + 0.0
+    if isinstance(value, list):
+        return [_folded(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _folded(item) for key, item in value.items()}
+    return value

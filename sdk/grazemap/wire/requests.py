@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
-from grazemap.wire.base import Listable, NonNegative, Positive, invalid
+from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
 from grazemap.wire.orbits import BifurcationCurvesRequest
-from grazemap.wire.process import Count, MaxPeriod, MaxPeriods, Operation, ProcessRequest
-from grazemap.wire.ranges import Grid, Interval, Range, grid_points
-from grazemap.wire.states import InitialState, InitialStates
+from grazemap.wire.process import (
+    Count,
+    InitialState,
+    InitialStates,
+    MaxPeriod,
+    MaxPeriods,
+    Operation,
+    PointRequest,
+    ProcessRequest,
+)
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
@@ -105,7 +113,7 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     """Number of half periods over which the map is iterated."""
 
 
-class TrajectoriesRequest(ProcessRequest):
+class TrajectoriesRequest(PointRequest):
     """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
 
     operation = Operation(
@@ -132,10 +140,6 @@ class TrajectoriesRequest(ProcessRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Positive
-    """Distance of each stop from the middle."""
     initial: InitialStates = InitialState()
     """The initial state, or a list of 1 to 1000; what is left out of one is 0."""
     periods: Count
@@ -176,12 +180,9 @@ class TrajectoriesRequest(ProcessRequest):
                 )
         return self
 
-    @model_serializer(mode="wrap")
-    def _one_kind_of_samples(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out times or samples_per_period: no request has both."""
-        values: dict[str, Any] = handler(self)
-        values.pop("times" if self.times is None else "samples_per_period", None)
-        return values
+    def unused(self) -> Collection[str]:
+        """As `Request.unused`: no request has both kinds of samples."""
+        return ("times",) if self.times is None else ("samples_per_period",)
 
     @property
     def states(self) -> list[InitialState]:
@@ -192,6 +193,11 @@ class TrajectoriesRequest(ProcessRequest):
     def samples(self) -> int:
         """Number of samples of each trajectory."""
         return self.periods * self.samples_per_period if self.times is None else len(self.times)
+
+
+def _example(points: int) -> dict[str, Any]:
+    omega = {"start": 0.26, "stop": 0.3, "points": points}
+    return {"omega": omega, "clearance": {"start": 1.3, "stop": 2.0, "points": points}, "max_periods": 200}
 
 
 class UnfoldingMapsRequest(ProcessRequest):
@@ -210,23 +216,9 @@ class UnfoldingMapsRequest(ProcessRequest):
         "Unfolding map",
         "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is whole.",
         {
-            "coarse map of the default oscillator": {
-                "omega": {"start": 0.26, "stop": 0.3, "points": 16},
-                "clearance": {"start": 1.3, "stop": 2.0, "points": 16},
-                "max_periods": 200,
-            },
-            "map computed where neighbours differ": {
-                "omega": {"start": 0.26, "stop": 0.3, "points": 32},
-                "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
-                "max_periods": 200,
-                "adaptive": True,
-            },
-            "names of motions, soon": {
-                "omega": {"start": 0.26, "stop": 0.3, "points": 32},
-                "clearance": {"start": 1.3, "stop": 2.0, "points": 32},
-                "max_periods": 200,
-                "preview": True,
-            },
+            "coarse map of the default oscillator": _example(16),
+            "map computed where neighbours differ": {**_example(32), "adaptive": True},
+            "names of motions, soon": {**_example(32), "preview": True},
         },
     )
 
@@ -258,16 +250,10 @@ class UnfoldingMapsRequest(ProcessRequest):
             )
         return self
 
-    @model_serializer(mode="wrap")
-    def _without_what_is_not_asked(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        fields: dict[str, Any] = dump(self)
-        if self.policy != "ensemble":
-            for name in ("initial_conditions", "seed"):
-                fields.pop(name, None)
-        for name in ("adaptive", "preview"):
-            if not fields.get(name):
-                fields.pop(name, None)
-        return fields
+    def unused(self) -> Collection[str]:
+        """As `Request.unused`: what is of ensembles only, and what is not asked for."""
+        random = () if self.policy == "ensemble" else ("initial_conditions", "seed")
+        return (*random, *(name for name in ("adaptive", "preview") if not getattr(self, name)))
 
 
 class UnfoldingDiagramsRequest(ProcessRequest):
@@ -315,8 +301,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:
         """The request for the curve alone, finer than the map."""
-        window, points = _window(self.omega), max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
-        values = Range(start=window.start, stop=window.stop, points=points)
+        values = Range(**_window(self.omega).model_dump(), points=self._curve_points)
         return GrazingCurvesRequest(oscillator=self.oscillator, omega=values, max_order=self.max_order)
 
     @cached_property
@@ -334,8 +319,12 @@ class UnfoldingDiagramsRequest(ProcessRequest):
             omega=_window(self.omega),
             clearance=_window(self.clearance),
             max_multiple=self.max_multiple,
-            points=max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega)),
+            points=self._curve_points,
         )
+
+    @property
+    def _curve_points(self) -> int:
+        return max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
 
 
 def _window(grid: Range | list[float]) -> Interval:
