@@ -10,19 +10,10 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
 from grazemap_core.contact.kernels.workspace import workspace
+from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column, return_search
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
-from grazemap_core.maps.kernels.lane_state import (
-    CODES,
-    FIGURES,
-    HALVES_RUN,
-    REASON,
-    SETTLED_AFTER,
-    UNVERIFIED,
-    ColumnTask,
-    TrajectoryResults,
-    lane_records,
-)
+from grazemap_core.maps.kernels.lane_state import ColumnTask, TrajectoryResults, lane_records
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import LANES
@@ -117,7 +108,9 @@ class Settler:
         free = self._models.free
         problem, held = cell_problem(self._models, steady, omega, phase)
         count = len(clearances) * len(scaled)
-        results = TrajectoryResults(codes=np.empty((count, CODES), dtype=np.int64), figures=np.empty((count, FIGURES)))
+        results = TrajectoryResults(
+            codes=np.empty((count, lane_state.CODES), dtype=np.int64), figures=np.empty((count, lane_state.FIGURES))
+        )
         task = ColumnTask(
             clearances=np.ascontiguousarray(clearances, dtype=np.float64),
             base=free_state(free, steady, omega, states[0], states[1], phase),
@@ -132,11 +125,14 @@ class Settler:
         model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
         settle_column(self._masses, Column(model, self._blocks, task, results, **self._scratch))
         shape = (len(clearances), len(scaled))
-        codes, figures = results.codes.reshape(*shape, CODES), results.figures.reshape(*shape, FIGURES)
+        codes, figures = (
+            results.codes.reshape(*shape, lane_state.CODES),
+            results.figures.reshape(*shape, lane_state.FIGURES),
+        )
         hidden = hidden_by_rounding(steady[:1], np.asarray(clearances))[:, 0]
-        codes[hidden, :, :HALVES_RUN], figures[hidden] = 0, np.nan
-        codes[hidden, :, REASON], codes[hidden, :, SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
-        codes[hidden, :, UNVERIFIED] = RESOLVED
+        codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
+        codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
+        codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
         return codes, figures
 
 
@@ -173,8 +169,8 @@ def settle_grid(oscillator: Oscillator, omega: Floats, clearance: Floats, task: 
     at_rest = np.zeros((2, oscillator.size))
     starts = np.zeros((1, 2, oscillator.size)) if task.starts is None else task.starts
     shape = (len(clearance), len(omega), len(starts))
-    codes = np.empty((CODES, *shape), dtype=np.int64)
-    figures = np.empty((FIGURES, *shape))
+    codes = np.empty((lane_state.CODES, *shape), dtype=np.int64)
+    figures = np.empty((lane_state.FIGURES, *shape))
     for i, w in enumerate(omega):
         scaled = starts * np.array([1.0, float(w)])[:, None]
         of_column = settler.run(float(w), steady[i], clearance, at_rest, scaled)

@@ -9,25 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import (
-    CHATTER,
-    DELAY,
-    EVENT_COLUMNS,
-    GRAZE,
-    HALF,
-    HELD,
-    IMPACT,
-    KIND,
-    RELEASE,
-    REST,
-    ROWS,
-    STOP,
-    TIME,
-    VELOCITY,
-    Workspace,
-)
+from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
 from grazemap_core.simulation.start import ForcedChain, Start
@@ -104,29 +89,37 @@ class Record:
     @property
     def event_time(self) -> Floats:
         """Times of the rows, (1 + events,)."""
-        return (self.rows[:, HALF] - self.first_half) * (0.5 * self.period) + self.rows[:, TIME]
+        return (self.rows[:, workspace.HALF] - self.first_half) * (0.5 * self.period) + self.rows[:, workspace.TIME]
 
     def impacts(self) -> Impacts:
         """Return the impacts among the events."""
         rows, time = self.rows[1:], self.event_time[1:]
-        there = rows[:, KIND] != RELEASE
-        half = rows[there, HALF].astype(np.int64) - self.first_half
+        there = rows[:, workspace.KIND] != workspace.RELEASE
+        half = rows[there, workspace.HALF].astype(np.int64) - self.first_half
         return Impacts(
             time=time[there],
             period=half // 2,
-            phase_time=(half % 2) * (0.5 * self.period) + rows[there, TIME],
-            stop=rows[there, STOP].astype(np.int8),
-            velocity=rows[there, VELOCITY],
-            kind=np.select([rows[there, KIND] == CHATTER, rows[there, KIND] == GRAZE], ["chatter", "graze"], "impact"),
+            phase_time=(half % 2) * (0.5 * self.period) + rows[there, workspace.TIME],
+            stop=rows[there, workspace.STOP].astype(np.int8),
+            velocity=rows[there, workspace.VELOCITY],
+            kind=np.select(
+                [rows[there, workspace.KIND] == workspace.CHATTER, rows[there, workspace.KIND] == workspace.GRAZE],
+                ["chatter", "graze"],
+                "impact",
+            ),
         )
 
     def sticking(self) -> Sticking:
         """Return the intervals of rest."""
         rows, time = self.rows, self.event_time
-        begins = ~np.isin(rows[:, KIND], (IMPACT, GRAZE, RELEASE)) & (time + rows[:, DELAY] <= self.end)
+        begins = ~np.isin(rows[:, workspace.KIND], (workspace.IMPACT, workspace.GRAZE, workspace.RELEASE)) & (
+            time + rows[:, workspace.DELAY] <= self.end
+        )
         until = np.append(time[1:], self.end)  # the event after a rest is its release
         return Sticking(
-            start=(time + rows[:, DELAY])[begins], stop_time=until[begins], stop=rows[begins, STOP].astype(np.int8)
+            start=(time + rows[:, workspace.DELAY])[begins],
+            stop_time=until[begins],
+            stop=rows[begins, workspace.STOP].astype(np.int8),
         )
 
     def evenly(self, index: Integers, samples_per_period: int) -> tuple[Floats, Floats]:
@@ -169,14 +162,18 @@ def record_of(chain: ForcedChain, run: Start, rows: Floats, first_half: int, end
 def first_row(run: Start, first_half: int) -> Floats:
     """Return the first row of a record that begins at the current state of a run, shape (1, EVENT_COLUMNS + 2 N)."""
     work: Workspace = run.work
-    row = np.zeros((1, EVENT_COLUMNS + run.u.size))
-    row[0, HALF] = first_half
-    if work.cursor[HELD] != 0 and work.cursor[ROWS] == 0:
+    row = np.zeros((1, workspace.EVENT_COLUMNS + run.u.size))
+    row[0, workspace.HALF] = first_half
+    if work.cursor[workspace.HELD] != 0 and work.cursor[workspace.ROWS] == 0:
         half_time = 0.5 * run.problem.cells * run.problem.step
         since = (run.held.since[0] - first_half) * half_time + run.held.since[1]
-        row[0, [STOP, KIND, DELAY]] = work.cursor[HELD], REST, max(0.0, since)
-        row[0, EVENT_COLUMNS : EVENT_COLUMNS + run.held.state.size] = run.held.state.ravel()
+        row[0, [workspace.STOP, workspace.KIND, workspace.DELAY]] = (
+            work.cursor[workspace.HELD],
+            workspace.REST,
+            max(0.0, since),
+        )
+        row[0, workspace.EVENT_COLUMNS : workspace.EVENT_COLUMNS + run.held.state.size] = run.held.state.ravel()
     else:
-        row[0, [KIND]] = IMPACT
-        row[0, EVENT_COLUMNS:] = run.u.ravel()
+        row[0, [workspace.KIND]] = workspace.IMPACT
+        row[0, workspace.EVENT_COLUMNS :] = run.u.ravel()
     return row

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
     advance_cell,
@@ -21,23 +22,7 @@ from grazemap_core.contact.kernels.cells import (
 )
 from grazemap_core.contact.kernels.events import record_event
 from grazemap_core.contact.kernels.first_contact import first_contact, gap_and_rate
-from grazemap_core.contact.kernels.workspace import (
-    ANCHOR,
-    AT_STOP,
-    FOLLOWED,
-    GRAZE,
-    HELD,
-    IMPACT,
-    IMPACT_BUDGET_SPENT,
-    LEFT,
-    MIN_SPEED,
-    MIN_UNPRESSED_SPEED,
-    NOT_FINITE,
-    OK,
-    RIGHT,
-    ROOTS,
-    Workspace,
-)
+from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
@@ -59,14 +44,14 @@ def apply_impact(
         for k in range(2):
             total, lost = two_sum(u[j, k], problem.unit_impulse[j, k] * jump)
             u[j, k] = total + (lost + problem.unit_impulse_low[j, k] * jump)
-    work.tally[RIGHT if stop > 0 else LEFT] += 1.0
-    work.tally[FOLLOWED] += 1.0
-    work.tally[MIN_SPEED] = min(work.tally[MIN_SPEED], abs(velocity))
-    record_event(work, half, time, stop, velocity, IMPACT if velocity != 0.0 else GRAZE, u)
-    work.cursor[ANCHOR] = stop
+    work.tally[workspace.RIGHT if stop > 0 else workspace.LEFT] += 1.0
+    work.tally[workspace.FOLLOWED] += 1.0
+    work.tally[workspace.MIN_SPEED] = min(work.tally[workspace.MIN_SPEED], abs(velocity))
+    record_event(work, half, time, stop, velocity, workspace.IMPACT if velocity != 0.0 else workspace.GRAZE, u)
+    work.cursor[workspace.ANCHOR] = stop
     work.near[0] = 0.0
     work.near[1] = problem.restitution * abs(velocity)
-    work.cursor[ROOTS] = 1 if work.near[1] > 0.0 else 2
+    work.cursor[workspace.ROOTS] = 1 if work.near[1] > 0.0 else 2
 
 
 @kernel
@@ -100,7 +85,7 @@ def impact_at_stop(
     apply_impact(problem, u, stop, velocity, half, time, work)
     contact_acceleration = stop * first_acceleration(problem, u, steady_imag)
     if contact_acceleration <= 0.0:
-        work.tally[MIN_UNPRESSED_SPEED] = min(work.tally[MIN_UNPRESSED_SPEED], abs(velocity))
+        work.tally[workspace.MIN_UNPRESSED_SPEED] = min(work.tally[workspace.MIN_UNPRESSED_SPEED], abs(velocity))
     return may_rest(problem.restitution, problem.step, contact_acceleration, work.near[1])
 
 
@@ -127,9 +112,9 @@ def run_cell(
     -------
     status : OK at the end of the cell, IMPACT_BUDGET_SPENT, NOT_FINITE, or AT_STOP with the offset in work.near.
     """
-    if work.cursor[HELD] != 0:
+    if work.cursor[workspace.HELD] != 0:
         work.near[2] = offset
-        return AT_STOP
+        return workspace.AT_STOP
     before = problem.step * (cell % (problem.cells // 2))
     steady_real, steady_imag = problem.steady_table[cell, 0], problem.steady_table[cell, 1]
     if offset > 0.0:
@@ -137,13 +122,13 @@ def run_cell(
     while True:
         length = problem.step - offset
         if length <= 0.0:
-            return OK
+            return workspace.OK
         size, tail, rest = expand(problem, u, steady_real, steady_imag, length, work.taylor, work.terms)
         if not np.isfinite(size):
-            return NOT_FINITE
-        if work.tally[FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
-            return IMPACT_BUDGET_SPENT
-        anchor = work.cursor[ANCHOR]
+            return workspace.NOT_FINITE
+        if work.tally[workspace.FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
+            return workspace.IMPACT_BUDGET_SPENT
+        anchor = work.cursor[workspace.ANCHOR]
         stop, t = first_contact(work, clearance, length, size, tail, rest)
         if stop == 0:
             if offset == 0.0:
@@ -151,22 +136,22 @@ def run_cell(
             else:
                 flow_state(problem, u, length)
             if anchor != 0:
-                gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], anchor, length, 1.0)
+                gap, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ROOTS], anchor, length, 1.0)
                 # whether the parabola through both rates returns to the stop within the next cell
                 second_derivative = 0.5 * (rate - work.near[1]) / length
                 ahead = gap + problem.step * (rate + problem.step * second_derivative)
                 near = gap < ANCHORED_GAP * clearance or ahead < 0.0
-                work.cursor[ANCHOR] = anchor if near else 0
-                work.cursor[ROOTS] = 0
+                work.cursor[workspace.ANCHOR] = anchor if near else 0
+                work.cursor[workspace.ROOTS] = 0
                 work.near[0] = gap
                 work.near[1] = rate
-            return OK
+            return workspace.OK
         passed = t * length
         flow_state(problem, u, passed)
         offset += passed
         steady_real, steady_imag = steady_motion_at(problem, cell, offset)
         if stop == anchor:
-            _, rate = gap_and_rate(work.taylor, work.near, work.cursor[ROOTS], stop, length, t)
+            _, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ROOTS], stop, length, t)
             velocity = -stop * rate
         else:
             _, velocity = first_mass(problem, u, steady_real, steady_imag)
@@ -174,4 +159,4 @@ def run_cell(
             velocity = 0.0  # a graze to within round-off
         if impact_at_stop(problem, u, stop, velocity, steady_imag, half, before + offset, work):
             work.near[2] = offset
-            return AT_STOP
+            return workspace.AT_STOP

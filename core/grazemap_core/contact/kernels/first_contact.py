@@ -11,15 +11,8 @@ release) are divided out. Arbitrarily small bounces are therefore resolved to fu
 from __future__ import annotations
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.workspace import (
-    ANCHOR,
-    GRAZE_BACK,
-    GRAZE_STOP,
-    MIN_UNPRESSED_SPEED,
-    ROOTS,
-    UNDECIDED,
-    Workspace,
-)
+from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING, SHORT_DEGREE
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
@@ -45,7 +38,7 @@ def _other_start(work: Workspace, stop: int, length: float) -> int:
 
     For a number of zeros other than one.
     """
-    roots = work.cursor[ROOTS]
+    roots = work.cursor[workspace.ROOTS]
     for k in range(TAYLOR_DEGREE + 1 - roots):
         work.distance[k] = -stop * work.taylor[k + roots]
     if roots == 0:
@@ -99,13 +92,13 @@ def first_contact(
     travel = 0.0
     for k in range(1, TAYLOR_DEGREE + 1):
         travel += abs(work.taylor[k])
-    anchor = work.cursor[ANCHOR]
+    anchor = work.cursor[workspace.ANCHOR]
     for stop in (1, -1):
         if stop == anchor:
             # the round-off of x1 at the start has no effect
             scale = tail + abs(work.near[0]) + abs(work.near[1]) * length
             degree = TAYLOR_DEGREE - 1
-            if work.cursor[ROOTS] == 1:
+            if work.cursor[workspace.ROOTS] == 1:
                 for k in range(1, TAYLOR_DEGREE):
                     work.distance[k] = -stop * work.taylor[k + 1]
                 work.distance[0] = work.near[1] * length
@@ -136,9 +129,9 @@ def first_contact(
             stop_found = stop
             t_found = t
     if t_graze <= t_found:
-        work.tally[UNDECIDED] += 1.0
-        work.tally[MIN_UNPRESSED_SPEED] = 0.0
+        work.tally[workspace.UNDECIDED] += 1.0
+        work.tally[workspace.MIN_UNPRESSED_SPEED] = 0.0
         if stop_found == 0:
-            work.near[GRAZE_STOP] = graze_stop
-            work.near[GRAZE_BACK] = (1.0 - t_graze) * length
+            work.near[workspace.GRAZE_STOP] = graze_stop
+            work.near[workspace.GRAZE_BACK] = (1.0 - t_graze) * length
     return stop_found, t_found

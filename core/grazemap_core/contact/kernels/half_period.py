@@ -7,32 +7,14 @@ from __future__ import annotations
 
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import NO_STICKING_FLOW, OVERFLOW, TOO_MANY_IMPACTS
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem, advance_cell, bounds, carry, first_mass, flow_state
 from grazemap_core.contact.kernels.event_loop import run_cell
 from grazemap_core.contact.kernels.events import record_event
 from grazemap_core.contact.kernels.first_contact import is_clear
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import (
-    ANCHOR,
-    AT_STOP,
-    EVENT_COLUMNS,
-    GRAZE,
-    GRAZE_BACK,
-    GRAZE_STOP,
-    HALF,
-    HELD,
-    IMPACT_BUDGET_SPENT,
-    KIND,
-    NO_HELD_FLOW,
-    OK,
-    ROWS,
-    STOP,
-    TIME,
-    UNDECIDED,
-    Workspace,
-    clear_tally,
-)
+from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
 from grazemap_core.contact.tolerances import CLEARED, COMPLETE_CHATTERS, CONTACT_ROUNDING, MAX_CHATTER_IMPACTS
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 
@@ -48,19 +30,19 @@ def record_graze(problem: CellProblem, u: Floats, end: float, half: int, work: W
     end : float
         Time in the half period at which the cell ends.
     """
-    stop, back = work.near[GRAZE_STOP], work.near[GRAZE_BACK]
-    work.near[GRAZE_STOP] = 0.0
+    stop, back = work.near[workspace.GRAZE_STOP], work.near[workspace.GRAZE_BACK]
+    work.near[workspace.GRAZE_STOP] = 0.0
     time = end - back
-    row = work.cursor[ROWS]
+    row = work.cursor[workspace.ROWS]
     if 0 < row <= work.events.shape[0]:
         last = work.events[row - 1]
-        since = (half - last[HALF]) * (0.5 * problem.cells * problem.step) + (time - last[TIME])
-        if last[KIND] == GRAZE and last[STOP] == stop and since < problem.step:
-            work.tally[UNDECIDED] -= 1.0
+        since = (half - last[workspace.HALF]) * (0.5 * problem.cells * problem.step) + (time - last[workspace.TIME])
+        if last[workspace.KIND] == workspace.GRAZE and last[workspace.STOP] == stop and since < problem.step:
+            work.tally[workspace.UNDECIDED] -= 1.0
             return
-    record_event(work, half, time, stop, 0.0, GRAZE, u)
+    record_event(work, half, time, stop, 0.0, workspace.GRAZE, u)
     if row < work.events.shape[0]:
-        flow_state(problem, work.events[row, EVENT_COLUMNS:].reshape(u.shape), -back)
+        flow_state(problem, work.events[row, workspace.EVENT_COLUMNS :].reshape(u.shape), -back)
 
 
 @kernel
@@ -81,24 +63,24 @@ def run_half(problem: CellProblem, held: HeldProblem, u: Floats, clearance: floa
     clear_tally(work.tally)
     for cell in range(first, first + cells):
         clear = False
-        if work.cursor[ANCHOR] == 0:
+        if work.cursor[workspace.ANCHOR] == 0:
             x_end, v_end = advance_cell(problem, u, cell + 1)
             clear = is_clear(x, v, x_end, v_end, problem.step, fourth, limit)
         if not clear:
             carry(problem, work.saved, cell - since, u)
-            rows = work.cursor[ROWS]
-            work.near[GRAZE_STOP] = 0.0
+            rows = work.cursor[workspace.ROWS]
+            work.near[workspace.GRAZE_STOP] = 0.0
             status = run_cell(problem, u, clearance, cell, 0.0, half, work)
-            if status == AT_STOP:
+            if status == workspace.AT_STOP:
                 status = rest_in_cell(problem, held, u, clearance, cell, half, work)
-            if status != OK:
+            if status != workspace.OK:
                 return status
             x_end, v_end = first_mass(problem, u, problem.steady_table[cell + 1, 0], problem.steady_table[cell + 1, 1])
             reach, fourth = bounds(problem, u)
             limit = clearance - CONTACT_ROUNDING * (reach + clearance)
-            if work.near[GRAZE_STOP] != 0.0:
+            if work.near[workspace.GRAZE_STOP] != 0.0:
                 record_graze(problem, u, problem.step * (cell + 1 - first), half, work)
-            if work.cursor[ROWS] != rows:
+            if work.cursor[workspace.ROWS] != rows:
                 since = cell + 1
                 copy_matrix(work.saved, u)
         x, v = x_end, v_end
@@ -106,17 +88,17 @@ def run_half(problem: CellProblem, held: HeldProblem, u: Floats, clearance: floa
             carry(problem, work.saved, longest, work.saved)
             since = cell + 1
     carry(problem, work.saved, first + cells - since, u)
-    if work.cursor[HELD] != 0:
+    if work.cursor[workspace.HELD] != 0:
         write_free_state(problem, held, u, clearance, first + cells, 0.0, work)
-    return OK
+    return workspace.OK
 
 
 @kernel
 def reason_of_end(status: int) -> int:
     """Return the reason code of a trajectory that ended early with this status."""
-    if status == NO_HELD_FLOW:
+    if status == workspace.NO_HELD_FLOW:
         return NO_STICKING_FLOW
-    if status == IMPACT_BUDGET_SPENT:
+    if status == workspace.IMPACT_BUDGET_SPENT:
         return TOO_MANY_IMPACTS
     return OVERFLOW
 

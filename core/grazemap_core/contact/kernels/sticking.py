@@ -22,6 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at, sum_series
 from grazemap_core.contact.kernels.event_loop import run_cell
 from grazemap_core.contact.kernels.events import record_event
@@ -32,28 +33,7 @@ from grazemap_core.contact.kernels.sticking_flow import (
     held_from_free,
     rotated_entry,
 )
-from grazemap_core.contact.kernels.workspace import (
-    ANCHOR,
-    AT_STOP,
-    CHATTER,
-    DELAY,
-    EVENT_COLUMNS,
-    HELD,
-    HELD_LEFT,
-    HELD_RIGHT,
-    IMPACT_AND_REST,
-    KIND,
-    LEFT,
-    MIN_SPEED,
-    NO_HELD_FLOW,
-    OK,
-    RELEASE,
-    RIGHT,
-    ROOTS,
-    ROWS,
-    UNDECIDED,
-    Workspace,
-)
+from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
@@ -124,7 +104,7 @@ def begin_rest(
     delay : float
         Time until mass 1 is at rest.
     """
-    stop, leaving = work.cursor[ANCHOR], work.near[1]
+    stop, leaving = work.cursor[workspace.ANCHOR], work.near[1]
     time = problem.step * (cell % (problem.cells // 2)) + offset
     angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
     held_from_free(held, u, stop * clearance, problem.omega, angle_real, angle_imag, held.physical, held.state)
@@ -151,11 +131,11 @@ def begin_rest(
         delay = 2.0 * q / contact_acceleration - second_derivative * q * q
     elif not contact_acceleration >= -error:
         return False, 0.0
-    work.cursor[ANCHOR] = stop
-    work.cursor[HELD] = stop
+    work.cursor[workspace.ANCHOR] = stop
+    work.cursor[workspace.HELD] = stop
     held.since[0] = half
     held.since[1] = time + delay
-    work.tally[HELD_RIGHT if stop > 0 else HELD_LEFT] = 1.0
+    work.tally[workspace.HELD_RIGHT if stop > 0 else workspace.HELD_LEFT] = 1.0
     return True, delay
 
 
@@ -171,24 +151,24 @@ def rest_after_impact(
     work: Workspace,
 ) -> int:
     """Bring mass 1 to rest after an impact if the remaining impacts may be summed. Returns OK or NO_HELD_FLOW."""
-    stop, leaving = work.cursor[ANCHOR], work.near[1]
+    stop, leaving = work.cursor[workspace.ANCHOR], work.near[1]
     if not held.exists:
         _, steady_imag = steady_motion_at(problem, cell, offset)
-        return NO_HELD_FLOW if stop * first_acceleration(problem, u, steady_imag) > 0.0 else OK
+        return workspace.NO_HELD_FLOW if stop * first_acceleration(problem, u, steady_imag) > 0.0 else workspace.OK
     rests, delay = begin_rest(problem, held, u, clearance, cell, offset, half, work)
     if not rests:
-        return OK
+        return workspace.OK
     if leaving > 0.0:
-        work.tally[RIGHT if stop > 0 else LEFT] = np.inf
-        work.tally[MIN_SPEED] = 0.0
-    row = work.cursor[ROWS] - 1  # of this impact
+        work.tally[workspace.RIGHT if stop > 0 else workspace.LEFT] = np.inf
+        work.tally[workspace.MIN_SPEED] = 0.0
+    row = work.cursor[workspace.ROWS] - 1  # of this impact
     if 0 <= row < work.events.shape[0]:
-        work.events[row, KIND] = CHATTER if leaving > 0.0 else IMPACT_AND_REST
-        work.events[row, DELAY] = delay
+        work.events[row, workspace.KIND] = workspace.CHATTER if leaving > 0.0 else workspace.IMPACT_AND_REST
+        work.events[row, workspace.DELAY] = delay
         for j in range(held.state.shape[0]):
-            work.events[row, EVENT_COLUMNS + 2 * j] = held.state[j, 0]
-            work.events[row, EVENT_COLUMNS + 2 * j + 1] = held.state[j, 1]
-    return OK
+            work.events[row, workspace.EVENT_COLUMNS + 2 * j] = held.state[j, 0]
+            work.events[row, workspace.EVENT_COLUMNS + 2 * j + 1] = held.state[j, 1]
+    return workspace.OK
 
 
 @kernel
@@ -206,26 +186,26 @@ def carry_rest(
 
     After a release work.cursor[HELD] is 0 and u is the free state; otherwise u is not changed.
     """
-    stop = work.cursor[HELD]
+    stop = work.cursor[workspace.HELD]
     length = problem.step - offset
     error = expand_pressing(problem, held, clearance, stop, cell, offset, length, work)
-    work.tally[HELD_RIGHT if stop > 0 else HELD_LEFT] = 1.0
+    work.tally[workspace.HELD_RIGHT if stop > 0 else workspace.HELD_LEFT] = 1.0
     # the contact acceleration may be zero to within round-off at the start; mass 1 is released where it turns negative
     degree = plain(TAYLOR_DEGREE)
     status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
     if status != CONTACT:
         if status == GRAZE_UNDECIDED:
-            work.tally[UNDECIDED] += 1.0
+            work.tally[workspace.UNDECIDED] += 1.0
         flow_held(held, held.state, length)
         return problem.step
     passed = t * length
     flow_held(held, held.state, passed)
     offset += passed
     write_free_state(problem, held, u, clearance, cell, offset, work)
-    work.cursor[HELD] = 0
-    work.cursor[ROOTS] = 3
+    work.cursor[workspace.HELD] = 0
+    work.cursor[workspace.ROOTS] = 3
     before = problem.step * (cell % (problem.cells // 2))
-    record_event(work, half, before + offset, stop, 0.0, RELEASE, u)
+    record_event(work, half, before + offset, stop, 0.0, workspace.RELEASE, u)
     return offset
 
 
@@ -241,7 +221,7 @@ def write_free_state(
 ) -> None:
     """Write the free state of a resting mass 1 into u (N, 2)."""
     angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
-    place = work.cursor[HELD] * clearance
+    place = work.cursor[workspace.HELD] * clearance
     free_from_held(held, held.state, place, problem.omega, angle_real, angle_imag, held.physical, u)
 
 
@@ -250,14 +230,18 @@ def start_on_stop(
     problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, stop: int, work: Workspace
 ) -> int:
     """Start a trajectory at rest on a stop, where mass 1 stays if it is accelerated toward it. OK or NO_HELD_FLOW."""
-    work.cursor[ANCHOR] = stop
-    work.cursor[ROOTS] = 2
+    work.cursor[workspace.ANCHOR] = stop
+    work.cursor[workspace.ROOTS] = 2
     work.near[0] = 0.0
     work.near[1] = 0.0
     if not held.exists:
-        return NO_HELD_FLOW if stop * first_acceleration(problem, u, problem.steady_table[0, 1]) > 0.0 else OK
+        return (
+            workspace.NO_HELD_FLOW
+            if stop * first_acceleration(problem, u, problem.steady_table[0, 1]) > 0.0
+            else workspace.OK
+        )
     begin_rest(problem, held, u, clearance, plain(0), 0.0, plain(0), work)
-    return OK
+    return workspace.OK
 
 
 @kernel
@@ -274,16 +258,16 @@ def rest_in_cell(
 
     u (N, 2) is the free state; on return it is meaningless if mass 1 rests.
     """
-    status = AT_STOP
-    while status == AT_STOP:
+    status = workspace.AT_STOP
+    while status == workspace.AT_STOP:
         offset = work.near[2]
-        if work.cursor[HELD] == 0:
+        if work.cursor[workspace.HELD] == 0:
             status = rest_after_impact(problem, held, u, clearance, cell, offset, half, work)
-            if status != OK:
+            if status != workspace.OK:
                 return status
-        if work.cursor[HELD] != 0:
+        if work.cursor[workspace.HELD] != 0:
             offset = carry_rest(problem, held, u, clearance, cell, offset, half, work)
-            if work.cursor[HELD] != 0:
-                return OK
+            if work.cursor[workspace.HELD] != 0:
+                return workspace.OK
         status = run_cell(problem, u, clearance, cell, offset, half, work)
     return status

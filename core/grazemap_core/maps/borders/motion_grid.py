@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import INFINITE, RESOLVED
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_state import (
-    IMPACTS_LEFT,
-    IMPACTS_RIGHT,
-    PERIOD,
-    REASON,
-    STICKING,
-    SYMMETRIC,
-)
+from grazemap_core.maps.kernels import lane_state
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS
 
@@ -126,7 +119,13 @@ def _name(period: int, more: int, fewer: int, symmetric: int, sticking: int) -> 
 
 def name_of(code: Integers) -> Name | None:
     """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
-    if code[REASON] != RESOLVED:
+    if code[lane_state.REASON] != RESOLVED:
         return None
-    impacts = int(code[IMPACTS_RIGHT]), int(code[IMPACTS_LEFT])
-    return _name(int(code[PERIOD]), max(impacts), min(impacts), int(code[SYMMETRIC]), int(code[STICKING]))
+    impacts = int(code[lane_state.IMPACTS_RIGHT]), int(code[lane_state.IMPACTS_LEFT])
+    return _name(
+        int(code[lane_state.PERIOD]),
+        max(impacts),
+        min(impacts),
+        int(code[lane_state.SYMMETRIC]),
+        int(code[lane_state.STICKING]),
+    )

@@ -11,37 +11,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import first_mass
 from grazemap_core.contact.kernels.half_period import counted
-from grazemap_core.contact.kernels.workspace import (
-    FOLLOWED,
-    HELD_LEFT,
-    HELD_RIGHT,
-    LEFT,
-    MIN_SPEED,
-    MIN_UNPRESSED_SPEED,
-    OK,
-    RIGHT,
-    ROWS,
-)
 from grazemap_core.contact.tolerances import CLEARED
+from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane, empty_full_events, start_growth
 from grazemap_core.maps.kernels.column import Column
-from grazemap_core.maps.kernels.lane_state import (
-    COUNTED_IMPACTS,
-    DEADLINE,
-    ENDING,
-    FOLLOWED_IMPACTS,
-    GROWING,
-    HALVES_RUN,
-    IMPACTS,
-    RETURN_GOAL,
-    SETTLING,
-    STARTED,
-    STATE,
-    TRAJECTORY,
-    begin_record,
-)
+from grazemap_core.maps.kernels.lane_state import begin_record
 from grazemap_core.maps.kernels.lane_tangents import NOTHING, carry_lanes, move_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
 from grazemap_core.maps.kernels.lockstep import RESTING, Lanes, clear_lane, run_half, start_lane, start_lane_on_stop
@@ -88,7 +65,7 @@ def settle_column(masses: Masses, column: Column) -> None:
         if check:
             _find_returns(column, k, used)
         for lane in range(used):
-            if counts[lane, TRAJECTORY] < 0 or not _is_due(column, lane, k, check):
+            if counts[lane, lane_state.TRAJECTORY] < 0 or not _is_due(column, lane, k, check):
                 continue
             returned = int(returns.length[lane]) if check else 0
             closed = check and returns.nearest[lane] <= returns.relevant[lane]
@@ -108,8 +85,8 @@ def settle_column(masses: Masses, column: Column) -> None:
 @kernel
 def _vacate(column: Column, lane: int) -> None:
     """Take a lane out of use."""
-    column.records.counts[lane, TRAJECTORY] = -1
-    column.records.counts[lane, STATE] = ENDING
+    column.records.counts[lane, lane_state.TRAJECTORY] = -1
+    column.records.counts[lane, lane_state.STATE] = lane_state.ENDING
     column.tangents.carried[lane] = NOTHING
     clear_lane(column.group, lane)
 
@@ -124,7 +101,7 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
     starts = task.directions.shape[0]
     n = task.clearances.shape[0] * starts
     for lane in range(1 if task.follow else LANES):
-        if queued < n and counts[lane, TRAJECTORY] < 0:
+        if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
             clearance = task.clearances[queued // starts]
             if task.follow and queued > 0:
                 copy_matrix(u, column.final_state)
@@ -179,8 +156,10 @@ def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
         skipped = column.task.growth_skipped
         carry_lanes(problem, column.model.held, group, column.tangents, k, skipped, used, column.u)
     for lane in range(used):
-        records.sizes[lane, FOLLOWED_IMPACTS] += group.tally[FOLLOWED, lane]
-        records.sizes[lane, COUNTED_IMPACTS] += counted(problem.chatter_impacts, group.tally[FOLLOWED, lane])
+        records.sizes[lane, lane_state.FOLLOWED_IMPACTS] += group.tally[workspace.FOLLOWED, lane]
+        records.sizes[lane, lane_state.COUNTED_IMPACTS] += counted(
+            problem.chatter_impacts, group.tally[workspace.FOLLOWED, lane]
+        )
     _enter_history(column.history, k + 1, group, used)
 
 
@@ -197,19 +176,19 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
         for lane in range(min(used, LANES)):
             states[row, c, lane] = sign * even[c * LANES + lane]
     for lane in range(min(used, LANES)):
-        impacts[row, first, lane] = tally[RIGHT, lane]
-        impacts[row, 1 - first, lane] = tally[LEFT, lane]
-        held[row, first, lane] = tally[HELD_RIGHT, lane]
-        held[row, 1 - first, lane] = tally[HELD_LEFT, lane]
-        least[row, lane] = tally[MIN_SPEED, lane]
-        unpressed[row, lane] = tally[MIN_UNPRESSED_SPEED, lane]
-        tally[RIGHT, lane] = 0.0
-        tally[LEFT, lane] = 0.0
-        tally[HELD_RIGHT, lane] = 0.0
-        tally[HELD_LEFT, lane] = 0.0
-        tally[FOLLOWED, lane] = 0.0
-        tally[MIN_SPEED, lane] = np.inf
-        tally[MIN_UNPRESSED_SPEED, lane] = np.inf
+        impacts[row, first, lane] = tally[workspace.RIGHT, lane]
+        impacts[row, 1 - first, lane] = tally[workspace.LEFT, lane]
+        held[row, first, lane] = tally[workspace.HELD_RIGHT, lane]
+        held[row, 1 - first, lane] = tally[workspace.HELD_LEFT, lane]
+        least[row, lane] = tally[workspace.MIN_SPEED, lane]
+        unpressed[row, lane] = tally[workspace.MIN_UNPRESSED_SPEED, lane]
+        tally[workspace.RIGHT, lane] = 0.0
+        tally[workspace.LEFT, lane] = 0.0
+        tally[workspace.HELD_RIGHT, lane] = 0.0
+        tally[workspace.HELD_LEFT, lane] = 0.0
+        tally[workspace.FOLLOWED, lane] = 0.0
+        tally[workspace.MIN_SPEED, lane] = np.inf
+        tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
 
 
 @kernel
@@ -218,10 +197,10 @@ def _find_returns(column: Column, k: int, used: int) -> None:
     counts, sizes, clearances = column.records.counts, column.records.sizes, column.group.clearance
     bound, relevant, known = column.returns.bound, column.returns.relevant, column.returns.known
     for lane in range(used):
-        wanted = counts[lane, TRAJECTORY] >= 0
-        bound[lane] = sizes[lane, RETURN_GOAL] * clearances[lane] if wanted else -1.0
+        wanted = counts[lane, lane_state.TRAJECTORY] >= 0
+        bound[lane] = sizes[lane, lane_state.RETURN_GOAL] * clearances[lane] if wanted else -1.0
         relevant[lane] = CLOSING_GOAL * clearances[lane]
-        known[lane] = k - counts[lane, STARTED]
+        known[lane] = k - counts[lane, lane_state.STARTED]
     nearest_returns(column.model.problem, column.history, k, 2 * column.task.max_period, column.returns, used)
 
 
@@ -229,13 +208,13 @@ def _find_returns(column: Column, k: int, used: int) -> None:
 def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
     """Return whether a lane is to be classified after k half periods; `check`: returns were looked for."""
     counts, group = column.records.counts, column.group
-    if k >= counts[lane, DEADLINE] or group.status[lane] != OK:
+    if k >= counts[lane, lane_state.DEADLINE] or group.status[lane] != workspace.OK:
         return True
-    if counts[lane, STATE] != SETTLING and counts[lane, STATE] != GROWING:
+    if counts[lane, lane_state.STATE] != lane_state.SETTLING and counts[lane, lane_state.STATE] != lane_state.GROWING:
         return False
     returns = check and column.returns.length[lane] > 0.0
     free = column.task.early and group.reach[lane] < CLEARED * group.clearance[lane]
-    budget_spent: bool = column.records.sizes[lane, COUNTED_IMPACTS] > SETTLING_IMPACTS
+    budget_spent: bool = column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS
     return returns or free or budget_spent
 
 
@@ -243,7 +222,7 @@ def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
 def _keep_final_state(column: Column, lane: int) -> bool:
     """Keep the state in which a trajectory of a sweep ended. Returns whether mass 1 rests on a stop there."""
     group, final = column.group, column.final_state
-    if group.status[lane] != OK:
+    if group.status[lane] != workspace.OK:
         copy_matrix(final, column.task.base)
         return False
     for j in range(final.shape[0]):
@@ -257,8 +236,10 @@ def _keep_final_state(column: Column, lane: int) -> bool:
 def _finish(column: Column, lane: int, k: int) -> None:
     """Write how long the trajectory in a lane ran, and take the lane out of use."""
     counts, codes = column.records.counts, column.results.codes
-    codes[counts[lane, TRAJECTORY], HALVES_RUN] = k - counts[lane, STARTED]
-    codes[counts[lane, TRAJECTORY], IMPACTS] = int(column.records.sizes[lane, FOLLOWED_IMPACTS])
+    codes[counts[lane, lane_state.TRAJECTORY], lane_state.HALVES_RUN] = k - counts[lane, lane_state.STARTED]
+    codes[counts[lane, lane_state.TRAJECTORY], lane_state.IMPACTS] = int(
+        column.records.sizes[lane, lane_state.FOLLOWED_IMPACTS]
+    )
     _vacate(column, lane)
 
 
@@ -268,9 +249,9 @@ def _move_to_first_lanes(column: Column, used: int) -> None:
     counts, sizes = column.records.counts, column.records.sizes
     target, source = 0, used - 1
     while True:
-        while target < used and counts[target, TRAJECTORY] >= 0:
+        while target < used and counts[target, lane_state.TRAJECTORY] >= 0:
             target += 1
-        while source >= 0 and counts[source, TRAJECTORY] < 0:
+        while source >= 0 and counts[source, lane_state.TRAJECTORY] < 0:
             source -= 1
         if target >= source:
             break
@@ -279,8 +260,8 @@ def _move_to_first_lanes(column: Column, used: int) -> None:
             move_tangents(column.tangents, source, target)
         copy_vector(counts[target], counts[source])
         copy_vector(sizes[target], sizes[source])
-        counts[source, TRAJECTORY] = -1
-        counts[source, STATE] = ENDING
+        counts[source, lane_state.TRAJECTORY] = -1
+        counts[source, lane_state.STATE] = lane_state.ENDING
 
 
 @kernel
@@ -298,7 +279,7 @@ def _move_lane(group: Lanes, history: StroboscopicHistory, source: int, target: 
     copy_vector(group.near[target], group.near[source])
     copy_matrix(group.resting[target], group.resting[source])
     copy_vector(group.since[target], group.since[source])
-    for row in range(min(group.cursor[source, ROWS], group.events.shape[1])):
+    for row in range(min(group.cursor[source, workspace.ROWS], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
     for row in range(history.min_speed.shape[0]):
         copy_vector(history.states[row, :, target], history.states[row, :, source])

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
     bounds,
@@ -29,28 +30,7 @@ from grazemap_core.contact.kernels.cells import (
 )
 from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
-from grazemap_core.contact.kernels.workspace import (
-    ANCHOR,
-    AT_STOP,
-    EVENT_COLUMNS,
-    FOLLOWED,
-    HALF,
-    HELD,
-    IMPACT,
-    KIND,
-    LEFT,
-    MIN_SPEED,
-    MIN_UNPRESSED_SPEED,
-    OK,
-    RIGHT,
-    ROOTS,
-    ROWS,
-    STOP,
-    TALLY_SIZE,
-    TIME,
-    VELOCITY,
-    Workspace,
-)
+from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lanes as first
 from grazemap_core.maps.kernels import multi_impact_cell as second
@@ -77,9 +57,9 @@ FREE, NEAR, RESTING = 0, 1, 2
 BECOMES_NEAR, BECOMES_FREE = 3, 4
 """Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
 
-CONTACT_ACCELERATION = KIND + 1
+CONTACT_ACCELERATION = workspace.KIND + 1
 """Column of a lane's events after those of `workspace`: acceleration of mass 1 toward the stop after an impact."""
-LANE_EVENT_COLUMNS = KIND + 2
+LANE_EVENT_COLUMNS = workspace.KIND + 2
 
 
 class Lanes(NamedTuple):
@@ -168,7 +148,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         clearance=np.full(LANES, OUT_OF_REACH),
         limit=np.full(LANES, OUT_OF_REACH),
         reach=np.zeros(LANES),
-        tally=np.zeros((TALLY_SIZE, LANES)),
+        tally=np.zeros((workspace.TALLY_SIZE, LANES)),
         regime=np.zeros(LANES, dtype=np.int64),
         cursor=np.zeros((LANES, 4), dtype=np.int64),
         near=np.zeros((LANES, 3)),
@@ -230,10 +210,10 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearan
     set_state(group, lane, problem, u, plain(0))
     group.regime[lane] = FREE
     group.cursor[lane] = 0
-    group.status[lane] = OK
+    group.status[lane] = workspace.OK
     group.tally[:, lane] = 0.0
-    group.tally[MIN_SPEED, lane] = np.inf
-    group.tally[MIN_UNPRESSED_SPEED, lane] = np.inf
+    group.tally[workspace.MIN_SPEED, lane] = np.inf
+    group.tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
 
 
 @kernel
@@ -243,34 +223,34 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats,
     _, v = first_mass(problem, u, problem.steady_table[0, 0], problem.steady_table[0, 1])
     leaving = max(0.0, -stop * v)
     contact_acceleration = stop * first_acceleration(problem, u, problem.steady_table[0, 1])
-    group.cursor[lane, ANCHOR] = stop
-    group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
+    group.cursor[lane, workspace.ANCHOR] = stop
+    group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
     group.regime[lane] = RESTING  # its first cell is computed for this lane alone
     group.limit[lane] = -np.inf
     if may_rest(problem.restitution, problem.step, contact_acceleration, leaving):
-        group.status[lane] = AT_STOP
+        group.status[lane] = workspace.AT_STOP
 
 
 @inlined
 def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: Impact) -> None:
     """Enter an impact into a lane's tally and, up to their capacity, into its events."""
     side, speed, contact_acceleration = impact.side, impact.speed, impact.contact_acceleration
-    tally[RIGHT if side > 0.0 else LEFT, lane] += 1.0
-    tally[FOLLOWED, lane] += 1.0
-    tally[MIN_SPEED, lane] = min(tally[MIN_SPEED, lane], speed)
+    tally[workspace.RIGHT if side > 0.0 else workspace.LEFT, lane] += 1.0
+    tally[workspace.FOLLOWED, lane] += 1.0
+    tally[workspace.MIN_SPEED, lane] = min(tally[workspace.MIN_SPEED, lane], speed)
     if contact_acceleration <= 0.0:
-        tally[MIN_UNPRESSED_SPEED, lane] = min(tally[MIN_UNPRESSED_SPEED, lane], speed)
-    row = cursor[lane, ROWS]
+        tally[workspace.MIN_UNPRESSED_SPEED, lane] = min(tally[workspace.MIN_UNPRESSED_SPEED, lane], speed)
+    row = cursor[lane, workspace.ROWS]
     if row < events.shape[1]:
-        events[lane, row, HALF] = half
-        events[lane, row, TIME] = impact.time
-        events[lane, row, STOP] = side
-        events[lane, row, VELOCITY] = side * speed
-        events[lane, row, KIND] = IMPACT
+        events[lane, row, workspace.HALF] = half
+        events[lane, row, workspace.TIME] = impact.time
+        events[lane, row, workspace.STOP] = side
+        events[lane, row, workspace.VELOCITY] = side * speed
+        events[lane, row, workspace.KIND] = workspace.IMPACT
         events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
-    cursor[lane, ROWS] = row + 1
+    cursor[lane, workspace.ROWS] = row + 1
 
 
 @kernel
@@ -300,8 +280,8 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
         group.deferred_state[lane, 2 * j + 1] = u[j, 1]
     leaving = at[second.RATE * WIDTH + k] / (0.5 * problem.step)
     group.deferred_offset[lane] = problem.step - left
-    group.cursor[lane, ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
-    group.cursor[lane, ROOTS] = 1 if leaving > 0.0 else 2
+    group.cursor[lane, workspace.ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
+    group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
     group.near[lane, 1] = leaving
     group.status[lane] = status
@@ -365,7 +345,7 @@ def _enter_impacts_of_round(
             impact = Impact(cell_start + after, side, speed, contact_acceleration)
             _enter_impact(tally, cursor, events, lane_of[k], half, impact)
             if may_rest(restitution, length, contact_acceleration, restitution * speed):
-                deferred = _defer_after_impact(problem, group, k, u, plain(AT_STOP), deferred)
+                deferred = _defer_after_impact(problem, group, k, u, plain(workspace.AT_STOP), deferred)
                 active[k] = 0
     return deferred
 
@@ -381,7 +361,7 @@ def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: in
     group.active[k] = 0
     if at[second.OUTCOME * WIDTH + k] != second.CLEAR:
         if on_stop:
-            return _defer_after_impact(problem, group, k, u, plain(OK), deferred)
+            return _defer_after_impact(problem, group, k, u, plain(workspace.OK), deferred)
         return _defer_cell(group, lane, deferred, step.here)
     stays = False
     if on_stop or regime[lane] == NEAR:
@@ -415,12 +395,12 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
         if regime[lane] == BECOMES_NEAR:
             regime[lane] = NEAR
             limit[lane] = -np.inf
-            cursor[lane, ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
-            cursor[lane, ROOTS] = 0
+            cursor[lane, workspace.ANCHOR] = 1 if at[second.SIDE * WIDTH + k] > 0.0 else -1
+            cursor[lane, workspace.ROOTS] = 0
         else:
             regime[lane] = FREE
             limit[lane] = at[second.END_LIMIT * WIDTH + k]
-            cursor[lane, ANCHOR] = 0
+            cursor[lane, workspace.ANCHOR] = 0
 
 
 @kernel
@@ -537,7 +517,7 @@ def _put_free_lane(problem: CellProblem, group: Lanes, i: int, k: int) -> bool:
 def _put_near_lane(problem: CellProblem, group: Lanes, lane: int, k: int) -> None:
     """Write a lane that is NEAR a stop to lane k of the second pass."""
     on, near = group.second_pass.rows, group.near
-    on[second.SIDE * WIDTH + k] = group.cursor[lane, ANCHOR]
+    on[second.SIDE * WIDTH + k] = group.cursor[lane, workspace.ANCHOR]
     on[second.ORIGIN * WIDTH + k] = -1.0
     on[second.GAP * WIDTH + k] = near[lane, 0]
     on[second.RATE * WIDTH + k] = near[lane, 1] * (0.5 * problem.step)
@@ -553,14 +533,14 @@ def _copy_back(
     problem, held, there = model.problem, model.held, step.there
     blocks, boundary = u.shape[0], step.cell + 1
     group.status[lane] = status
-    if status != OK:
+    if status != workspace.OK:
         clear_lane(group, lane)
         return
-    resting = work.cursor[HELD] != 0
+    resting = work.cursor[workspace.HELD] != 0
     copy_vector(group.cursor[lane], work.cursor)
     copy_vector(group.near[lane], work.near)
     copy_vector(group.tally[:, lane], work.tally)
-    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[ANCHOR] != 0 else FREE)
+    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[workspace.ANCHOR] != 0 else FREE)
     if resting:
         copy_matrix(group.resting[lane], held.state)
         copy_vector(group.since[lane], held.since)
@@ -585,31 +565,35 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
     copy_vector(work.cursor, group.cursor[lane])
     copy_vector(work.near[:3], group.near[lane])
     copy_vector(work.tally, group.tally[:, lane])
-    if work.cursor[HELD] != 0:
+    if work.cursor[workspace.HELD] != 0:
         copy_matrix(held.state, group.resting[lane])
         copy_vector(held.since, group.since[lane])
     capacity = group.events.shape[1]
-    before = work.cursor[ROWS]
+    before = work.cursor[workspace.ROWS]
     seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
     if seen < capacity:
-        for c in range(KIND + 1):
+        for c in range(workspace.KIND + 1):
             work.events[seen, c] = group.events[lane, seen, c]
-    status = AT_STOP
-    if group.status[lane] == AT_STOP:
+    status = workspace.AT_STOP
+    if group.status[lane] == workspace.AT_STOP:
         work.near[2] = offset
     else:
         status = run_cell(problem, u, clearance, cell, offset, half, work)
-    if status == AT_STOP:
+    if status == workspace.AT_STOP:
         status = rest_in_cell(problem, held, u, clearance, cell, half, work)
-    for row in range(seen, min(work.cursor[ROWS], capacity)):
-        for c in range(KIND + 1):
+    for row in range(seen, min(work.cursor[workspace.ROWS], capacity)):
+        for c in range(workspace.KIND + 1):
             group.events[lane, row, c] = work.events[row, c]
-        if work.events[row, KIND] == IMPACT and row >= before:
-            after = work.events[row, EVENT_COLUMNS:].reshape(u.shape)
-            _, gain_imag = steady_motion_at(problem, half % 2 * (problem.cells // 2), work.events[row, TIME])
-            contact_acceleration = work.events[row, STOP] * first_acceleration(problem, after, gain_imag)
+        if work.events[row, workspace.KIND] == workspace.IMPACT and row >= before:
+            after = work.events[row, workspace.EVENT_COLUMNS :].reshape(u.shape)
+            _, gain_imag = steady_motion_at(problem, half % 2 * (problem.cells // 2), work.events[row, workspace.TIME])
+            contact_acceleration = work.events[row, workspace.STOP] * first_acceleration(problem, after, gain_imag)
             group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
-    if status == OK and work.cursor[HELD] != 0 and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2):
+    if (
+        status == workspace.OK
+        and work.cursor[workspace.HELD] != 0
+        and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2)
+    ):
         write_free_state(problem, held, u, clearance, cell + 1, 0.0, work)
     _copy_back(model, group, lane, step, u, status, work)
 

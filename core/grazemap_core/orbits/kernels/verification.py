@@ -23,17 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grazemap_core import codes
 from grazemap_core.arrays import Floats
-from grazemap_core.codes import (
-    GRAZE_UNRESOLVED,
-    NOT_DISTINCT,
-    NOT_ISOLATED,
-    NOT_SOLVED,
-    NOT_STABLE,
-    NOT_VERIFIED,
-    RESOLVED,
-    SEQUENCE_UNKNOWN,
-)
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
@@ -580,9 +571,9 @@ def verify(
         Expected distance of the orbit from the trajectory, in units of the clearance.
     """
     if not chain.verifiable:
-        return _not_verified(NOT_VERIFIED)
+        return _not_verified(codes.NOT_VERIFIED)
     if count == 0:
-        return _not_verified(SEQUENCE_UNKNOWN)
+        return _not_verified(codes.SEQUENCE_UNKNOWN)
     _repeated_impulses(problem, chain, length, scratch)
     record = _orbit_problem(problem, chain, clearance, length, scratch)
     orbit = reference(record)
@@ -591,28 +582,28 @@ def verify(
         phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
     kantorovich, radius = _solve(orbit, stops, clearance, phases, speeds, scratch)
     if not kantorovich < math.inf:
-        return _not_verified(NOT_SOLVED)
+        return _not_verified(codes.NOT_SOLVED)
     if not _distance_moved(phases, speeds, scratch) * orbit.length <= ORBIT_NEARBY * distance * clearance:
-        return _not_verified(NOT_SOLVED)
+        return _not_verified(codes.NOT_SOLVED)
     if not kantorovich <= MAX_KANTOROVICH:
-        return _not_verified(NOT_ISOLATED)
+        return _not_verified(codes.NOT_ISOLATED)
     if not _is_admissible(orbit, stops, clearance, phases, speeds, radius, scratch):
-        return _not_verified(GRAZE_UNRESOLVED)
+        return _not_verified(codes.GRAZE_UNRESOLVED)
     multiplier = _largest_multiplier(orbit, scratch)
     if not multiplier < MAX_STABLE_MODULUS:
-        return _not_verified(NOT_STABLE)
+        return _not_verified(codes.NOT_STABLE)
     # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
     uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
     least_length = _least_length(stops, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
     if least_length == 0:
-        return _not_verified(NOT_DISTINCT)
+        return _not_verified(codes.NOT_DISTINCT)
     parts = length // least_length
     right, left = _impacts_by_stop(stops, count // parts)
     _state_after_first_impact(orbit, speeds, scratch)
     x, v = _means(orbit, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
     unit = orbit.length
     return Verification(
-        RESOLVED,
+        codes.RESOLVED,
         least_length,
         right,
         left,

@@ -24,17 +24,9 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import INFINITE, NEAR_GRAZING, NOT_CLOSED, RESOLVED, SLOW_CONVERGENCE
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.workspace import (
-    HELD_LEFT,
-    HELD_RIGHT,
-    LEFT,
-    MIN_SPEED,
-    MIN_UNPRESSED_SPEED,
-    RIGHT,
-    Workspace,
-    clear_tally,
-)
+from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.simulation.tolerances import (
     APPROACH_RATE,
@@ -88,12 +80,12 @@ def record_half_period(ring: StroboscopicHistory, k: int, u: Floats, work: Works
         ring.states[row, 2 * j + 1, 0] = sign * u[j, 1]
     # in the coordinates z the stops are exchanged every half period
     first = 0 if (k - 1) % 2 == 0 else 1
-    ring.impacts[row, first, 0] = work.tally[RIGHT]
-    ring.impacts[row, 1 - first, 0] = work.tally[LEFT]
-    ring.held[row, first, 0] = work.tally[HELD_RIGHT]
-    ring.held[row, 1 - first, 0] = work.tally[HELD_LEFT]
-    ring.min_speed[row, 0] = work.tally[MIN_SPEED]
-    ring.min_unpressed_speed[row, 0] = work.tally[MIN_UNPRESSED_SPEED]
+    ring.impacts[row, first, 0] = work.tally[workspace.RIGHT]
+    ring.impacts[row, 1 - first, 0] = work.tally[workspace.LEFT]
+    ring.held[row, first, 0] = work.tally[workspace.HELD_RIGHT]
+    ring.held[row, 1 - first, 0] = work.tally[workspace.HELD_LEFT]
+    ring.min_speed[row, 0] = work.tally[workspace.MIN_SPEED]
+    ring.min_unpressed_speed[row, 0] = work.tally[workspace.MIN_UNPRESSED_SPEED]
     clear_tally(work.tally)
 
 

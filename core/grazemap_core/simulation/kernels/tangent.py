@@ -24,24 +24,11 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import (
-    EVENT_COLUMNS,
-    GRAZE,
-    HELD,
-    IMPACT,
-    KIND,
-    OK,
-    RECORD_FULL,
-    RELEASE,
-    ROWS,
-    TIME,
-    UNDECIDED,
-    VELOCITY,
-    Workspace,
-)
+from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 
@@ -201,9 +188,9 @@ def carry_tangent(
     if resting:
         # a displaced mass 1 returns to the stop at once; only the effect of the first damper on mass 2 remains
         stick_tangent(problem, held, tangent)
-    for row in range(work.cursor[ROWS] + 1):
-        last = row == work.cursor[ROWS]
-        time = problem.step * (problem.cells // 2) if last else work.events[row, TIME]
+    for row in range(work.cursor[workspace.ROWS] + 1):
+        last = row == work.cursor[workspace.ROWS]
+        time = problem.step * (problem.cells // 2) if last else work.events[row, workspace.TIME]
         if resting:
             flow_tangent(held.decay, held.discriminant, held.frequency_squared, time - passed, tangent)
         else:
@@ -211,16 +198,18 @@ def carry_tangent(
         passed = time
         if last:
             break
-        if work.events[row, KIND] == RELEASE:
+        if work.events[row, workspace.KIND] == workspace.RELEASE:
             release_tangent(held, tangent)
             resting = False
-        elif work.events[row, KIND] == GRAZE:
+        elif work.events[row, workspace.KIND] == workspace.GRAZE:
             return GRAZED
-        elif work.events[row, KIND] == IMPACT:
-            velocity = work.events[row, VELOCITY]
+        elif work.events[row, workspace.KIND] == workspace.IMPACT:
+            velocity = work.events[row, workspace.VELOCITY]
             if velocity == 0.0:
                 return GRAZED
-            after = work.events[row, EVENT_COLUMNS : EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
+            after = work.events[row, workspace.EVENT_COLUMNS : workspace.EVENT_COLUMNS + 2 * blocks].reshape(
+                (blocks, 2)
+            )
             _, steady_imag = steady_motion_at(problem, first_cell, time)
             acceleration = first_acceleration(problem, after, steady_imag)
             acceleration -= (
@@ -232,7 +221,7 @@ def carry_tangent(
             resting = True
     if resting:
         release_tangent(held, tangent)
-    return OK
+    return workspace.OK
 
 
 @kernel
@@ -270,17 +259,17 @@ def run_half_linearised(
     copy_vector(began.cursor, work.cursor)
     copy_vector(began.floats[:3], work.near)
     copy_vector(began.floats[3:5], held.since)
-    began.floats[5] = work.tally[UNDECIDED]
-    work.cursor[ROWS] = 0
+    began.floats[5] = work.tally[workspace.UNDECIDED]
+    work.cursor[workspace.ROWS] = 0
     status = run_half(problem, held, u, clearance, half, work)
-    if work.cursor[ROWS] > work.events.shape[0]:
+    if work.cursor[workspace.ROWS] > work.events.shape[0]:
         copy_matrix(u, began.state)
         copy_matrix(held.state, began.resting)
         copy_vector(work.cursor, began.cursor)
         copy_vector(work.near[:3], began.floats)
         copy_vector(held.since, began.floats[3:5])
-        work.tally[UNDECIDED] = began.floats[5]
-        return RECORD_FULL
-    if status != OK:
+        work.tally[workspace.UNDECIDED] = began.floats[5]
+        return workspace.RECORD_FULL
+    if status != workspace.OK:
         return status
-    return carry_tangent(problem, held, half, began.cursor[HELD] != 0, work, tangent)
+    return carry_tangent(problem, held, half, began.cursor[workspace.HELD] != 0, work, tangent)
