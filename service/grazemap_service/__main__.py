@@ -9,13 +9,14 @@ from __future__ import annotations
 import socket
 import sys
 
+import structlog
 import uvicorn
 from pydantic import ValidationError
 
 from grazemap_service.app import create_app
 from grazemap_service.connections import bounded
-from grazemap_service.logs import configure, get_logger
 from grazemap_service.settings import Settings, SettingsError
+from grazemap_worker.logs import configure
 from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
 
 # Seconds for answers in progress when asked to stop; event streams do not end by themselves.
@@ -44,7 +45,7 @@ def main() -> int:
             timeout_graceful_shutdown=GRACE_SECONDS,
         )
     )
-    get_logger().info("listening", address=str(listener.getsockname()))
+    structlog.get_logger("grazemap_service").info("listening", address=str(listener.getsockname()))
     server.run(sockets=[listener])
     return 0 if server.started else 1
 

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import redis.exceptions
+import structlog
 from fastapi import FastAPI
 from fastapi.exceptions import HTTPException, RequestValidationError
 from starlette.exceptions import HTTPException as StarletteHTTPException
@@ -22,7 +23,6 @@ from starlette.routing import Match
 
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
-from grazemap_service.logs import get_logger
 from grazemap_worker.store import QueueFull, is_away, trouble
 
 MEDIA_TYPE = "application/problem+json"
@@ -177,5 +177,5 @@ async def _store_away(request: Request, exception: Exception) -> Response:
     if not is_away(exception):
         raise exception
     if isinstance(exception, redis.exceptions.AuthenticationError):
-        get_logger().error(trouble(exception))
+        structlog.get_logger("grazemap_service").error(trouble(exception))
     return problem_response(make_problem("store-unavailable"), headers={"Retry-After": str(STORE_RETRY_SECONDS)})

@@ -19,9 +19,9 @@ import anyio
 import anyio.to_thread
 
 from grazemap.codec import decode_npz, encode_json, iter_json
-from grazemap_service.links import NPZ_TYPE
 from grazemap_service.problems import ProblemException
 
+NPZ_TYPE = "application/x-npz"
 # In the server's order of preference.
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
@@ -132,12 +132,6 @@ class HotResults:
             if data is not None:
                 self._entries.move_to_end(etag)
             return data
-
-    def clear(self) -> None:
-        """Forget everything."""
-        with self._lock:
-            self._entries.clear()
-            self._size = 0
 
     def put(self, etag: str, data: bytes) -> None:
         """Keep a representation, unless it is too large to be worth it."""

@@ -8,12 +8,14 @@ from typing import Annotated
 
 import anyio
 import redis.exceptions
+import structlog
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from grazemap.wire import FINISHED, ProblemError
-from grazemap_service.dependencies import CurrentContext, KnownJob
-from grazemap_service.logs import get_logger
+from grazemap_service.context import CurrentContext
+from grazemap_service.jobs import KnownJob
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException
 
@@ -65,10 +67,10 @@ async def get_events(
     while True:
         try:
             # the state is read before the events: an end that is seen has its event in what is read next
-            status = await context.ask(store.jobs.status, job.id)
-            events = await context.ask(store.jobs.events, job.id, after)
+            status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
+            events = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
         except redis.exceptions.RedisError:
-            get_logger().warning("events wait for the store", exc_info=True)
+            structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
             await anyio.sleep(_AWAY_SECONDS)
             continue
         for event in events:
