@@ -159,7 +159,6 @@ def test_a_periodic_orbit_is_the_same_wherever_it_is_looked_for(beginning: dict[
     assert document["isolated"]
     assert document["admissible"]
     assert document["verified"]
-    assert document["certified"]
     assert document["motion"]["verified"]
     # the mirror image counts as the same
     assert document["motion"]["label"] in ("1-1r-(-1)l", "1-(-1)r-1l")

@@ -2,11 +2,30 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 from pydantic import BaseModel, ConfigDict
 
 from grazemap.wire import Estimate
 
-Tile = tuple[int, int, int, int]
+
+class Tile(NamedTuple):
+    """A rectangle of the grid [clearance, omega], stops excluded."""
+
+    row_start: int
+    row_stop: int
+    column_start: int
+    column_stop: int
+
+    @property
+    def rows(self) -> slice:
+        """Its clearances."""
+        return slice(self.row_start, self.row_stop)
+
+    @property
+    def columns(self) -> slice:
+        """Its omegas."""
+        return slice(self.column_start, self.column_stop)
 
 
 class Plan(BaseModel):
@@ -41,7 +60,7 @@ class Plan(BaseModel):
         return self.down * self.across
 
     def tile(self, index: int) -> Tile:
-        """Return (row_start, row_stop, col_start, col_stop) of a tile in the grid [clearance, omega].
+        """Return a tile.
 
         Raises
         ------
@@ -52,7 +71,12 @@ class Plan(BaseModel):
             raise IndexError(index)
         row = index // self.across * self.tile_rows
         column = index % self.across * self.tile_columns
-        return row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns)
+        return Tile(row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns))
+
+    def place(self, index: int) -> dict[str, Any]:
+        """Return the number of a tile, its rows and its columns, as events, results and lists of tiles have them."""
+        row_start, row_stop, column_start, column_stop = self.tile(index)
+        return {"index": index, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
 
     @property
     def tiles(self) -> list[Tile]:
