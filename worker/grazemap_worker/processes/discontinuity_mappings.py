@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import DiscontinuityMappingsRequest
-from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.process import Process
 
 STOPS = {"A": 1, "C": -1}
 
 
-def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
     """Return the grazing point, the mapped states and their errors, Jacobians, xi, and returns below grazing.
 
     Raises CoreError.
@@ -62,15 +60,8 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
     state = point.state + np.array([beyond(point, depth) for depth in overshoot])
     return {
         "omega": request.omega,
-        "clearance": point.clearance,
-        "stop": point.stop,
-        "grazing": {
-            "state": point.state,
-            "vector_field": point.vector_field,
-            "acceleration": point.acceleration,
-            "beta": point.beta,
-            "gamma": point.gamma,
-        },
+        **fields(point, "clearance", "stop"),
+        "grazing": fields(point, "state", "vector_field", "acceleration", "beta", "gamma"),
         "overshoot": overshoot,
         "largest_overshoot": largest,
         "state": state,
