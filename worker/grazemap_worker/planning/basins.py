@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from grazemap.wire import BasinsRequest, grid_points
 from grazemap_worker.planning.costs import period_cost
-from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
-from grazemap_worker.planning.plan import Plan
+from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
 from grazemap_worker.planning.rates import (
     BASIN_PERIODS_PER_SECOND,

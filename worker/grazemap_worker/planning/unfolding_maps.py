@@ -12,8 +12,7 @@ import math
 
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
 from grazemap_worker.planning.costs import expected_periods, period_cost, period_costs
-from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
-from grazemap_worker.planning.plan import Plan
+from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
 from grazemap_worker.planning.rates import (
     ADAPTIVE_COLUMNS,

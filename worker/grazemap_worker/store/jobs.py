@@ -32,15 +32,7 @@ _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
 
 
 class Jobs:
-    """The records of jobs, and the events that clients follow.
-
-    Parameters
-    ----------
-    scripts : Scripts
-        On the Redis that holds them.
-    workers : Workers
-        Those that compute new jobs.
-    """
+    """The records of jobs, and the events that clients follow."""
 
     def __init__(self, scripts: Scripts, workers: Workers) -> None:
         self._scripts = scripts

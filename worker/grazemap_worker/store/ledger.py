@@ -35,15 +35,7 @@ _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LO
 
 
 class Tiles:
-    """Claims, finished tiles and failures.
-
-    Parameters
-    ----------
-    scripts : Scripts
-        On the Redis that holds them.
-    jobs : Jobs
-        The jobs that the tiles belong to.
-    """
+    """Claims, finished tiles and failures."""
 
     def __init__(self, scripts: Scripts, jobs: Jobs) -> None:
         self._scripts = scripts
@@ -72,16 +64,9 @@ class Tiles:
             return None
         process, text, core_version, plan, estimate = (value.decode() for value in answer)
         canonical = json.loads(text)
+        request = parse_request(process, canonical)
         return Claim(
-            job_id=identity,
-            tile=tile,
-            holder=holder,
-            fingerprint=fingerprint,
-            process=process,
-            canonical=canonical,
-            request=parse_request(process, canonical),
-            core_version=core_version,
-            plan=read_plan(plan, estimate),
+            identity, tile, holder, fingerprint, process, canonical, request, core_version, read_plan(plan, estimate)
         )
 
     def commit(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float) -> int:
@@ -167,15 +152,7 @@ class Tiles:
 
 
 class Results:
-    """The results of finished jobs.
-
-    Parameters
-    ----------
-    scripts : Scripts
-        On the Redis that holds them.
-    budget : int
-        Bytes of all results together.
-    """
+    """The results of finished jobs; `budget` is in bytes, of all results together."""
 
     def __init__(self, scripts: Scripts, budget: int) -> None:
         self._scripts = scripts
@@ -199,17 +176,9 @@ class Results:
         """
         _check_size(data)
         etag = hashlib.sha256(data).hexdigest()
+        kept = TILES_KEPT_AFTER_SUCCESS
         return bool(
-            self._scripts.run(
-                "commit_result",
-                identity,
-                data,
-                fingerprint,
-                etag,
-                self._budget,
-                TILES_KEPT_AFTER_SUCCESS,
-                cpu_seconds,
-            )
+            self._scripts.run("commit_result", identity, data, fingerprint, etag, self._budget, kept, cpu_seconds)
         )
 
     def data(self, identity: str) -> bytes | None:

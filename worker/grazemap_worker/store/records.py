@@ -13,11 +13,7 @@ FailureKind = Literal["exception", "lost", "timeout"]
 Verdict = Literal["retry", "failed"]
 
 
-class StoreError(Exception):
-    """Base of what the store raises itself; Redis's own errors pass through."""
-
-
-class QueueFull(StoreError):
+class QueueFull(Exception):
     """There is too much unfinished work already; `retry_after` is in seconds."""
 
     def __init__(self, retry_after: int) -> None:
@@ -25,7 +21,7 @@ class QueueFull(StoreError):
         self.retry_after = retry_after
 
 
-class ResultTooLarge(StoreError):
+class ResultTooLarge(Exception):
     """A result that the store does not take; it was not sent."""
 
     def __init__(self, size: int, most: int) -> None:

@@ -57,10 +57,6 @@ class Store:
         self.results = Results(scripts, result_bytes)
         self.older_layouts = OlderLayouts(scripts)
 
-    def ping(self) -> bool:
-        """Return True, or raise redis.exceptions.RedisError when Redis is away or still loading."""
-        return bool(self.redis.ping())
-
     def counts(self) -> Counts:
         """Return what the store holds, for metrics."""
         names: tuple[Status, ...] = get_args(Status)
