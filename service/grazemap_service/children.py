@@ -9,6 +9,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 from grazemap_worker.parent_death import tied
 
@@ -31,6 +32,7 @@ class Child(ABC):
 
     name: str
     deaths = 0
+    _inherited: tuple[int, ...] = ()
     _process: subprocess.Popen[bytes] | None = None
     _started = 0.0
     _not_before = 0.0
@@ -96,7 +98,29 @@ class Child(ABC):
 
     @abstractmethod
     def _spawned(self) -> subprocess.Popen[bytes]:
-        """Return the process, started."""
+        """Return the process, started by `_popen`."""
+
+    def _popen(
+        self,
+        command: Sequence[str],
+        output: int | IO[bytes],
+        at_death: signal.Signals,
+        environment: Mapping[str, str] | None = None,
+    ) -> subprocess.Popen[bytes]:
+        """Return a process that gets the signal `at_death` when the stack dies.
+
+        It has a session of its own, so that an interrupt from the terminal reaches the stack alone.
+        """
+        return subprocess.Popen(
+            command,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=output,
+            pass_fds=self._inherited,
+            start_new_session=True,
+            preexec_fn=tied(at_death),
+        )
 
 
 class PythonChild(Child):
@@ -141,17 +165,7 @@ class PythonChild(Child):
         if self._log.exists() and self._log.stat().st_size > MOST_LOG_BYTES:
             self._log.replace(self._log.with_suffix(".log.1"))
         with self._log.open("ab") as output:
-            # in a session of its own, so that an interrupt from the terminal reaches the stack alone
-            return subprocess.Popen(
-                self._command,
-                env=self._environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=output,
-                pass_fds=self._inherited,
-                start_new_session=True,
-                preexec_fn=tied(signal.SIGKILL),
-            )
+            return self._popen(self._command, output, signal.SIGKILL, self._environment)
 
 
 def tail(log: Path, lines: int) -> str:

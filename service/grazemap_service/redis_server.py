@@ -23,7 +23,6 @@ import structlog
 
 from grazemap_service.children import Child, tail
 from grazemap_service.temporary import TemporaryFolder
-from grazemap_worker.parent_death import tied
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)
@@ -114,9 +113,9 @@ class RedisServer(Child):
     ) -> None:
         self._data_folder = data_folder
         self._program = program or find_redis_server()
-        self._inherited = tuple(inherited)
         self._most_unanswered = most_unanswered
         self._folder = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/redis.sock"))
+        self._inherited = (*inherited, self._folder.fileno())
         self.socket = self._folder.path / "redis.sock"
 
     @property
@@ -156,15 +155,7 @@ class RedisServer(Child):
         }
         arguments = [part for name, value in settings.items() for part in (f"--{name}", value)]
         # SIGTERM: when its parent dies it writes what it has and leaves.
-        return subprocess.Popen(
-            [str(self._program), *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            pass_fds=(*self._inherited, self._folder.fileno()),
-            start_new_session=True,
-            preexec_fn=tied(signal.SIGTERM),
-        )
+        return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM)
 
     def wait(self, timeout: float = START_SECONDS) -> None:
         """Wait until the server answers.

@@ -94,11 +94,6 @@ def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[flo
     return best
 
 
-def etag_of(stored: str, name: str) -> str:
-    """Return the strong ETag of a representation of what is stored under an etag."""
-    return f'"{stored}-{name}"'
-
-
 def is_fresh(if_none_match: str, etag: str) -> bool:
     """Return whether a client already has what an ETag stands for (RFC 9110 13.1.2); empty: it says nothing."""
     if if_none_match.strip() == "*":
@@ -106,9 +101,9 @@ def is_fresh(if_none_match: str, etag: str) -> bool:
     return etag in re.findall(r'"[^"]*"', if_none_match)
 
 
-def cache_headers(etag: str) -> dict[str, str]:
-    """Return the headers of a result that never changes."""
-    return {"ETag": etag, "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
+def cache_headers(stored: str, name: str) -> dict[str, str]:
+    """Return the headers of a representation of a result, by the entity tag of what is stored; it never changes."""
+    return {"ETag": f'"{stored}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 
 def render(npz: bytes, name: str) -> bytes:

@@ -23,7 +23,6 @@ from grazemap_service.representations import (
     MEDIA_TYPES,
     NPZ_TYPE,
     cache_headers,
-    etag_of,
     is_fresh,
     negotiate,
     render,
@@ -111,7 +110,7 @@ async def get_result(
     etag = (
         info.etag if info is not None else await run_sync(context.store.results.etag, job.id, limiter=context.threads)
     )
-    headers = cache_headers(etag_of(etag or "", name))
+    headers = cache_headers(etag or "", name)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if info is None:
@@ -143,17 +142,7 @@ async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     if plan is None:
         raise ProblemException("unknown-job")
     path = f"{job_path(job.id)}/result/tiles"
-    tiles = []
-    for index in finished:
-        row_start, row_stop, column_start, column_stop = plan.tile(index)
-        tiles.append(
-            TileLink(
-                index=index,
-                rows=(row_start, row_stop),
-                columns=(column_start, column_stop),
-                href=f"{path}/{index}",
-            )
-        )
+    tiles = [TileLink(**plan.place(index), href=f"{path}/{index}") for index in finished]
     links = [Link(href=path, rel="self"), Link(href=job_path(job.id), rel="up")]
     return TileIndex(total=plan.count, tiles=tiles, links=links)
 
