@@ -29,7 +29,8 @@ def main() -> int:
         settings = Settings()
         listener = _listener(settings)
     except (SettingsError, ValidationError) as error:
-        sys.stderr.write(f"grazemap_service: {_text(error)}\n")
+        text = refusal_text(error) if isinstance(error, ValidationError) else str(error)
+        sys.stderr.write(f"grazemap_service: {text}\n")
         return USAGE_ERROR
     except OSError as error:
         sys.stderr.write(f"grazemap_service: cannot listen: {error}\n")
@@ -60,12 +61,6 @@ def _listener(settings: Settings) -> socket.socket:
     settings.check_exposed(settings.host)
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     return socket.create_server((settings.host.strip("[]"), settings.port), family=family)
-
-
-def _text(error: SettingsError | ValidationError) -> str:
-    if isinstance(error, SettingsError):
-        return str(error)
-    return refusal_text(error)
 
 
 if __name__ == "__main__":

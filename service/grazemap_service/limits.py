@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap.wire import ProblemError, ProcessRequest
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.settings import Settings
 from grazemap_worker.planning import PLANNING, Limits, Plan
 from grazemap_worker.planning.rates import PERIODS_PER_SECOND
@@ -31,9 +31,8 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
         "invalid-request" (too many masses) or "too-much-work".
     """
     if request.oscillator.size > settings.max_masses:
-        allowed = f"at most {settings.max_masses} masses"
-        error = ProblemError(pointer="/oscillator/masses", detail="Too many masses for this server", allowed=allowed)
-        raise ProblemException("invalid-request", errors=[error])
+        most = f"at most {settings.max_masses} masses"
+        raise invalid("/oscillator/masses", "Too many masses for this server", most)
     planning = PLANNING[process]
     for counted in planning.counts(request, _limits(settings)):
         if counted.number > counted.limit:

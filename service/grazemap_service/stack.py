@@ -17,7 +17,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import TextIO
@@ -188,29 +188,25 @@ def _locked(data: Path) -> TextIO:
             time.sleep(_POLL_SECONDS)
 
 
-class _Until:
-    """Why the stack should stop: a signal, or the end of the process that asked for it."""
+def _end(parent: int | None) -> Callable[[], bool]:
+    """Return what says whether the stack should stop: after a signal, or the end of the process that asked for it."""
+    signals: list[int] = []
 
-    def __init__(self, parent: int | None) -> None:
-        self._parent = parent
-        self._signalled = False
-        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            signal.signal(number, self._note)
+    def note(number: int, _frame: FrameType | None) -> None:
+        signals.append(number)
 
-    def _note(self, _number: int, _frame: FrameType | None) -> None:
-        self._signalled = True
-
-    def __bool__(self) -> bool:
-        # Asked of the system rather than by PR_SET_PDEATHSIG, which would fire when the asking thread ends.
-        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, note)
+    # Asked of the system rather than by PR_SET_PDEATHSIG, which would fire when the asking thread ends.
+    return lambda: bool(signals) or (parent is not None and os.getppid() != parent)
 
 
-def run(stack: Stack, until: _Until, ready_file: Path | None) -> None:
+def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None) -> None:
     """Start the stack, print when it is ready, restart what ends, and stop it when asked. Raises StackError."""
     try:
         stack.start()
         announced = False
-        while not until:
+        while not ended():
             stack.look_after()
             if not announced and stack.ready():
                 announced = True
@@ -245,12 +241,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     logs.configure("INFO" if given.verbose else "WARNING")
 
-    until = _Until(given.die_with_parent)
+    ended = _end(given.die_with_parent)
     remove_abandoned()
     temporary = None if given.data else TemporaryFolder("data")
     data = temporary.path if temporary else given.data.resolve()
     try:
-        run(Stack(given.host, given.port, data, given.workers), until, given.ready_file)
+        run(Stack(given.host, given.port, data, given.workers), ended, given.ready_file)
     except (StackError, NoRedisError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1

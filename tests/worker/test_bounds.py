@@ -12,7 +12,7 @@ from rq.timeouts import JobTimeoutException
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import tasks
-from grazemap_worker.planning import Plan, plan
+from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.queue import entries, leased_worker
 from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
@@ -114,7 +114,7 @@ def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
             "max_periods": 10**6,
         }
     )
-    cut = plan("unfolding-maps", request)
+    cut = PLANNING["unfolding-maps"].plan(request)
     seconds = cut.tile_rows * cut.tile_columns * request.max_periods / 1e5
     assert seconds <= entries.TILE_TIMEOUT / 2
 

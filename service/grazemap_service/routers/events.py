@@ -13,11 +13,11 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from grazemap.wire import FINISHED, ProblemError
+from grazemap.wire import FINISHED
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import KnownJob
 from grazemap_service.openapi import problem_responses
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import invalid
 
 _BEGINNING = "0"
 # 19 digits: what Redis takes for certain
@@ -37,8 +37,7 @@ def resume_point(
     if not last_event_id:
         return _BEGINNING
     if not _EVENT_ID.fullmatch(last_event_id):
-        error = ProblemError(pointer="?last-event-id", detail="Not the id of an event", allowed="an id of this stream")
-        raise ProblemException("invalid-request", errors=[error])
+        raise invalid("?last-event-id", "Not the id of an event", "an id of this stream")
     return last_event_id
 
 

@@ -8,11 +8,11 @@ from urllib.parse import urlencode
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Response
 
-from grazemap.wire import PROCESSES, Job, JobList, Link, ProblemError, Status
+from grazemap.wire import PROCESSES, Job, JobList, Link, Status
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import PREFIX, KnownJob, job_response, with_links
 from grazemap_service.openapi import problem_responses
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import invalid
 from grazemap_worker.queue import entries
 
 router = APIRouter(tags=["jobs"])
@@ -37,7 +37,7 @@ async def list_jobs(
 ) -> Response:
     """List the jobs that the service remembers, a page at a time; requests over 4 kB are left out (null)."""
     if process is not None and process not in PROCESSES:
-        raise _refused("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
+        raise invalid("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
 
     def listed() -> bytes:
         found, following = context.store.jobs.page(status, process, limit, cursor)
@@ -47,7 +47,7 @@ async def list_jobs(
     try:
         text = await run_sync(listed, limiter=context.threads)
     except ValueError as error:
-        raise _refused("?cursor", "Not a cursor", "the link `next` of a page") from error
+        raise invalid("?cursor", "Not a cursor", "the link `next` of a page") from error
     return Response(text, media_type="application/json", headers={"Cache-Control": "no-store"})
 
 
@@ -93,7 +93,3 @@ async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
 
     dismissed = await run_sync(dismiss, limiter=context.threads)
     return job_response(dismissed or job, 200)
-
-
-def _refused(pointer: str, detail: str, allowed: str) -> ProblemException:
-    return ProblemException("invalid-request", errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)])

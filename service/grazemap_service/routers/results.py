@@ -19,14 +19,7 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import KnownJob, job_path, job_response, submit_again
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException, problem_response
-from grazemap_service.representations import (
-    MEDIA_TYPES,
-    NPZ_TYPE,
-    cache_headers,
-    is_fresh,
-    negotiate,
-    render,
-)
+from grazemap_service.representations import MEDIA_TYPES, NPZ_TYPE, cache_headers, is_fresh, negotiate, render
 from grazemap_service.result_schemas import RESULT, TILE, reference
 from grazemap_worker.store import ResultInfo
 
@@ -105,11 +98,10 @@ async def get_result(
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     if job.core_version != context.core_version:
         return await _computed_again(request, context, job)
-    info = await run_sync(context.store.results.info, job.id, limiter=context.threads)
+    results = context.store.results
+    info = await run_sync(results.info, job.id, limiter=context.threads)
     # the job keeps the tag of a result that was evicted: a client with a copy needs no other
-    etag = (
-        info.etag if info is not None else await run_sync(context.store.results.etag, job.id, limiter=context.threads)
-    )
+    etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
     headers = cache_headers(etag or "", name)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
@@ -118,9 +110,7 @@ async def get_result(
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
-    content = await context.renderings.give(
-        headers["ETag"], name, info.size, lambda: context.store.results.data(job.id)
-    )
+    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: results.data(job.id))
     if content is None:
         return await _computed_again(request, context, job)
     if isinstance(content, bytes):

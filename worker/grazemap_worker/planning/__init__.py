@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 
-from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire import PROCESSES
 from grazemap_worker.planning.plan import Plan, Tile
 from grazemap_worker.planning.planning import Limits, Planning
 from grazemap_worker.planning.rates import TILE_SECONDS
@@ -19,10 +19,4 @@ PLANNING: Mapping[str, Planning] = {
     process: import_module(f"{__name__}.{process.replace('-', '_')}").PLANNING for process in PROCESSES
 }
 
-
-def plan(process: str, request: ProcessRequest) -> Plan:
-    """Return the tiles of a request and its estimate. Raises KeyError for an unknown process."""
-    return PLANNING[process].plan(request)
-
-
-__all__ = ["PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile", "plan"]
+__all__ = ["PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile"]

@@ -46,11 +46,6 @@ class Plan(BaseModel):
     estimate: Estimate = Estimate()
 
     @property
-    def down(self) -> int:
-        """Number of tiles along clearance."""
-        return -(-self.rows // self.tile_rows)
-
-    @property
     def across(self) -> int:
         """Number of tiles along omega."""
         return -(-self.columns // self.tile_columns)
@@ -58,7 +53,7 @@ class Plan(BaseModel):
     @property
     def count(self) -> int:
         """Number of tiles."""
-        return self.down * self.across
+        return -(-self.rows // self.tile_rows) * self.across
 
     def tile(self, index: int) -> Tile:
         """Return a tile.

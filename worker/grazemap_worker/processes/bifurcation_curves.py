@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import BifurcationCurvesRequest, motion_label
@@ -116,7 +115,8 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
         strikes = np.delete(strikes, vanishing, axis=1)
     least = np.min(strikes, axis=1) if strikes.shape[1] else np.zeros(len(strikes))
     ends = ["window" if end == "range" else end for end in curve.ends]
-    runs = _runs(curve.admissible)
+    # stretches of neighbours that are alike
+    runs = np.split(np.arange(len(curve.admissible)), np.flatnonzero(np.diff(curve.admissible)) + 1)
     for place, members in enumerate(runs):
         if len(members) < 2:
             continue
@@ -137,12 +137,6 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
             "phases": phases[members],
             "velocities": velocities[members],
         }
-
-
-def _runs(flags: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    """Return the places of stretches of neighbours that are alike."""
-    places = np.arange(len(flags))
-    return np.split(places, np.flatnonzero(np.diff(flags)) + 1)
 
 
 PROCESS = Process(whole=compute)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
 from grazemap.wire import BifurcationDiagramsRequest, grid_values
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields
+from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
 
@@ -32,11 +32,7 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
         request.transient_periods,
         request.max_period,
     )
-    records: list[dict[str, Any]] = []
-    for section in found:
-        if len(records) % -(-len(values) // REPORTS) == 0:
-            report(len(records), len(values))
-        records.append(_record(section))
+    records = [_record(section) for section in counted(found, len(values), report, REPORTS)]
     if request.policy == "sweep-down":
         records.reverse()
     return {"parameter": values, "sections": records}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from grazemap_worker.planning import Plan
 if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
+Item = TypeVar("Item")
 Report = Callable[[int, int], object]
 """Called with (steps done, steps in all) by processes that count steps."""
 
@@ -80,6 +81,14 @@ def label(motion: Mapping[str, Any]) -> str | None:
     """Return the label of a motion from its record; None where its period or its impacts are not known."""
     counts: list[Any] = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
     return motion_label(*counts) if None not in counts else None
+
+
+def counted(found: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
+    """Yield `count` items, and report about so many times how many there have been."""
+    for done, item in enumerate(found):
+        if done % -(-count // times) == 0:
+            report(done, count)
+        yield item
 
 
 def joined(plan: Plan, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:

@@ -18,7 +18,6 @@ from grazemap_worker.processes.process import Process
 if TYPE_CHECKING:
     from grazemap_core.continuation.branch_switching import OrbitStart
     from grazemap_core.continuation.special_points import SpecialPoint
-    from grazemap_core.orbits.impact_sequences import ImpactSequence
 
 _PER_POINT = ("omega", "clearance", "restitution", "excess", "residual")
 
@@ -107,14 +106,10 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
         "beyond": [
             {"admissible": start.admissible, "request": _request(request, start)}
             for start in beyond
-            if _can_be_asked(start.impacts.whole)
+            # a doubled motion may have too many impacts or periods for a request
+            if len(start.impacts.whole.stops) <= MAX_IMPACTS and start.impacts.whole.period <= LONGEST_PERIOD
         ],
     }
-
-
-def _can_be_asked(impacts: ImpactSequence) -> bool:
-    """Return whether a request may name a motion: a doubled one may have too many impacts or periods."""
-    return len(impacts.stops) <= MAX_IMPACTS and impacts.period <= LONGEST_PERIOD
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:

@@ -15,7 +15,6 @@ from grazemap_worker.processes.trajectories import motion_document, state_docume
 
 if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator
-    from grazemap_core.orbits.impact_sequences import ImpactSequence
     from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
     from grazemap_core.orbits.simulated_orbits import SimulatedOrbit
     from grazemap_core.simulation.trajectories import Trajectory
@@ -46,28 +45,26 @@ def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
     """Return the requested orbit, or why there is no guess to start from; `run` if it has settled already."""
-    from grazemap_core.orbits.periodic_orbits import periodic_orbit
-
-    guess = _guess(oscillator, request, run)
-    return guess if isinstance(guess, str) else periodic_orbit(oscillator, request.omega, request.clearance, guess)
-
-
-def _guess(oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None) -> ImpactSequence | str:
     from grazemap_core.errors import ParameterError
     from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+    from grazemap_core.orbits.periodic_orbits import periodic_orbit
     from grazemap_core.orbits.search import sequence_of_stops
 
     motion = request.motion
-    if motion is not None:
-        if motion.phases is not None and motion.velocities is not None:
-            return ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
+    if motion is None:
+        run = run or _settled(oscillator, request)
+        try:
+            guess = impacts_of(run)
+        except ParameterError as error:
+            return str(error) + (f": {run.motion.reason}" if run.motion.reason else "")
+    elif motion.phases is not None and motion.velocities is not None:
+        guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
+    else:
         found = sequence_of_stops(oscillator, request.omega, request.clearance, motion.period, motion.stops)
-        return NOTHING_FOUND if found is None else found
-    run = run or _settled(oscillator, request)
-    try:
-        return impacts_of(run)
-    except ParameterError as error:
-        return str(error) + (f": {run.motion.reason}" if run.motion.reason else "")
+        if found is None:
+            return NOTHING_FOUND
+        guess = found
+    return periodic_orbit(oscillator, request.omega, request.clearance, guess)
 
 
 def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:

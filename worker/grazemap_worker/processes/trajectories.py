@@ -8,7 +8,7 @@ import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import InitialState, TrajectoriesRequest
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields, label, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields, label, record
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -39,13 +39,7 @@ def compute(request: TrajectoriesRequest, report: Report) -> Document:
     )
     if isinstance(request.initial, InitialState):
         return _document(next(found))
-    documents: list[Document] = []
-    count = len(request.states)
-    for trajectory in found:
-        if len(documents) % -(-count // REPORTS) == 0:
-            report(len(documents), count)
-        documents.append(_document(trajectory))
-    return {"trajectories": documents}
+    return {"trajectories": [_document(one) for one in counted(found, len(request.states), report, REPORTS)]}
 
 
 def _state(state: InitialState) -> State:

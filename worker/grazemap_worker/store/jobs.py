@@ -8,7 +8,6 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
-from typing import Any
 
 from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
 from grazemap_worker.planning import TILE_SECONDS, Plan
@@ -162,7 +161,7 @@ class Jobs:
         if not _EVENT_ID.fullmatch(after):
             raise ValueError("not the id of an event")
         entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
-        return [_event(key, fields) for key, fields in entries]
+        return [Event(key.decode(), fields[b"name"].decode(), json.loads(fields[b"data"])) for key, fields in entries]
 
     def unfinished(self) -> dict[str, int]:
         """Return the tiles that remain for each accepted or running job."""
@@ -241,13 +240,5 @@ def _timestamp(seconds: str | None) -> str | None:
 
 
 def _most_common(fingerprints: Iterator[str]) -> str:
-    ranked = Counter(fingerprints).most_common()
-    if not ranked:
-        return ""
-    most = ranked[0][1]
-    return min(name for name, count in ranked if count == most)
-
-
-def _event(key: bytes, fields: Mapping[bytes, bytes]) -> Event:
-    data: dict[str, Any] = json.loads(fields[b"data"])
-    return Event(id=key.decode(), name=fields[b"name"].decode(), data=data)
+    counts = Counter(fingerprints)
+    return min(counts, key=lambda name: (-counts[name], name), default="")
