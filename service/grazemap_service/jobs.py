@@ -40,7 +40,7 @@ async def known_job(
         job = await run_sync(context.store.jobs.get, job_id, limiter=context.threads)
     if job is None:
         raise ProblemException("unknown-job")
-    _name_in_log(job)
+    structlog.contextvars.bind_contextvars(job_id=job.id)
     return job
 
 
@@ -62,7 +62,7 @@ def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job
     job, created = context.store.jobs.submit(
         process, request, context.core_version, planned, settings.max_pending_tiles
     )
-    _name_in_log(job)
+    structlog.contextvars.bind_contextvars(job_id=job.id)
     if created:
         _log.info("job accepted", process=process, tiles=planned.count)
         _enqueue(context, job, planned.count)
@@ -97,11 +97,6 @@ def _enqueue(context: Context, job: Job, tiles: int) -> None:
     except redis.exceptions.RedisError:
         # the job is recorded and a reconciler will enqueue it: this is no failure to the client
         _log.warning("job not enqueued, left to the reconciler", exc_info=True)
-
-
-def _name_in_log(job: Job) -> None:
-    """Put a job's id into every further log line of this request."""
-    structlog.contextvars.bind_contextvars(job_id=job.id)
 
 
 def job_path(job_id: str) -> str:

@@ -47,9 +47,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
         "vertical": grid_values(request.vertical.values),
         "label": labels,
         "attractors": [_named(record(attractor)) for attractor in found],
-        "settled_after": whole["settled_after"],
-        "lyapunov": whole["lyapunov"],
-        "reason": whole["reason"],
+        **{name: whole[name] for name in ("settled_after", "lyapunov", "reason")},
         "reasons": np.array([REASONS.get(code, "") for code in range(1 + max(REASONS))]),
     }
 

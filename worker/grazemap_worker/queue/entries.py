@@ -69,13 +69,12 @@ def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -
     return len(entries)
 
 
-def _may_overtake(connection: Redis, target: Queue) -> bool:
+def _may_overtake(redis: Any, target: Queue) -> bool:
     """Return whether another entry may go to the front, and note that it did.
 
     At most `MOST_OVERTAKING` go before the entry that was first when the first of them came; the next ones wait until
     it is taken, so that each entry is reached. (Two concurrent callers may both overtake, so the bound is approximate.)
     """
-    redis: Any = connection  # redis-py's types are those of bytes and of text at once
     noted = overtaken_key(target)
     head = redis.lrange(rq_keys.waiting_key(target), 0, 2 * MOST_OVERTAKING)
     overtaken, count = redis.hmget(noted, "entry", "count")
