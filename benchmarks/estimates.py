@@ -15,7 +15,7 @@ from grazemap_worker.environment import one_thread
 one_thread()
 
 from grazemap.wire import parse_request  # noqa: E402 - after the environment is set
-from grazemap_worker.planning import Plan, plan  # noqa: E402
+from grazemap_worker.planning import PLANNING, Plan  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
 
 _FOUR_IMPACTS = {"period": 1, "stops": [1, 1, -1, -1]}
@@ -95,7 +95,7 @@ QUESTIONS: tuple[tuple[str, str, dict[str, Any]], ...] = (
 def seconds_of(process: str, body: dict[str, Any]) -> tuple[Plan, float]:
     """Return the plan of a question, and the seconds of processor time that its computation takes in one piece."""
     request = parse_request(process, body)
-    planned, how = plan(process, request), PROCESSES[process]
+    planned, how = PLANNING[process].plan(request), PROCESSES[process]
     started = time.process_time()
     if how.whole is not None:
         how.whole(request, _silent)

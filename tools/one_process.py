@@ -12,9 +12,9 @@ import httpx2
 
 from grazemap import AsyncClient
 from grazemap.wire import Job
-from grazemap_service import submission
+from grazemap_service import jobs
 from grazemap_service.app import create_app
-from grazemap_service.dependencies import Context
+from grazemap_service.context import Context
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker import tasks
@@ -39,6 +39,6 @@ async def client() -> AsyncIterator[AsyncClient]:
         store.workers.register(WORKER, ours.fingerprint, 600, core_version())
         tasks.enter(tasks.Context(store, WORKER, ours))
         transport = httpx2.ASGITransport(create_app(Settings(redis_url=server.url, allowed_hosts=("here",))))
-        with patch.object(submission, "_enqueue", _compute):
+        with patch.object(jobs, "_enqueue", _compute):
             async with AsyncClient("http://here", transport=transport, timeout=600.0) as made:
                 yield made

@@ -9,13 +9,14 @@ from __future__ import annotations
 import socket
 import sys
 
+import structlog
 import uvicorn
 from pydantic import ValidationError
 
 from grazemap_service.app import create_app
 from grazemap_service.connections import bounded
-from grazemap_service.logs import configure, get_logger
 from grazemap_service.settings import Settings, SettingsError
+from grazemap_worker.logs import configure
 from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
 
 # Seconds for answers in progress when asked to stop; event streams do not end by themselves.
@@ -28,7 +29,8 @@ def main() -> int:
         settings = Settings()
         listener = _listener(settings)
     except (SettingsError, ValidationError) as error:
-        sys.stderr.write(f"grazemap_service: {_text(error)}\n")
+        text = refusal_text(error) if isinstance(error, ValidationError) else str(error)
+        sys.stderr.write(f"grazemap_service: {text}\n")
         return USAGE_ERROR
     except OSError as error:
         sys.stderr.write(f"grazemap_service: cannot listen: {error}\n")
@@ -44,7 +46,7 @@ def main() -> int:
             timeout_graceful_shutdown=GRACE_SECONDS,
         )
     )
-    get_logger().info("listening", address=str(listener.getsockname()))
+    structlog.get_logger("grazemap_service").info("listening", address=str(listener.getsockname()))
     server.run(sockets=[listener])
     return 0 if server.started else 1
 
@@ -59,12 +61,6 @@ def _listener(settings: Settings) -> socket.socket:
     settings.check_exposed(settings.host)
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     return socket.create_server((settings.host.strip("[]"), settings.port), family=family)
-
-
-def _text(error: SettingsError | ValidationError) -> str:
-    if isinstance(error, SettingsError):
-        return str(error)
-    return refusal_text(error)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 
 from grazemap_service import middleware, openapi, problems
-from grazemap_service.dependencies import Context
+from grazemap_service.context import Context
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.request_log import Observe

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap.wire import ProblemError, ProcessRequest
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.settings import Settings
-from grazemap_worker.planning import PLANNING, Limits, Plan, plan
+from grazemap_worker.planning import PLANNING, Limits, Plan
 from grazemap_worker.planning.rates import PERIODS_PER_SECOND
 from grazemap_worker.queue.entries import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
@@ -25,24 +25,14 @@ MOST_TILE_SECONDS = TILE_TIMEOUT / 4
 def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> Plan:
     """Return the plan of a request that this server takes.
 
-    Parameters
-    ----------
-    process : str
-        Name in `grazemap.wire.PROCESSES`.
-    request : ProcessRequest
-        Validated.
-    settings : Settings
-        The limits.
-
     Raises
     ------
     ProblemException
         "invalid-request" (too many masses) or "too-much-work".
     """
     if request.oscillator.size > settings.max_masses:
-        allowed = f"at most {settings.max_masses} masses"
-        error = ProblemError(pointer="/oscillator/masses", detail="Too many masses for this server", allowed=allowed)
-        raise ProblemException("invalid-request", errors=[error])
+        most = f"at most {settings.max_masses} masses"
+        raise invalid("/oscillator/masses", "Too many masses for this server", most)
     planning = PLANNING[process]
     for counted in planning.counts(request, _limits(settings)):
         if counted.number > counted.limit:
@@ -52,7 +42,7 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     # a system so stiff that one period of it is over the limit
     if cost is not None and not cost / PERIODS_PER_SECOND <= settings.max_seconds:
         raise _too_much("/oscillator", "seconds", cost / PERIODS_PER_SECOND, settings.max_seconds)
-    planned = plan(process, request)
+    planned = planning.plan(request)
     # written so that a nan, from an estimate that overflowed, is refused too
     if not planned.estimate.periods <= settings.max_work:
         raise _too_much("", "forcing periods", planned.estimate.periods, settings.max_work)

@@ -1,4 +1,4 @@
-"""The middleware of every request: host check, key, body limit, security headers.
+"""The middleware of every request: host check, key, security headers; and, from `request_body`, the body limit.
 
 Plain ASGI classes, outermost first as `install` adds them. A refusal is a problem, sent without reading the body.
 """
@@ -17,6 +17,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.problems import ProblemException, response_of
+from grazemap_service.request_body import BodyLimit
 from grazemap_service.settings import Settings, is_loopback
 
 OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
@@ -147,43 +148,6 @@ class KeyCheck:
         # every key is compared, in constant time, whichever fits
         matches = [hmac.compare_digest(given, digest) for digest in self.digests]
         return scheme.lower() == "bearer" and any(matches)
-
-
-class BodyLimit:
-    """Refuses a body over the limit: by its Content-Length before reading, else as soon as it is exceeded."""
-
-    def __init__(self, app: ASGIApp, limit: int) -> None:
-        self.app = app
-        self.limit = limit
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on with its body counted, or refuse it."""
-        if scope["type"] != "http":
-            await self.app(scope, receive, send)
-            return
-        declared = Headers(scope=scope).get("content-length", "")
-        # the digits are counted first: int() refuses thousands of them
-        if declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
-            await response_of(self._problem())(scope, receive, send)
-            return
-        received = 0
-
-        async def counted() -> Message:
-            nonlocal received
-            message = await receive()
-            if message["type"] == "http.request":
-                received += len(message.get("body", b""))
-                if received > self.limit:
-                    raise self._problem()
-            return message
-
-        await self.app(scope, counted, send)
-
-    def _problem(self) -> ProblemException:
-        # closing spares both sides the rest of the body
-        return ProblemException(
-            "body-too-large", f"The body is over {self.limit} bytes.", headers={"Connection": "close"}
-        )
 
 
 def _digest(key: bytes) -> bytes:

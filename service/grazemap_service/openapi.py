@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from grazemap.wire import PROCESSES
-from grazemap_service.links import PREFIX
+from grazemap_service.jobs import PREFIX
 from grazemap_service.middleware import OPEN_PATHS
 from grazemap_service.problems import KINDS, MEDIA_TYPE, make_problem
 from grazemap_service.result_schemas import JOB, job_components, job_name, reference, result_components

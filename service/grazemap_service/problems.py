@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import redis.exceptions
+import structlog
 from fastapi import FastAPI
 from fastapi.exceptions import HTTPException, RequestValidationError
 from starlette.exceptions import HTTPException as StarletteHTTPException
@@ -22,7 +23,6 @@ from starlette.routing import Match
 
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
-from grazemap_service.logs import get_logger
 from grazemap_worker.store import QueueFull, is_away, trouble
 
 MEDIA_TYPE = "application/problem+json"
@@ -105,6 +105,11 @@ def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = (
     )
 
 
+def invalid(pointer: str, detail: str, allowed: str) -> ProblemException:
+    """Return the exception for one value that is refused."""
+    return ProblemException("invalid-request", errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)])
+
+
 def problem_response(
     problem: Problem, *, headers: Mapping[str, str] | None = None, extensions: Mapping[str, Any] | None = None
 ) -> Response:
@@ -124,21 +129,35 @@ def response_of(exception: ProblemException) -> Response:
 
 
 def install(app: FastAPI) -> None:
-    """Give the app the handlers: the one table from exception to problem."""
-    app.add_exception_handler(ProblemException, _raised)
-    app.add_exception_handler(StarletteHTTPException, _routed)
-    app.add_exception_handler(RequestValidationError, _invalid)
-    app.add_exception_handler(QueueFull, _full)
-    app.add_exception_handler(redis.exceptions.RedisError, _store_away)
+    """Give the app the handler of exceptions."""
+    for kind in (StarletteHTTPException, RequestValidationError, QueueFull, redis.exceptions.RedisError):
+        app.add_exception_handler(kind, _answer)
 
 
-async def _raised(request: Request, exception: Exception) -> Response:
-    assert isinstance(exception, ProblemException)
-    return response_of(exception)
+async def _answer(request: Request, exception: Exception) -> Response:
+    """Return the problem that an exception is answered with."""
+    match exception:
+        case ProblemException():
+            return response_of(exception)
+        case StarletteHTTPException():
+            return _routed(request, exception)
+        case RequestValidationError():
+            process = request.url.path.rpartition("/")[2]
+            errors = errors_of(exception.errors(), PROCESSES.get(process))
+            return problem_response(make_problem("invalid-request", errors=errors))
+        case QueueFull():
+            return problem_response(make_problem("queue-full"), headers={"Retry-After": str(exception.retry_after)})
+        case redis.exceptions.RedisError() if is_away(exception):
+            if isinstance(exception, redis.exceptions.AuthenticationError):
+                structlog.get_logger("grazemap_service").error(trouble(exception))
+            away = {"Retry-After": str(STORE_RETRY_SECONDS)}
+            return problem_response(make_problem("store-unavailable"), headers=away)
+        case _:
+            raise exception
 
 
-async def _routed(request: Request, exception: Exception) -> Response:
-    assert isinstance(exception, StarletteHTTPException)
+def _routed(request: Request, exception: StarletteHTTPException) -> Response:
+    """Return the problem of what the framework refuses before, or instead of, a route."""
     status = exception.status_code
     if status == 404 and re.fullmatch(r"/v1/[^/]+", request.url.path) and request.method == "POST":
         names = ", ".join(sorted(PROCESSES))
@@ -158,24 +177,3 @@ def _methods(request: Request) -> list[str]:
         for method in candidates
         if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
     ]
-
-
-async def _invalid(request: Request, exception: Exception) -> Response:
-    assert isinstance(exception, RequestValidationError)
-    process = request.url.path.rpartition("/")[2]
-    errors = errors_of(exception.errors(), PROCESSES.get(process))
-    return problem_response(make_problem("invalid-request", errors=errors))
-
-
-async def _full(request: Request, exception: Exception) -> Response:
-    assert isinstance(exception, QueueFull)
-    return problem_response(make_problem("queue-full"), headers={"Retry-After": str(exception.retry_after)})
-
-
-async def _store_away(request: Request, exception: Exception) -> Response:
-    assert isinstance(exception, redis.exceptions.RedisError)
-    if not is_away(exception):
-        raise exception
-    if isinstance(exception, redis.exceptions.AuthenticationError):
-        get_logger().error(trouble(exception))
-    return problem_response(make_problem("store-unavailable"), headers={"Retry-After": str(STORE_RETRY_SECONDS)})

@@ -16,12 +16,12 @@ import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 
 import redis
+import structlog
 
+from grazemap_service.children import Child, tail
 from grazemap_service.temporary import TemporaryFolder
-from grazemap_worker.parent_death import tied
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)
@@ -30,6 +30,13 @@ _PARTS_SINCE = (7, 0)
 # Kernels cut longer paths of unix sockets silently.
 LONGEST_SOCKET_PATH = 100
 START_SECONDS = 30.0
+STOP_SECONDS = 2.0
+# The server is asked at this interval whether it answers, with this time limit. It may fail to answer so often in a
+# row, because it stops to fork, and so often at the start, while it reads its data.
+PING_SECONDS = 3.0
+ANSWER_SECONDS = 1.0
+MOST_UNANSWERED = 10
+MOST_UNANSWERED_AT_FIRST = 200
 
 
 class NoRedisError(RuntimeError):
@@ -70,7 +77,7 @@ def packaged_program(package: str, pattern: str) -> Path | None:
     return next((program for folder in folders for program in Path(folder).glob(pattern)), None)
 
 
-class RedisServer:
+class RedisServer(Child):
     """A Redis server process of our own.
 
     Parameters
@@ -81,25 +88,39 @@ class RedisServer:
         The server's program; left out: `find_redis_server`.
     inherited : sequence of int
         File descriptors that the server keeps open: of locks that must be held for as long as it lives.
+    most_unanswered : int
+        How often in a row it may not answer, once it has. Then it is killed: it may hang for ever, as in reporting its
+        own crash.
+
+    Attributes
+    ----------
+    has_answered : bool
+        Whether it has, since its start.
     """
 
-    def __init__(self, data_folder: Path, program: Path | None = None, inherited: Sequence[int] = ()) -> None:
+    name = "redis"
+    has_answered = False
+    _unanswered = 0
+    _next_ping = 0.0
+
+    def __init__(
+        self,
+        data_folder: Path,
+        program: Path | None = None,
+        inherited: Sequence[int] = (),
+        most_unanswered: int = MOST_UNANSWERED,
+    ) -> None:
         self._data_folder = data_folder
         self._program = program or find_redis_server()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._inherited = tuple(inherited)
+        self._most_unanswered = most_unanswered
         self._folder = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/redis.sock"))
+        self._inherited = (*inherited, self._folder.fileno())
         self.socket = self._folder.path / "redis.sock"
 
     @property
     def url(self) -> str:
         """What `connect` takes."""
         return f"unix://{self.socket}"
-
-    @property
-    def pid(self) -> int | None:
-        """Process id, or None while no server runs."""
-        return self._process.pid if self._process else None
 
     def start(self) -> None:
         """Start the server; it loads what the data folder has. Does not wait: see `wait`.
@@ -113,6 +134,10 @@ class RedisServer:
         if (self._data_folder / "appendonlydir").exists() and _version(str(self._program)) < _PARTS_SINCE:
             oldest = ".".join(map(str, _PARTS_SINCE))
             raise NoRedisError(f"{self._data_folder} is of a Redis {oldest} or newer, and {self._program} is older.")
+        self.has_answered, self._unanswered = False, 0
+        super().start()
+
+    def _spawned(self) -> subprocess.Popen[bytes]:
         settings = {
             "port": "0",
             "unixsocket": str(self.socket),
@@ -125,19 +150,11 @@ class RedisServer:
             "save": "",
             "maxmemory-policy": "noeviction",
             "daemonize": "no",
-            "logfile": str((self._data_folder / "redis.log").resolve()),
+            "logfile": str(self._log.resolve()),
         }
         arguments = [part for name, value in settings.items() for part in (f"--{name}", value)]
         # SIGTERM: when its parent dies it writes what it has and leaves.
-        self._process = subprocess.Popen(
-            [str(self._program), *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            pass_fds=(*self._inherited, self._folder.fileno()),
-            start_new_session=True,
-            preexec_fn=tied(signal.SIGTERM),
-        )
+        return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM)
 
     def wait(self, timeout: float = START_SECONDS) -> None:
         """Wait until the server answers.
@@ -156,15 +173,10 @@ class RedisServer:
                     return
                 except redis.exceptions.RedisError:
                     if not self.running or time.monotonic() > deadline:
-                        raise NoRedisError(f"Redis does not start:\n{self.log_tail()}") from None
+                        raise NoRedisError(f"Redis does not start:\n{self.last_words()}") from None
                 time.sleep(0.01)
         finally:
             client.close()
-
-    @property
-    def running(self) -> bool:
-        """Whether the process lives."""
-        return self._process is not None and self._process.poll() is None
 
     def answers(self, timeout: float) -> bool:
         """Return whether it answers within `timeout` seconds, if only that it loads, is busy or takes no client."""
@@ -178,26 +190,30 @@ class RedisServer:
             except OSError:
                 return False
 
-    def kill(self) -> None:
-        """Have it ended at once, without waiting for that; what it wrote stays."""
-        if self._process is not None:
-            self._process.kill()
-
-    def stop(self, timeout: float = 2.0) -> None:
-        """Stop the server, in order when it can be, and keep its data."""
-        if self._process is None:
+    def end_if_hung(self) -> None:
+        """Ask it now and then whether it answers, and kill it when it has not for too long."""
+        if self._process is None or not self.running or time.monotonic() < self._next_ping:
             return
-        self._process.terminate()
-        try:
-            self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
+        if self.answers(ANSWER_SECONDS):
+            self.has_answered, self._unanswered = True, 0
+        else:
+            self._unanswered += 1
+        if self._unanswered > (self._most_unanswered if self.has_answered else MOST_UNANSWERED_AT_FIRST):
+            structlog.get_logger("grazemap_service.stack").warning("Redis does not answer, killing it")
             self._process.kill()
-            self._process.wait()
-        self._process = None
+        self._next_ping = time.monotonic() + PING_SECONDS
 
-    def close(self) -> None:
+    def ask_to_stop(self) -> None:
+        """Do nothing yet: it ends last, after the processes that use it."""
+
+    def stop(self, timeout: float = STOP_SECONDS) -> None:
+        """Stop the server, in order when it can be, and keep its data."""
+        super().ask_to_stop()
+        super().end(time.monotonic() + timeout)
+
+    def end(self, deadline: float) -> None:
         """Stop the server and remove its socket."""
-        self.stop()
+        self.stop(max(0.5, deadline - time.monotonic()))
         self._folder.close()
 
     def __enter__(self) -> RedisServer:
@@ -209,17 +225,20 @@ class RedisServer:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
-    def log_tail(self) -> str:
+    def close(self) -> None:
+        """Stop the server and remove its socket."""
+        self.end(time.monotonic() + STOP_SECONDS)
+
+    def last_words(self) -> str:
         """Return the end of its log."""
-        log = self._data_folder / "redis.log"
-        if not log.is_file():
-            return "(it wrote no log)"
-        return "\n".join(log.read_text("utf-8", "replace").splitlines()[-5:])
+        return tail(self._log, 5) if self._log.is_file() else "(it wrote no log)"
+
+    @property
+    def _log(self) -> Path:
+        return self._data_folder / "redis.log"
 
 
 def _version(program: str) -> tuple[int, int]:

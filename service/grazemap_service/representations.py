@@ -19,9 +19,9 @@ import anyio
 import anyio.to_thread
 
 from grazemap.codec import decode_npz, encode_json, iter_json
-from grazemap_service.links import NPZ_TYPE
 from grazemap_service.problems import ProblemException
 
+NPZ_TYPE = "application/x-npz"
 # In the server's order of preference.
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
@@ -94,11 +94,6 @@ def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[flo
     return best
 
 
-def etag_of(stored: str, name: str) -> str:
-    """Return the strong ETag of a representation of what is stored under an etag."""
-    return f'"{stored}-{name}"'
-
-
 def is_fresh(if_none_match: str, etag: str) -> bool:
     """Return whether a client already has what an ETag stands for (RFC 9110 13.1.2); empty: it says nothing."""
     if if_none_match.strip() == "*":
@@ -106,9 +101,9 @@ def is_fresh(if_none_match: str, etag: str) -> bool:
     return etag in re.findall(r'"[^"]*"', if_none_match)
 
 
-def cache_headers(etag: str) -> dict[str, str]:
-    """Return the headers of a result that never changes."""
-    return {"ETag": etag, "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
+def cache_headers(stored: str, name: str) -> dict[str, str]:
+    """Return the headers of a representation of a result, by the entity tag of what is stored; it never changes."""
+    return {"ETag": f'"{stored}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 
 def render(npz: bytes, name: str) -> bytes:
@@ -132,12 +127,6 @@ class HotResults:
             if data is not None:
                 self._entries.move_to_end(etag)
             return data
-
-    def clear(self) -> None:
-        """Forget everything."""
-        with self._lock:
-            self._entries.clear()
-            self._size = 0
 
     def put(self, etag: str, data: bytes) -> None:
         """Keep a representation, unless it is too large to be worth it."""

@@ -14,7 +14,6 @@ import structlog
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from grazemap_service.logs import REQUEST_ID, get_logger
 from grazemap_service.metrics import Metrics
 from grazemap_service.problems import ProblemException, response_of
 
@@ -24,6 +23,7 @@ _METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"
 # What nginx calls it when the client left before the answer.
 _CLIENT_LEFT = 499
 _QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
+_log = structlog.get_logger("grazemap_service")
 
 
 class Observe:
@@ -41,7 +41,7 @@ class Observe:
         given = Headers(scope=scope).get(HEADER, "")
         request_id = given if _HARMLESS.fullmatch(given) else secrets.token_hex(8)
         structlog.contextvars.clear_contextvars()
-        structlog.contextvars.bind_contextvars(**{REQUEST_ID: request_id})
+        structlog.contextvars.bind_contextvars(request_id=request_id)
         began = time.perf_counter()
         status = 0
 
@@ -55,7 +55,7 @@ class Observe:
         try:
             await self.app(scope, receive, labelled)
         except Exception:
-            get_logger().exception("request failed", method=scope["method"], route=_route(scope))
+            _log.exception("request failed", method=scope["method"], route=_route(scope))
             if status:
                 raise  # the answer has begun: only breaking the connection tells the client
             await response_of(ProblemException("internal-error"))(scope, receive, labelled)
@@ -67,7 +67,7 @@ class Observe:
         route = _route(scope)
         self.metrics.requests.labels(method, route, str(status)).inc()
         self.metrics.latency.labels(method, route).observe(seconds)
-        log = get_logger().debug if route in _QUIET else get_logger().info
+        log = _log.debug if route in _QUIET else _log.info
         log("request", method=method, route=route, status=status, seconds=round(seconds, 6))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from grazemap.schema import SCHEMAS, Field, Record, Request
@@ -98,9 +98,8 @@ def _result(record: Record, process: str, components: dict[str, Schema], tile: b
         of_meta["tile"] = _object("Where in the grid the tile is, stops excluded.", place)
     components[meta] = _object("What a result says about itself.", {**own, **of_meta})
     fields = {one.name: _property(one) for one in record if not (tile and one.replaces)}
-    schema = _object(record.description, {**own, **fields, "meta": reference(meta)})
-    schema["required"] = [*own, *(one.name for one in record if not one.optional), "meta"]
-    return schema
+    required = [*own, *(one.name for one in record if not one.optional), "meta"]
+    return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)
 
 
 def _records(record: Record) -> Iterator[tuple[str, Schema]]:
@@ -108,18 +107,15 @@ def _records(record: Record) -> Iterator[tuple[str, Schema]]:
     for one in record:
         if isinstance(one.type, Record):
             yield from _records(one.type)
-            schema = _object(one.type.description, {inner.name: _property(inner) for inner in one.type})
-            schema["required"] = [inner.name for inner in one.type if not inner.optional]
-            yield one.type.name, schema
+            required = [inner.name for inner in one.type if not inner.optional]
+            properties = {inner.name: _property(inner) for inner in one.type}
+            yield one.type.name, _object(one.type.description, properties, required)
 
 
-def _object(description: str, properties: Mapping[str, Schema]) -> Schema:
-    return {
-        "type": "object",
-        "description": description,
-        "properties": dict(properties),
-        "required": list(properties),
-    }
+def _object(description: str, properties: Mapping[str, Schema], required: Sequence[str] | None = None) -> Schema:
+    """Return the schema of an object; `required` is all properties where it is left out."""
+    names = properties if required is None else required
+    return {"type": "object", "description": description, "properties": dict(properties), "required": list(names)}
 
 
 def _property(one: Field) -> Schema:

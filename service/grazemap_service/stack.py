@@ -17,15 +17,15 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import TextIO
 
 import structlog
 
+from grazemap_service.children import Child, PythonChild
 from grazemap_service.redis_server import NoRedisError, RedisServer
-from grazemap_service.stack_children import PythonChild, RedisChild, Watched
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
 from grazemap_worker.redis_settings import USAGE_ERROR
@@ -79,39 +79,31 @@ class Stack:
         self._patient_until = math.inf
 
         environment = dict(os.environ)
-        children: list[RedisChild | PythonChild] = []
+        self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
             server = RedisServer(data / "redis", inherited=(self._lock.fileno(),))
             environment["GRAZEMAP_REDIS_URL"] = server.url
             environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # that of another one
-            children.append(RedisChild(server))
-        environment["GRAZEMAP_FD"] = str(self._listener.fileno())
+            self._children.append(server)
+        listening = self._listener.fileno()
+        environment["GRAZEMAP_FD"] = str(listening)
         if workers is not None:
             environment["GRAZEMAP_WORKERS"] = str(workers)
-        python = [sys.executable, "-m"]
-        self._service = PythonChild(
-            "service",
-            [*python, "grazemap_service"],
-            environment,
-            data / "service.log",
-            inherited=(self._listener.fileno(),),
-        )
-        self._workers = PythonChild("workers", [*python, "grazemap_worker"], environment, data / "workers.log")
-        children += [self._service, self._workers]
-        self._watched = [Watched(child) for child in children]
+        for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
+            command, inherited = [sys.executable, "-m", module], (listening,) if name == "service" else ()
+            self._children.append(PythonChild(name, command, environment, data / f"{name}.log", inherited))
 
     @property
     def url(self) -> str:
         """Where clients on this machine find the service."""
-        host, port = self._listener.getsockname()[:2]
-        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+        host, port = self._address()
         return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
     def start(self) -> None:
         """Start everything; does not wait."""
         self._patient_until = time.monotonic() + _PATIENCE_SECONDS
-        for watched in self._watched:
-            watched.start()
+        for child in self._children:
+            child.start()
 
     def look_after(self) -> None:
         """Start again what ended.
@@ -121,15 +113,14 @@ class Stack:
         StackError
             Something does not come up at all.
         """
-        for watched in self._watched:
-            if not watched.look():
+        for child in self._children:
+            if not child.look():
                 continue
-            child = watched.child
             if not self._ready:
                 refused = isinstance(child, PythonChild) and child.status == USAGE_ERROR
-                if refused or watched.deaths >= _MOST_EARLY_DEATHS:
+                if refused or child.deaths >= _MOST_EARLY_DEATHS:
                     raise StackError(f"the {child.name} process does not start:\n{child.last_words()}")
-            self._log.warning("child ended, starting it again", child=child.name, deaths=watched.deaths)
+            self._log.warning("child ended, starting it again", child=child.name, deaths=child.deaths)
 
     def ready(self) -> bool:
         """Return whether requests can be answered: the service is healthy, Redis answers and a worker lives."""
@@ -142,17 +133,20 @@ class Stack:
 
     def stop(self) -> None:
         """Stop everything in order, Redis last; kill what does not end in time."""
-        for watched in self._watched:
-            watched.child.ask_to_stop()
+        for child in self._children:
+            child.ask_to_stop()
         deadline = time.monotonic() + _STOP_SECONDS
-        for watched in reversed(self._watched):
-            watched.child.end(deadline)
+        for child in reversed(self._children):
+            child.end(deadline)
         self._listener.close()
         self._lock.close()
 
-    def _answers(self, path: str) -> bool:
+    def _address(self) -> tuple[str, int]:
         host, port = self._listener.getsockname()[:2]
-        connection = http.client.HTTPConnection({"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port, timeout=2)
+        return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port
+
+    def _answers(self, path: str) -> bool:
+        connection = http.client.HTTPConnection(*self._address(), timeout=2)
         allowed = os.environ.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         try:
             connection.request("GET", path, headers={"Host": allowed} if allowed not in ("", "*") else {})
@@ -194,29 +188,25 @@ def _locked(data: Path) -> TextIO:
             time.sleep(_POLL_SECONDS)
 
 
-class _Until:
-    """Why the stack should stop: a signal, or the end of the process that asked for it."""
+def _end(parent: int | None) -> Callable[[], bool]:
+    """Return what says whether the stack should stop: after a signal, or the end of the process that asked for it."""
+    signals: list[int] = []
 
-    def __init__(self, parent: int | None) -> None:
-        self._parent = parent
-        self._signalled = False
-        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            signal.signal(number, self._note)
+    def note(number: int, _frame: FrameType | None) -> None:
+        signals.append(number)
 
-    def _note(self, _number: int, _frame: FrameType | None) -> None:
-        self._signalled = True
-
-    def __bool__(self) -> bool:
-        # Asked of the system rather than by PR_SET_PDEATHSIG, which would fire when the asking thread ends.
-        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, note)
+    # Asked of the system rather than by PR_SET_PDEATHSIG, which would fire when the asking thread ends.
+    return lambda: bool(signals) or (parent is not None and os.getppid() != parent)
 
 
-def run(stack: Stack, until: _Until, ready_file: Path | None) -> None:
+def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None) -> None:
     """Start the stack, print when it is ready, restart what ends, and stop it when asked. Raises StackError."""
     try:
         stack.start()
         announced = False
-        while not until:
+        while not ended():
             stack.look_after()
             if not announced and stack.ready():
                 announced = True
@@ -251,12 +241,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     logs.configure("INFO" if given.verbose else "WARNING")
 
-    until = _Until(given.die_with_parent)
+    ended = _end(given.die_with_parent)
     remove_abandoned()
     temporary = None if given.data else TemporaryFolder("data")
     data = temporary.path if temporary else given.data.resolve()
     try:
-        run(Stack(given.host, given.port, data, given.workers), until, given.ready_file)
+        run(Stack(given.host, given.port, data, given.workers), ended, given.ready_file)
     except (StackError, NoRedisError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1

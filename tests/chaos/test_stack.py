@@ -21,7 +21,6 @@ import redis.exceptions
 from watching import living, until
 
 from grazemap_service.redis_server import NoRedisError, RedisServer
-from grazemap_service.stack_children import RedisChild, Watched
 from grazemap_worker.store import connect
 
 # some ten seconds of two cores, and minutes
@@ -169,25 +168,23 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
 
 
 def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path) -> None:
-    server = RedisServer(tmp_path)
-    child = RedisChild(server, most_unanswered=0)
-    watched = Watched(child)
-    watched.start()
+    server = RedisServer(tmp_path, most_unanswered=0)
+    server.start()
     try:
         server.wait()
         connect(server.url).set("kept", "yes")
-        until(lambda: watched.look() or child.has_answered, 10)
-        assert not watched.look()
+        until(lambda: server.look() or server.has_answered, 10)
+        assert not server.look()
         time.sleep(1.1)  # the append-only file is written once a second
         hung = server.pid
         assert hung is not None
         psutil.Process(hung).suspend()
-        until(watched.look, 15)
-        until(lambda: watched.look() or server.pid != hung, 5)
+        until(server.look, 15)
+        until(lambda: server.look() or server.pid != hung, 5)
         server.wait()
         assert connect(server.url).get("kept") == b"yes"
     finally:
-        watched.child.end(time.monotonic() + 2)
+        server.close()
 
 
 def test_a_redis_that_answers_anything_is_left_alone(tmp_path: Path) -> None:

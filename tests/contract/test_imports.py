@@ -42,7 +42,7 @@ CONTRACTS = (
 
 PLANTS = [
     ("service/grazemap_service/routers/jobs.py", "import numba", SERVICE),
-    ("service/grazemap_service/submission.py", "def late():\n    import grazemap_core.model.oscillator", SERVICE),
+    ("service/grazemap_service/jobs.py", "def late():\n    import grazemap_core.model.oscillator", SERVICE),
     ("service/grazemap_service/app.py", "from grazemap_worker.tasks import run_tile", SERVICE),
     ("sdk/grazemap/codec.py", "import redis", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap_core import tolerances", SDK),
@@ -58,13 +58,13 @@ PLANTS = [
     ("worker/grazemap_worker/queue/entries.py", "import numba", STORE),
     ("worker/grazemap_worker/queue/rq_keys.py", "import grazemap_worker.tasks", STORE),
     ("worker/grazemap_worker/supervision/reconciler.py", "from rq.job import Job", QUEUE),
-    ("service/grazemap_service/submission.py", "from rq import Queue", QUEUE),
+    ("service/grazemap_service/jobs.py", "from rq import Queue", QUEUE),
     ("worker/grazemap_worker/queue/__init__.py", "import grazemap_worker.tasks", PACKAGE_MODULES),
-    ("worker/grazemap_worker/planning/planner.py", "from grazemap_worker.store import keys", WORKER_LAYERS),
-    ("worker/grazemap_worker/store/tiles.py", "from grazemap_worker.processes import PROCESSES", WORKER_LAYERS),
+    ("worker/grazemap_worker/planning/planning.py", "from grazemap_worker.store import keys", WORKER_LAYERS),
+    ("worker/grazemap_worker/store/ledger.py", "from grazemap_worker.processes import PROCESSES", WORKER_LAYERS),
     ("worker/grazemap_worker/processes/basins.py", "from grazemap_worker import tasks", WORKER_LAYERS),
     ("worker/grazemap_worker/planning/plan.py", "import scipy", STORE),
-    ("worker/grazemap_worker/store/results.py", "from rq import Queue", STORE_ALONE),
+    ("worker/grazemap_worker/store/ledger.py", "from rq import Queue", STORE_ALONE),
     ("worker/grazemap_worker/__init__.py", "import grazemap_worker.tasks", PACKAGE_MODULES),
     ("worker/grazemap_worker/store/__init__.py", "import numba", PACKAGE_MODULES),
 ]

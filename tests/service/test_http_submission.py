@@ -14,7 +14,7 @@ from rq import Queue
 from starlette.testclient import TestClient
 
 from grazemap.wire import UnfoldingDiagramsRequest, canonical
-from grazemap_service.strict_json import JsonRequest
+from grazemap_service.request_body import JsonRequest
 from grazemap_worker.store import Store, jobs, queue_name
 from grazemap_worker.store.jobs import Jobs
 from tests import parsing

@@ -12,7 +12,7 @@ from rq.timeouts import JobTimeoutException
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import tasks
-from grazemap_worker.planning import Plan, plan
+from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.queue import entries, leased_worker
 from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
@@ -48,7 +48,7 @@ def problem_of(store: Store, job: Job) -> tuple[str, int]:
 
 
 def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.results.MOST_RESULT_BYTES", 10)
+    monkeypatch.setattr("grazemap_worker.store.ledger.MOST_RESULT_BYTES", 10)
     job = submit(store)
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
@@ -59,7 +59,7 @@ def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.M
 
 
 def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr("grazemap_worker.store.results.MOST_RESULT_BYTES", 10)
+    worker.setattr("grazemap_worker.store.ledger.MOST_RESULT_BYTES", 10)
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
     tasks.run_tile(job.id, 0)
@@ -114,7 +114,7 @@ def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
             "max_periods": 10**6,
         }
     )
-    cut = plan("unfolding-maps", request)
+    cut = PLANNING["unfolding-maps"].plan(request)
     seconds = cut.tile_rows * cut.tile_columns * request.max_periods / 1e5
     assert seconds <= entries.TILE_TIMEOUT / 2
 

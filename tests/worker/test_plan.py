@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.estimates import QUESTIONS
-from grazemap.wire import Estimate, Oscillator, UnfoldingMapsRequest, parse_request
-from grazemap_worker.planning import plan
+from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, parse_request
+from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.planning.costs import spectral_bound
 from grazemap_worker.planning.rates import (
     MAP_PERIODS_PER_SECOND,
@@ -23,6 +23,10 @@ from grazemap_worker.planning.rates import (
 
 DEFAULT = Oscillator()
 SIDES = {"omega": {"start": 0.26, "stop": 0.3, "points": 300}, "clearance": {"start": 1.3, "stop": 2.0, "points": 300}}
+
+
+def plan(process: str, request: ProcessRequest) -> Plan:
+    return PLANNING[process].plan(request)
 
 
 def map_request(columns: int, rows: int, max_periods: int = 1000, start: float = 0.26) -> UnfoldingMapsRequest:

@@ -22,7 +22,7 @@ from grazemap.wire import (
     parse_request,
 )
 from grazemap_service.redis_server import OLDEST_VERSION, RedisServer, packaged_program
-from grazemap_worker.planning import Plan, plan
+from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.store import ASSEMBLY, QueueFull, Store, connect
 
 LEASE = 5.0
@@ -62,7 +62,7 @@ def submit_map(store: Store, points: int = 4) -> Job:
 
 def submit_curve(store: Store, points: int = 5) -> Job:
     request = curve_request(points)
-    job, created = store.jobs.submit("grazing-curves", request, "1", plan("grazing-curves", request), 1000)
+    job, created = store.jobs.submit("grazing-curves", request, "1", PLANNING["grazing-curves"].plan(request), 1000)
     assert created
     return job
 
@@ -74,7 +74,7 @@ def names(store: Store, identity: str) -> list[str]:
 def test_same_question_is_one_job(store: Store) -> None:
     request = parse_request("grazing-curves", {"omega": [1, 2]})
     same = parse_request("grazing-curves", {"max_order": 8, "omega": [1.0, 2.0], "oscillator": {"restitution": 0.8}})
-    cut = plan("grazing-curves", request)
+    cut = PLANNING["grazing-curves"].plan(request)
     first, created = store.jobs.submit("grazing-curves", request, "1", cut, 10)
     second, again = store.jobs.submit("grazing-curves", same, "1", cut, 10)
     assert (created, again) == (True, False)

@@ -7,16 +7,17 @@ or the failure. An entry of the queue holds no data: it is a hint that the tile 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ParamSpec
+from functools import partial
+from typing import Any
 
 import structlog
 from redis.exceptions import RedisError
 from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
-from grazemap.schema import VERSION
+from grazemap.schema import VERSION, schema_of
+from grazemap.schema.documents import with_deprecated
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
@@ -36,8 +37,6 @@ class Context:
 class NotWanted(Exception):
     """The job that is being computed was dismissed, or has ended."""
 
-
-P = ParamSpec("P")
 
 _context: Context | None = None
 
@@ -60,9 +59,9 @@ def run_tile(job_id: str, tile: int) -> None:
     """
     if _context is None:
         raise RuntimeError("run_tile belongs in a worker")
-    context: Context | None = _context
+    context: Context = _context
     number: int | None = tile
-    while context is not None and number is not None:
+    while number is not None:
         claim = context.store.tiles.claim(
             job_id, number, context.holder, context.numerics.fingerprint, LEASE_SECONDS, core_version()
         )
@@ -104,30 +103,25 @@ def _run(claim: Claim, context: Context) -> int | None:
 def _compute(claim: Claim, context: Context) -> int:
     """Compute and commit; return how many tiles remain (-1: nothing more is wanted)."""
     process, store = PROCESSES[claim.process], context.store
-    meta = _meta(claim, context)
-    if process.whole is not None:
-        document, took = _clocked(process.whole, claim.request, _counted(claim, store))
-        store.results.commit(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
-        return -1
-    if process.tile is None or process.assembled is None:
-        raise TypeError(f"the process {claim.process} computes nothing")
-    if claim.assembly:
+    if process.tile is not None and not claim.assembly:
+        began = time.thread_time()
+        document = process.tile(claim.request, claim.rectangle)
+        took = time.thread_time() - began
+        data = encode_npz(document, {**_meta(claim, context), "tile": claim.plan.place(claim.tile)})
+        return store.tiles.commit(claim.job_id, claim.tile, data, claim.fingerprint, took)
+    if process.assembled is not None:
         tiles, report = _finished_tiles(claim, store), _counted_after_tiles(claim, store)
-        document, took = _clocked(process.assembled, claim.request, claim.plan, tiles, report)
-        store.results.commit(claim.job_id, encode_npz(document, meta), claim.fingerprint, took)
-        return -1
-    row_start, row_stop, column_start, column_stop = claim.rectangle
-    tile_meta = {"index": claim.tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
-    document, took = _clocked(process.tile, claim.request, claim.rectangle)
-    data = encode_npz(document, {**meta, "tile": tile_meta})
-    return store.tiles.commit(claim.job_id, claim.tile, data, claim.fingerprint, took)
-
-
-def _clocked(compute: Callable[P, Document], *args: P.args, **kwargs: P.kwargs) -> tuple[Document, float]:
-    """Return what is computed, and the processor seconds that it took."""
+        compute = partial(process.assembled, claim.request, claim.plan, tiles, report)
+    elif process.whole is not None:
+        compute = partial(process.whole, claim.request, _counted(claim, store))
+    else:
+        raise TypeError(f"the process {claim.process} computes nothing")
     began = time.thread_time()
-    document = compute(*args, **kwargs)
-    return document, time.thread_time() - began
+    document = compute()
+    took = time.thread_time() - began
+    full = with_deprecated(schema_of(claim.process, document), document)
+    store.results.commit(claim.job_id, encode_npz(full, _meta(claim, context)), claim.fingerprint, took)
+    return -1
 
 
 def _counted(claim: Claim, store: Store) -> Report:
@@ -142,16 +136,15 @@ def _counted(claim: Claim, store: Store) -> Report:
 
 def _counted_after_tiles(claim: Claim, store: Store) -> Report:
     """Return the same for an assembly: its steps are scaled to the number that the plan has for it."""
-    tiles, after = claim.plan.count, claim.plan.after
+    tiles, after, stored = claim.plan.count, claim.plan.after, _counted(claim, store)
     reported = 0
 
     def report(done: int, total: int) -> None:
         nonlocal reported
         step = after * done // max(1, total)
-        if after and step > reported:
+        if step > reported:
             reported = step
-            if not store.jobs.progress(claim.job_id, tiles + step, tiles + after):
-                raise NotWanted(claim.job_id)
+            stored(tiles + step, tiles + after)
 
     return report
 

@@ -8,14 +8,16 @@ from typing import Annotated
 
 import anyio
 import redis.exceptions
+import structlog
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from grazemap.wire import FINISHED, ProblemError
-from grazemap_service.dependencies import CurrentContext, KnownJob
-from grazemap_service.logs import get_logger
+from grazemap.wire import FINISHED
+from grazemap_service.context import CurrentContext
+from grazemap_service.jobs import KnownJob
 from grazemap_service.openapi import problem_responses
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import invalid
 
 _BEGINNING = "0"
 # 19 digits: what Redis takes for certain
@@ -35,8 +37,7 @@ def resume_point(
     if not last_event_id:
         return _BEGINNING
     if not _EVENT_ID.fullmatch(last_event_id):
-        error = ProblemError(pointer="?last-event-id", detail="Not the id of an event", allowed="an id of this stream")
-        raise ProblemException("invalid-request", errors=[error])
+        raise invalid("?last-event-id", "Not the id of an event", "an id of this stream")
     return last_event_id
 
 
@@ -65,10 +66,10 @@ async def get_events(
     while True:
         try:
             # the state is read before the events: an end that is seen has its event in what is read next
-            status = await context.ask(store.jobs.status, job.id)
-            events = await context.ask(store.jobs.events, job.id, after)
+            status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
+            events = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
         except redis.exceptions.RedisError:
-            get_logger().warning("events wait for the store", exc_info=True)
+            structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
             await anyio.sleep(_AWAY_SECONDS)
             continue
         for event in events:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Response
 from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel
 
-from grazemap_service.dependencies import CurrentContext
+from grazemap_service.context import CurrentContext
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException
 
@@ -45,7 +46,7 @@ async def get_health() -> Health:
 @router.head("/readyz", include_in_schema=False)
 async def get_readiness(context: CurrentContext) -> Readiness:
     """Answer 200 when Redis answers and at least one worker of this release is alive."""
-    live = await context.ask(context.store.workers.live)
+    live = await run_sync(context.store.workers.live, limiter=context.threads)
     workers = [worker for worker in live if worker.core_version == context.core_version]
     if not workers:
         raise ProblemException("not-ready", headers={"Retry-After": str(_RETRY_SECONDS)})

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Annotated
 from urllib.parse import urlencode
 
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Response
 
-from grazemap.wire import PROCESSES, Job, JobList, Link, ProblemError, Status
-from grazemap_service.dependencies import CurrentContext, KnownJob
-from grazemap_service.links import PREFIX, with_links
+from grazemap.wire import PROCESSES, Job, JobList, Link, Status
+from grazemap_service.context import CurrentContext
+from grazemap_service.jobs import PREFIX, KnownJob, job_response, with_links
 from grazemap_service.openapi import problem_responses
-from grazemap_service.problems import ProblemException
-from grazemap_service.submission import job_response
+from grazemap_service.problems import invalid
 from grazemap_worker.queue import entries
 
 router = APIRouter(tags=["jobs"])
@@ -37,7 +37,7 @@ async def list_jobs(
 ) -> Response:
     """List the jobs that the service remembers, a page at a time; requests over 4 kB are left out (null)."""
     if process is not None and process not in PROCESSES:
-        raise _refused("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
+        raise invalid("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
 
     def listed() -> bytes:
         found, following = context.store.jobs.page(status, process, limit, cursor)
@@ -45,9 +45,9 @@ async def list_jobs(
         return page.model_dump_json().encode()
 
     try:
-        text = await context.ask(listed)
+        text = await run_sync(listed, limiter=context.threads)
     except ValueError as error:
-        raise _refused("?cursor", "Not a cursor", "the link `next` of a page") from error
+        raise invalid("?cursor", "Not a cursor", "the link `next` of a page") from error
     return Response(text, media_type="application/json", headers={"Cache-Control": "no-store"})
 
 
@@ -91,9 +91,5 @@ async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
             entries.cancel(context.store.redis, job.id, fingerprint)
         return dismissed
 
-    dismissed = await context.ask(dismiss)
+    dismissed = await run_sync(dismiss, limiter=context.threads)
     return job_response(dismissed or job, 200)
-
-
-def _refused(pointer: str, detail: str, allowed: str) -> ProblemException:
-    return ProblemException("invalid-request", errors=[ProblemError(pointer=pointer, detail=detail, allowed=allowed)])

@@ -2,32 +2,71 @@
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Response
+import anyio
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Body, Depends, Header, Request, Response
 
-from grazemap.wire import PROCESSES, Job, ProcessRequest
-from grazemap_service.links import PREFIX
+from grazemap.wire import FINISHED, PROCESSES, Job, ProcessRequest, Status
+from grazemap_service.context import Context, CurrentContext
+from grazemap_service.jobs import PREFIX, job_response, submit
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
-from grazemap_service.strict_json import JsonRoute
-from grazemap_service.submission import NewSubmission
+from grazemap_service.request_body import JsonRoute
+
+_WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
+
+
+def waiting_time(
+    context: CurrentContext,
+    request: Request,
+    prefer: Annotated[
+        str | None,
+        Header(description="`wait=5` lets the answer wait up to 5 seconds (30 at most) for the end."),
+    ] = None,
+) -> int | None:
+    """Return the seconds that the Prefer header (RFC 7240) asks to wait, at most the limit."""
+    # the parameter is for the OpenAPI document, where a list would be a form of its own; the header may be repeated
+    match = _WAIT.search(", ".join(request.headers.getlist("prefer")))
+    return min(int(match[1]), int(context.settings.max_wait_seconds)) if match else None
+
+
+async def _finished(context: Context, job: Job, seconds: float) -> Job:
+    """Return the job as it is at its end, or when the time is over."""
+    jobs, deadline = context.store.jobs, time.monotonic() + seconds
+    status: Status | None = job.status
+    while status is not None and status not in FINISHED and time.monotonic() < deadline:
+        await anyio.sleep(context.settings.poll_seconds)
+        # the status alone: a question may be a megabyte long
+        status = await run_sync(jobs.status, job.id, limiter=context.threads)
+    if status == job.status:
+        return job
+    return await run_sync(jobs.get, job.id, limiter=context.threads) or job
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
     operation = model.operation
 
-    async def submit(body: Any, submission: Any) -> Response:
-        return await submission.post(operation.process, body)  # type: ignore[no-any-return]
+    async def post(body: ProcessRequest, context: Context, wait: int | None) -> Response:
+        job, created = await run_sync(submit, context, operation.process, body, limiter=context.threads)
+        headers = {}
+        if wait is not None:
+            job = await _finished(context, job, wait)
+            headers["Preference-Applied"] = f"wait={wait}"
+        return job_response(job, 201 if created else 200, headers)
 
     examples: Any = {name: {"value": value} for name, value in operation.examples.items()}
-    submit.__annotations__ = {
+    post.__annotations__ = {
         "body": Annotated[model, Body(openapi_examples=examples)],
-        "submission": NewSubmission,
+        "context": CurrentContext,
+        "wait": Annotated[int | None, Depends(waiting_time)],
         "return": Response,
     }
-    submit.__name__, submit.__doc__ = operation.operation_id, operation.description
-    return submit
+    post.__name__, post.__doc__ = operation.operation_id, operation.description
+    return post
 
 
 router = APIRouter(route_class=JsonRoute, tags=["processes"])

@@ -8,26 +8,19 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
 from grazemap.wire import FINISHED, Job, Link
-from grazemap_service.dependencies import Context, CurrentContext, KnownJob
-from grazemap_service.links import NPZ_TYPE, job_path
+from grazemap_service.context import Context, CurrentContext
+from grazemap_service.jobs import KnownJob, job_path, job_response, submit_again
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException, problem_response
-from grazemap_service.representations import (
-    MEDIA_TYPES,
-    cache_headers,
-    etag_of,
-    is_fresh,
-    negotiate,
-    render,
-)
+from grazemap_service.representations import MEDIA_TYPES, NPZ_TYPE, cache_headers, is_fresh, negotiate, render
 from grazemap_service.result_schemas import RESULT, TILE, reference
-from grazemap_service.submission import job_response, submit_again
 from grazemap_worker.store import ResultInfo
 
 router = APIRouter(tags=["results"])
@@ -105,10 +98,11 @@ async def get_result(
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     if job.core_version != context.core_version:
         return await _computed_again(request, context, job)
-    info = await context.ask(context.store.results.info, job.id)
+    results = context.store.results
+    info = await run_sync(results.info, job.id, limiter=context.threads)
     # the job keeps the tag of a result that was evicted: a client with a copy needs no other
-    etag = info.etag if info is not None else await context.ask(context.store.results.etag, job.id)
-    headers = cache_headers(etag_of(etag or "", name))
+    etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
+    headers = cache_headers(etag or "", name)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if info is None:
@@ -116,9 +110,7 @@ async def get_result(
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
-    content = await context.renderings.give(
-        headers["ETag"], name, info.size, lambda: context.store.results.data(job.id)
-    )
+    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: results.data(job.id))
     if content is None:
         return await _computed_again(request, context, job)
     if isinstance(content, bytes):
@@ -135,22 +127,12 @@ async def get_result(
 @router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
     """List the tiles that are finished by now; a job of one tile has none, and an assembled map soon forgets its."""
-    finished = await context.ask(context.store.tiles.finished, job.id)
-    plan = await context.ask(context.store.jobs.plan_of, job.id)
+    finished = await run_sync(context.store.tiles.finished, job.id, limiter=context.threads)
+    plan = await run_sync(context.store.jobs.plan_of, job.id, limiter=context.threads)
     if plan is None:
         raise ProblemException("unknown-job")
     path = f"{job_path(job.id)}/result/tiles"
-    tiles = []
-    for index in finished:
-        row_start, row_stop, column_start, column_stop = plan.tile(index)
-        tiles.append(
-            TileLink(
-                index=index,
-                rows=(row_start, row_stop),
-                columns=(column_start, column_stop),
-                href=f"{path}/{index}",
-            )
-        )
+    tiles = [TileLink(**plan.place(index), href=f"{path}/{index}") for index in finished]
     links = [Link(href=path, rel="self"), Link(href=job_path(job.id), rel="up")]
     return TileIndex(total=plan.count, tiles=tiles, links=links)
 
@@ -179,7 +161,7 @@ async def get_tile(
         raise ProblemException("outdated-job")
     # a tile's number has few digits
     number = int(index) if index.isascii() and index.isdigit() and len(index) < 10 else -1
-    npz = await context.ask(context.store.tiles.data, job.id, number) if number >= 0 else None
+    npz = await run_sync(context.store.tiles.data, job.id, number, limiter=context.threads) if number >= 0 else None
     if npz is None:
         raise ProblemException("unfinished-tile")
     data = await run_in_threadpool(render, npz, name)
@@ -190,7 +172,7 @@ async def _computed_again(request: Request, context: Context, job: Job) -> Respo
     """Return 202 and the job that computes a result again; a HEAD starts nothing."""
     if request.method == "HEAD":
         return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
-    return job_response(await context.ask(submit_again, context, job), 202)
+    return job_response(await run_sync(submit_again, context, job, limiter=context.threads), 202)
 
 
 def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:

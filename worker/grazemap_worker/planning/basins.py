@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from grazemap.wire import BasinsRequest, grid_points
 from grazemap_worker.planning.costs import period_cost
-from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
-from grazemap_worker.planning.plan import Plan
-from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
+from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
+from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 from grazemap_worker.planning.rates import (
     BASIN_PERIODS_PER_SECOND,
     BASIN_UNSETTLED,
@@ -30,10 +29,8 @@ def _plan(request: BasinsRequest) -> Plan:
 
 
 def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
-    across, down = grid_points(request.horizontal.values), grid_points(request.vertical.values)
-    name = "horizontal" if across > down else "vertical"
-    values = getattr(request, name).values
-    return [Count(of_points(f"{name}/values", values), "points", across * down, limits.pixels)]
+    across, down = ("horizontal/values", request.horizontal.values), ("vertical/values", request.vertical.values)
+    return [of_grid(across, down, limits.pixels)]
 
 
 PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))

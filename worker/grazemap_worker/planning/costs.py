@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.wire import Oscillator
 from grazemap_worker.planning.rates import (
@@ -34,16 +35,14 @@ def spectral_bound(oscillator: Oscillator) -> float:
     return math.inf if math.isnan(bound) else bound
 
 
-def period_costs(
-    oscillator: Oscillator, omega: np.ndarray[tuple[int], np.dtype[np.float64]]
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def period_costs(oscillator: Oscillator, omega: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return what a forcing period costs at each omega, shape (n,), in periods of the default oscillator, >= 1."""
     with np.errstate(over="ignore"):
         stiffness = spectral_bound(oscillator) * 2.0 * math.pi / omega
     return np.maximum(1.0, stiffness / REFERENCE_STIFFNESS)
 
 
-def _row_sums(links: np.ndarray[tuple[int], np.dtype[np.float64]]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _row_sums(links: NDArray[np.float64]) -> NDArray[np.float64]:
     """Absolute row sums of a chain's matrix: link i joins mass i to mass i + 1, the last one to ground."""
     before = np.concatenate(([0.0], links[:-1]))
     after = np.concatenate((links[:-1], [0.0]))

@@ -1,12 +1,32 @@
-"""A plan: a grid cut into rectangular tiles, with its estimate."""
+"""A plan: a grid cut into rectangular tiles of about the same time, with its estimate."""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
 from grazemap.wire import Estimate
+from grazemap_worker.planning.rates import TILE_SECONDS, WORST_TILE_SECONDS
 
-Tile = tuple[int, int, int, int]
+
+class Tile(NamedTuple):
+    """A rectangle of the grid [clearance, omega], stops excluded."""
+
+    row_start: int
+    row_stop: int
+    column_start: int
+    column_stop: int
+
+    @property
+    def rows(self) -> slice:
+        """Its clearances."""
+        return slice(self.row_start, self.row_stop)
+
+    @property
+    def columns(self) -> slice:
+        """Its omegas."""
+        return slice(self.column_start, self.column_stop)
 
 
 class Plan(BaseModel):
@@ -26,11 +46,6 @@ class Plan(BaseModel):
     estimate: Estimate = Estimate()
 
     @property
-    def down(self) -> int:
-        """Number of tiles along clearance."""
-        return -(-self.rows // self.tile_rows)
-
-    @property
     def across(self) -> int:
         """Number of tiles along omega."""
         return -(-self.columns // self.tile_columns)
@@ -38,10 +53,10 @@ class Plan(BaseModel):
     @property
     def count(self) -> int:
         """Number of tiles."""
-        return self.down * self.across
+        return -(-self.rows // self.tile_rows) * self.across
 
     def tile(self, index: int) -> Tile:
-        """Return (row_start, row_stop, col_start, col_stop) of a tile in the grid [clearance, omega].
+        """Return a tile.
 
         Raises
         ------
@@ -52,9 +67,31 @@ class Plan(BaseModel):
             raise IndexError(index)
         row = index // self.across * self.tile_rows
         column = index % self.across * self.tile_columns
-        return row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns)
+        return Tile(row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns))
+
+    def place(self, index: int) -> dict[str, Any]:
+        """Return the number of a tile, its rows and its columns, as events, results and lists of tiles have them."""
+        row_start, row_stop, column_start, column_stop = self.tile(index)
+        return {"index": index, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
 
     @property
     def tiles(self) -> list[Tile]:
         """All tiles, row by row; a list position is a tile's number."""
         return [self.tile(index) for index in range(self.count)]
+
+
+def pixels_per_tile(seconds: float, at_worst: float) -> int:
+    """Return the pixels of a tile, from the seconds of one: those expected, and those at worst."""
+    return max(1, round(min(TILE_SECONDS / seconds, WORST_TILE_SECONDS / at_worst)))
+
+
+def estimated(shape: Plan, periods: float, seconds: float) -> Plan:
+    """Return a plan with its estimate, from the forcing periods and seconds of a pixel."""
+    pixels = float(shape.rows * shape.columns)
+    estimate = Estimate(periods=pixels * periods, tiles=shape.count, seconds=pixels * seconds)
+    return shape.model_copy(update={"estimate": estimate})
+
+
+def even(length: int, longest: int) -> int:
+    """Return the length of equal pieces, none longer than `longest`, that a length is cut into."""
+    return -(-length // -(-length // min(length, longest)))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from grazemap.wire import CoordinateRange, Grid
+from grazemap.wire import CoordinateRange, Grid, grid_points
 from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
@@ -58,6 +58,12 @@ class Planning:
     counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
     longest_period: Callable[[Any], float | None] = lambda request: None
     after: Callable[[Any], list[Step]] = lambda request: []
+
+
+def of_grid(across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int) -> Count:
+    """Return the points of a grid, from the names and the values of its sides; the longer one decides."""
+    columns, rows = grid_points(across[1]), grid_points(down[1])
+    return Count(of_points(*(across if columns > rows else down)), "points", columns * rows, limit)
 
 
 def of_points(name: str, grid: Grid | CoordinateRange) -> str:

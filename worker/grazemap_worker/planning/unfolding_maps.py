@@ -12,9 +12,8 @@ import math
 
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
 from grazemap_worker.planning.costs import expected_periods, period_cost, period_costs
-from grazemap_worker.planning.cutting import estimated, even, pixels_per_tile
-from grazemap_worker.planning.plan import Plan
-from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
+from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
+from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 from grazemap_worker.planning.rates import (
     ADAPTIVE_COLUMNS,
     ADAPTIVE_PERIODS,
@@ -75,9 +74,7 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
 
 def grid_count(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest, limit: int) -> Count:
     """Return the points of the grid of a map, or of a diagram."""
-    across, down = grid_points(request.omega), grid_points(request.clearance)
-    longer = ("omega", request.omega) if across > down else ("clearance", request.clearance)
-    return Count(of_points(*longer), "points", across * down, limit)
+    return of_grid(("omega", request.omega), ("clearance", request.clearance), limit)
 
 
 def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:

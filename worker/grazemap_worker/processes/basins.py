@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values, motion_label
+from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, core_oscillator, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, joined, label, record
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -21,14 +20,13 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     """Return the arrays [vertical, horizontal] of the core for a part of the rectangle. Raises CoreError."""
     from grazemap_core.maps.basins import basin_tile
 
-    row_start, row_stop, column_start, column_stop = tile
     initial = request.initial
     return basin_tile(
         core_oscillator(request.oscillator),
         request.omega,
         request.clearance,
-        _coordinate(request.horizontal, column_start, column_stop),
-        _coordinate(request.vertical, row_start, row_stop),
+        _coordinate(request.horizontal, tile.columns),
+        _coordinate(request.vertical, tile.rows),
         None if initial.displacement is None else np.array(initial.displacement),
         None if initial.velocity is None else np.array(initial.velocity),
         initial.phase,
@@ -42,36 +40,28 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
     from grazemap_core.maps.basins import attractors
     from grazemap_core.simulation.motion import REASONS
 
-    whole: dict[str, NDArray[Any]] = {}
-    for (row_start, row_stop, column_start, column_stop), document in zip(plan.tiles, tiles, strict=True):
-        for name, part in document.items():
-            if name not in whole:
-                whole[name] = np.empty((plan.rows, plan.columns), dtype=part.dtype)
-            whole[name][row_start:row_stop, column_start:column_stop] = part
-    label, found = attractors(whole)
+    whole = {name: joined(plan, [tile[name] for tile in tiles]) for name in tiles[0]}
+    labels, found = attractors(whole)
     return {
         "horizontal": grid_values(request.horizontal.values),
         "vertical": grid_values(request.vertical.values),
-        "label": label,
+        "label": labels,
         "attractors": [_named(record(attractor)) for attractor in found],
-        "settled_after": whole["settled_after"],
-        "lyapunov": whole["lyapunov"],
-        "reason": whole["reason"],
+        **{name: whole[name] for name in ("settled_after", "lyapunov", "reason")},
         "reasons": np.array([REASONS.get(code, "") for code in range(1 + max(REASONS))]),
     }
 
 
-def _coordinate(coordinate: BasinCoordinate, start: int, stop: int) -> Coordinate:
+def _coordinate(coordinate: BasinCoordinate, part: slice) -> Coordinate:
     from grazemap_core.maps.basins import Coordinate
 
-    return Coordinate(coordinate.quantity, coordinate.mass, grid_values(coordinate.values)[start:stop])
+    return Coordinate(coordinate.quantity, coordinate.mass, grid_values(coordinate.values)[part])
 
 
 def _named(attractor: dict[str, Any]) -> dict[str, Any]:
     """Return an attractor's record with the label of its motion, None for figures that are not known."""
-    counts: list[Any] = [attractor.get(name) for name in ("period", "impacts_right", "impacts_left")]
     unknown = {name: None for name in ("multiplier", "lyapunov") if np.isnan(attractor[name])}
-    return attractor | unknown | {"label": motion_label(*counts) if None not in counts else None}
+    return attractor | unknown | {"label": label(attractor)}
 
 
 PROCESS = Process(tile=compute_tile, assembled=assemble)

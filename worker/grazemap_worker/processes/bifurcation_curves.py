@@ -5,15 +5,14 @@ In closed form for motions with few impacts, or by continuation for motions that
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.wire import BifurcationCurvesRequest, motion_label
-from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.orbit_branches import whole_period
 from grazemap_worker.processes.process import Process
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 NOTHING_FOUND = "no motion with these stops was met at several places of the window, from rest and from random states"
 
 
-def compute(request: BifurcationCurvesRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: BifurcationCurvesRequest, report: Report) -> Document:
     """Return curves, a list of records, each a piece inside the window, and the motions asked for. Raises CoreError."""
     if request.motions is None:
         return {"curves": _closed_form(request), "motions": []}
@@ -36,10 +35,15 @@ def compute(request: BifurcationCurvesRequest, report: Callable[[int, int], obje
     for number, motion in enumerate(request.motions):
         report(number, len(request.motions))
         orbit = _orbit(oscillator, request, motion)
-        found = _not_found(motion, orbit) if isinstance(orbit, str) else _found(motion, orbit)
-        motions.append(found)
-        if not isinstance(orbit, str):
-            curves += _continued(oscillator, request, number, orbit)
+        named = fields(motion, "period", "stops")
+        if isinstance(orbit, str):
+            nothing = dict.fromkeys(("omega", "clearance", "label"))
+            motions.append({**named, **nothing, "admissible": False, "reason": orbit})
+            continue
+        known = fields(orbit, "omega", "clearance", "admissible")
+        label = motion_label(orbit.least_period, *orbit.impacts_per_period)
+        motions.append({**named, **known, "label": label, "reason": None})
+        curves += _continued(oscillator, request, number, orbit)
     return {"curves": curves, "motions": motions}
 
 
@@ -49,17 +53,9 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[dict[str, Any]]:
     pieces = window_curves(core_oscillator(request.oscillator), *_window(request), request.max_multiple, request.points)
     return [
         {
-            "type": piece.type,
+            **fields(piece, "type", "period", "impacts_right", "impacts_left", "symmetric", "admissible", "stop"),
+            **fields(piece, "omega", "clearance", "impact_velocity"),
             "motion": motion_label(piece.period, piece.impacts_right, piece.impacts_left),
-            "period": piece.period,
-            "impacts_right": piece.impacts_right,
-            "impacts_left": piece.impacts_left,
-            "symmetric": piece.symmetric,
-            "admissible": piece.admissible,
-            "stop": piece.stop,
-            "omega": piece.omega,
-            "clearance": piece.clearance,
-            "impact_velocity": piece.impact_velocity,
             "ends": list(piece.ends),
         }
         for piece in pieces
@@ -91,23 +87,6 @@ def _orbit(oscillator: Oscillator, request: BifurcationCurvesRequest, motion: Cu
     return NOTHING_FOUND if found is None else found
 
 
-def _found(motion: CurveMotion, orbit: PeriodicOrbit) -> dict[str, Any]:
-    return {
-        "period": motion.period,
-        "stops": motion.stops,
-        "omega": orbit.omega,
-        "clearance": orbit.clearance,
-        "label": motion_label(orbit.least_period, *orbit.impacts_per_period),
-        "admissible": orbit.admissible,
-        "reason": None,
-    }
-
-
-def _not_found(motion: CurveMotion, reason: str) -> dict[str, Any]:
-    nothing = {"omega": None, "clearance": None, "label": None, "admissible": False}
-    return {"period": motion.period, "stops": motion.stops, **nothing, "reason": reason}
-
-
 def _continued(
     oscillator: Oscillator, request: BifurcationCurvesRequest, number: int, orbit: PeriodicOrbit
 ) -> Iterator[dict[str, Any]]:
@@ -136,17 +115,16 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
         strikes = np.delete(strikes, vanishing, axis=1)
     least = np.min(strikes, axis=1) if strikes.shape[1] else np.zeros(len(strikes))
     ends = ["window" if end == "range" else end for end in curve.ends]
-    runs = _runs(curve.admissible)
+    # stretches of neighbours that are alike
+    runs = np.split(np.arange(len(curve.admissible)), np.flatnonzero(np.diff(curve.admissible)) + 1)
     for place, members in enumerate(runs):
         if len(members) < 2:
             continue
         yield {
-            "type": curve.type,
+            **fields(curve, "type", "period", "symmetric"),
             "motion": motion_label(curve.period, right, left),
-            "period": curve.period,
             "impacts_right": right,
             "impacts_left": left,
-            "symmetric": curve.symmetric,
             "admissible": bool(curve.admissible[members[0]]),
             "stop": 0 if curve.impact is None else int(curve.stops[curve.impact]),
             "omega": curve.omega[members],
@@ -159,12 +137,6 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
             "phases": phases[members],
             "velocities": velocities[members],
         }
-
-
-def _runs(flags: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    """Return the places of stretches of neighbours that are alike."""
-    places = np.arange(len(flags))
-    return np.split(places, np.flatnonzero(np.diff(flags)) + 1)
 
 
 PROCESS = Process(whole=compute)

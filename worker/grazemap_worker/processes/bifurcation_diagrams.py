@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
 from grazemap.wire import BifurcationDiagramsRequest, grid_values
-from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
 
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 REPORTS = 100
 
 
-def compute(request: BifurcationDiagramsRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
     """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
     from grazemap_core.maps.bifurcation_diagrams import sections
 
@@ -33,24 +32,15 @@ def compute(request: BifurcationDiagramsRequest, report: Callable[[int, int], ob
         request.transient_periods,
         request.max_period,
     )
-    records: list[dict[str, Any]] = []
-    for section in found:
-        if len(records) % -(-len(values) // REPORTS) == 0:
-            report(len(records), len(values))
-        records.append(_record(section))
+    records = [_record(section) for section in counted(found, len(values), report, REPORTS)]
     if request.policy == "sweep-down":
         records.reverse()
     return {"parameter": values, "sections": records}
 
 
 def _record(section: Section) -> dict[str, Any]:
-    return {
-        "displacement": section.displacement,
-        "velocity": section.velocity,
-        "impact_velocity": section.impact_velocity,
-        "impact_stop": section.impact_stop,
-        "motion": motion_document(section.motion),
-    }
+    sampled = fields(section, "displacement", "velocity", "impact_velocity", "impact_stop")
+    return {**sampled, "motion": motion_document(section.motion)}
 
 
 PROCESS = Process(whole=compute)

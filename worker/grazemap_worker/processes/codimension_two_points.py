@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from grazemap.codec import Document
 from grazemap.wire import CodimensionTwoPointsRequest
-from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, record
 from grazemap_worker.processes.process import Process
 
 
-def compute(request: CodimensionTwoPointsRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: CodimensionTwoPointsRequest, report: Report) -> Document:
     """Return points, a list of records in the order of omega. Raises CoreError."""
     from grazemap_core.grazing.codimension_two import codimension_two_points
 

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.wire import Oscillator, ProcessRequest
+from grazemap.wire import Oscillator, ProcessRequest, motion_label
+from grazemap_worker.planning import Plan
 
 if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
+Item = TypeVar("Item")
 Report = Callable[[int, int], object]
 """Called with (steps done, steps in all) by processes that count steps."""
+
+EVIDENCE = ("isolated", "admissible", "stable", "verified")
+"""What is known of an orbit, or of the orbits of a branch."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
@@ -67,11 +72,28 @@ def pairs(values: NDArray[np.complex128]) -> NDArray[np.float64]:
     return np.stack([values.real, values.imag], axis=-1)
 
 
-def evidence(found: Any) -> Document:
-    """Return isolated, admissible, stable and verified of an orbit, or of the orbits of a branch."""
-    return {name: getattr(found, name) for name in ("isolated", "admissible", "stable", "verified")}
+def fields(found: Any, *names: str) -> Document:
+    """Return attributes of an object, as it has them, by their names."""
+    return {name: getattr(found, name) for name in names}
 
 
-def no_evidence() -> Document:
-    """Return the same of an orbit that was not found."""
-    return dict.fromkeys(("isolated", "admissible", "stable", "verified"), False)
+def label(motion: Mapping[str, Any]) -> str | None:
+    """Return the label of a motion from its record; None where its period or its impacts are not known."""
+    counts: list[Any] = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
+    return motion_label(*counts) if None not in counts else None
+
+
+def counted(found: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
+    """Yield `count` items, and report about so many times how many there have been."""
+    for done, item in enumerate(found):
+        if done % -(-count // times) == 0:
+            report(done, count)
+        yield item
+
+
+def joined(plan: Plan, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return an array of the grid from those of its tiles, in the plan's order."""
+    array = np.empty((plan.rows, plan.columns), dtype=parts[0].dtype)
+    for tile, part in zip(plan.tiles, parts, strict=True):
+        array[tile.rows, tile.columns] = part
+    return array

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from grazemap.codec import Document
 from grazemap.wire import DiscontinuityMappingsRequest
-from grazemap_worker.processes.conversion import core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.process import Process
 
 STOPS = {"A": 1, "C": -1}
 
 
-def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: DiscontinuityMappingsRequest, report: Report) -> Document:
     """Return the grazing point, the mapped states and their errors, Jacobians, xi, and returns below grazing.
 
     Raises CoreError.
     """
     from grazemap_core.errors import ParameterError
-    from grazemap_core.grazing.discontinuity_mapping import beyond_stop as beyond
     from grazemap_core.grazing.discontinuity_mapping import (
+        beyond_stop,
         exact_mapping,
         largest_overshoot,
         leading_mapping,
@@ -45,32 +43,18 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
     errors = mapping_error(point, overshoot)
 
     size = len(point.state)
-    displacement = np.empty((len(overshoot), size))
-    mapped, simulated = np.empty((2, len(overshoot), request.returns + 1, size))
-    seen = np.empty((2, len(overshoot), request.returns + 1))
-    apart = np.empty((len(overshoot), request.returns + 1))
+    beyond, displacement, compared = np.empty((len(overshoot), size)), np.empty((len(overshoot), size)), []
     for k, depth in enumerate(overshoot.tolist()):
         report(k, len(overshoot))
-        if request.order == "exact":
-            displacement[k] = exact_mapping(point, beyond(point, depth)).displacement
-        else:
-            displacement[k] = leading_mapping(point, beyond(point, depth)) - beyond(point, depth)
-        compared = compare_returns(point, np.zeros(size), request.returns, depth, request.order)
-        mapped[k], simulated[k] = compared.mapped.deviation, compared.simulated.deviation
-        seen[0, k], seen[1, k] = compared.mapped.overshoot, compared.simulated.overshoot
-        apart[k] = compared.error
-    state = point.state + np.array([beyond(point, depth) for depth in overshoot])
+        beyond[k] = start = beyond_stop(point, depth)
+        exact = request.order == "exact"
+        displacement[k] = exact_mapping(point, start).displacement if exact else leading_mapping(point, start) - start
+        compared.append(compare_returns(point, np.zeros(size), request.returns, depth, request.order))
+    state = point.state + beyond
     return {
         "omega": request.omega,
-        "clearance": point.clearance,
-        "stop": point.stop,
-        "grazing": {
-            "state": point.state,
-            "vector_field": point.vector_field,
-            "acceleration": point.acceleration,
-            "beta": point.beta,
-            "gamma": point.gamma,
-        },
+        **fields(point, "clearance", "stop"),
+        "grazing": fields(point, "state", "vector_field", "acceleration", "beta", "gamma"),
         "overshoot": overshoot,
         "largest_overshoot": largest,
         "state": state,
@@ -88,11 +72,11 @@ def compute(request: DiscontinuityMappingsRequest, report: Callable[[int, int], 
         "recurrence_stop": point.stop * sequence.recurrence_stop,
         "next_contact": {"order": contact.order, "stop": point.stop * contact.stop, "margin": contact.margin},
         "returns": {
-            "mapped": mapped,
-            "simulated": simulated,
-            "mapped_overshoot": seen[0],
-            "simulated_overshoot": seen[1],
-            "error": apart,
+            "mapped": np.array([one.mapped.deviation for one in compared]),
+            "simulated": np.array([one.simulated.deviation for one in compared]),
+            "mapped_overshoot": np.array([one.mapped.overshoot for one in compared]),
+            "simulated_overshoot": np.array([one.simulated.overshoot for one in compared]),
+            "error": np.array([one.error for one in compared]),
         },
     }
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from grazemap.codec import Document
 from grazemap.wire import CodimensionTwoPointsRequest, GrazingCurvesRequest, grid_values
-from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields, record
 from grazemap_worker.processes.process import Process
 
 _MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
 
 
-def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: GrazingCurvesRequest, report: Report) -> Document:
     """Return omega, clearance, phase, first_recurrence and recurrence_stop, shape (n,), and points, records.
 
     The points are the codimension-two points between the first and the last omega, both kinds, with the default
@@ -31,11 +29,7 @@ def compute(request: GrazingCurvesRequest, report: Callable[[int, int], object])
     sequence = {"xi": xi_along(oscillator, omega, request.max_order)} if request.sequence else {}
     return {
         **sequence,
-        "omega": curve.omega,
-        "clearance": curve.clearance,
-        "phase": curve.phase,
-        "first_recurrence": curve.first_recurrence,
-        "recurrence_stop": curve.recurrence_stop,
+        **fields(curve, "omega", "clearance", "phase", "first_recurrence", "recurrence_stop"),
         "points": [record(point) for point in points],
     }
 

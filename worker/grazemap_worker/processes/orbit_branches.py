@@ -11,14 +11,15 @@ from grazemap.codec import Document
 from grazemap.wire import OrbitBranchesRequest
 from grazemap.wire.orbits import MAX_IMPACTS
 from grazemap.wire.process import LONGEST_PERIOD
-from grazemap_worker.processes.conversion import Report, core_oscillator, evidence, pairs
+from grazemap_worker.processes.conversion import EVIDENCE, Report, core_oscillator, fields, pairs
 from grazemap_worker.processes.periodic_orbits import orbit_asked_for
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
     from grazemap_core.continuation.branch_switching import OrbitStart
     from grazemap_core.continuation.special_points import SpecialPoint
-    from grazemap_core.orbits.impact_sequences import ImpactSequence
+
+_PER_POINT = ("omega", "clearance", "restitution", "excess", "residual")
 
 
 def compute(request: OrbitBranchesRequest, report: Report) -> Document:
@@ -45,18 +46,11 @@ def compute(request: OrbitBranchesRequest, report: Report) -> Document:
     )
     return {
         "parameter": branch.values,
-        "omega": branch.omega,
-        "clearance": branch.clearance,
-        "restitution": branch.restitution,
+        **fields(branch, *_PER_POINT, *EVIDENCE, "period", "symmetric"),
         "stops": stops,
-        "period": branch.period,
-        "symmetric": branch.symmetric,
         "phases": phases,
         "velocities": velocities,
         "multipliers": pairs(branch.multipliers),
-        **evidence(branch),
-        "excess": branch.excess,
-        "residual": branch.residual,
         "special_points": [
             _special(request, point, starts) for point, starts in zip(branch.special_points, beyond, strict=True)
         ],
@@ -89,13 +83,13 @@ def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
     """Return the document of a branch without points."""
     nothing = np.zeros(0)
     return {
-        **dict.fromkeys(("parameter", "omega", "clearance", "restitution", "excess", "residual"), nothing),
+        **dict.fromkeys(("parameter", *_PER_POINT), nothing),
         "stops": np.zeros(0, dtype=np.int64),
         "period": 0 if request.motion is None else request.motion.period,
         "symmetric": False,
         **dict.fromkeys(("phases", "velocities"), np.zeros((0, 0))),
         "multipliers": np.zeros((0, 2 * request.oscillator.size, 2)),
-        **dict.fromkeys(("isolated", "admissible", "stable", "verified"), np.zeros(0, dtype=np.bool_)),
+        **dict.fromkeys(EVIDENCE, np.zeros(0, dtype=np.bool_)),
         "special_points": [],
         "ends": np.array(["", ""]),
         "reason": reason,
@@ -105,30 +99,17 @@ def _no_branch(request: OrbitBranchesRequest, reason: str) -> Document:
 def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[OrbitStart, ...]) -> dict[str, Any]:
     whole = point.impacts.whole
     return {
-        "type": point.type,
+        **fields(point, "type", "clearance", "omega", "restitution", "status", "admissible"),
+        **fields(point, "segment", "stop", "phase", "impact"),
         "parameter": getattr(point, request.vary),
-        "clearance": point.clearance,
-        "omega": point.omega,
-        "restitution": point.restitution,
-        "status": point.status,
-        "admissible": point.admissible,
-        "segment": point.segment,
-        "stop": point.stop,
-        "phase": point.phase,
-        "impact": point.impact,
-        "phases": whole.phases,
-        "velocities": whole.velocities,
+        **fields(whole, "phases", "velocities"),
         "beyond": [
             {"admissible": start.admissible, "request": _request(request, start)}
             for start in beyond
-            if _can_be_asked(start.impacts.whole)
+            # a doubled motion may have too many impacts or periods for a request
+            if len(start.impacts.whole.stops) <= MAX_IMPACTS and start.impacts.whole.period <= LONGEST_PERIOD
         ],
     }
-
-
-def _can_be_asked(impacts: ImpactSequence) -> bool:
-    """Return whether a request may name a motion: a doubled one may have too many impacts or periods."""
-    return len(impacts.stops) <= MAX_IMPACTS and impacts.period <= LONGEST_PERIOD
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,22 +9,22 @@ from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
 from grazemap.wire import PeriodicOrbitsRequest
-from grazemap_worker.processes.conversion import core_oscillator, evidence, no_evidence, pairs
+from grazemap_worker.processes.conversion import EVIDENCE, Report, core_oscillator, fields, pairs
 from grazemap_worker.processes.process import Process
-from grazemap_worker.processes.trajectories import motion_document
+from grazemap_worker.processes.trajectories import motion_document, state_document
 
 if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator
-    from grazemap_core.orbits.impact_sequences import ImpactSequence
     from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
     from grazemap_core.orbits.simulated_orbits import SimulatedOrbit
-    from grazemap_core.simulation.start import State
     from grazemap_core.simulation.trajectories import Trajectory
 
 NOTHING_FOUND = "no motion with these stops was met by trajectories from rest and from random states"
+# Figures that only an orbit that was solved for has.
+_OF_EQUATIONS = ("kantorovich", "radius", "excess", "excess_phase")
 
 
-def compute(request: PeriodicOrbitsRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
     """Return the orbit, or why there is none; one that rests on a stop as the simulation has it. Raises CoreError."""
     from grazemap_core.errors import LinearisationError
     from grazemap_core.orbits.simulated_orbits import simulated_orbit
@@ -46,28 +45,26 @@ def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
     """Return the requested orbit, or why there is no guess to start from; `run` if it has settled already."""
-    from grazemap_core.orbits.periodic_orbits import periodic_orbit
-
-    guess = _guess(oscillator, request, run)
-    return guess if isinstance(guess, str) else periodic_orbit(oscillator, request.omega, request.clearance, guess)
-
-
-def _guess(oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None) -> ImpactSequence | str:
     from grazemap_core.errors import ParameterError
     from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+    from grazemap_core.orbits.periodic_orbits import periodic_orbit
     from grazemap_core.orbits.search import sequence_of_stops
 
     motion = request.motion
-    if motion is not None:
-        if motion.phases is not None and motion.velocities is not None:
-            return ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
+    if motion is None:
+        run = run or _settled(oscillator, request)
+        try:
+            guess = impacts_of(run)
+        except ParameterError as error:
+            return str(error) + (f": {run.motion.reason}" if run.motion.reason else "")
+    elif motion.phases is not None and motion.velocities is not None:
+        guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
+    else:
         found = sequence_of_stops(oscillator, request.omega, request.clearance, motion.period, motion.stops)
-        return NOTHING_FOUND if found is None else found
-    run = run or _settled(oscillator, request)
-    try:
-        return impacts_of(run)
-    except ParameterError as error:
-        return str(error) + (f": {run.motion.reason}" if run.motion.reason else "")
+        if found is None:
+            return NOTHING_FOUND
+        guess = found
+    return periodic_orbit(oscillator, request.omega, request.clearance, guess)
 
 
 def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:
@@ -93,28 +90,16 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
 def _document(orbit: PeriodicOrbit) -> Document:
     whole = orbit.impacts.whole
     return {
-        "omega": orbit.omega,
-        "clearance": orbit.clearance,
-        "converged": orbit.converged,
+        **fields(orbit, "omega", "clearance", "converged", "residual", *_OF_EQUATIONS, *EVIDENCE),
+        **fields(orbit, "physical", "contacts", "excess_stop"),
         "found_by": "equations",
         "reason": orbit.reason or None,
         "period": orbit.impacts.period,
-        "stops": whole.stops,
-        "phases": whole.phases,
+        **fields(whole, "stops", "phases", "velocities"),
         "times": whole.phases / orbit.omega,
-        "velocities": whole.velocities,
         "sticking": _rests((), (), ()),
-        "residual": orbit.residual,
-        "kantorovich": orbit.kantorovich,
-        "radius": orbit.radius,
-        **evidence(orbit),
         "multipliers": pairs(orbit.multipliers),
-        "physical": orbit.physical,
-        "contacts": orbit.contacts,
-        "excess": orbit.excess,
-        "excess_phase": orbit.excess_phase,
-        "excess_stop": orbit.excess_stop,
-        "start": _state(orbit.start),
+        "start": state_document(orbit.start),
         "motion": motion_document(orbit.motion),
     }
 
@@ -123,8 +108,7 @@ def _simulated(orbit: SimulatedOrbit) -> Document:
     """Return the document of a motion with rests: it is not verified, and its reason says how it was found."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return {
-        "omega": orbit.omega,
-        "clearance": orbit.clearance,
+        **fields(orbit, "omega", "clearance", *EVIDENCE),
         "converged": True,
         "found_by": "simulation",
         "reason": orbit.motion.reason,
@@ -135,13 +119,12 @@ def _simulated(orbit: SimulatedOrbit) -> Document:
         "velocities": impacts.velocity,
         "sticking": _rests(sticking.start, sticking.stop_time, sticking.stop),
         "residual": orbit.closing,
-        **dict.fromkeys(("kantorovich", "radius", "excess", "excess_phase"), np.nan),
-        **evidence(orbit),
+        **dict.fromkeys(_OF_EQUATIONS, np.nan),
         "multipliers": pairs(orbit.multipliers),
         "physical": True,
         "contacts": "none",
         "excess_stop": 0,
-        "start": _state(orbit.start),
+        "start": state_document(orbit.start),
         "motion": motion_document(orbit.motion),
     }
 
@@ -154,10 +137,6 @@ def _rests(start: ArrayLike, stop_time: ArrayLike, stop: ArrayLike) -> Document:
     }
 
 
-def _state(state: State) -> Document:
-    return {"displacement": state.displacement, "velocity": state.velocity, "phase": state.phase}
-
-
 def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     """Return the document of an orbit that was not found: without impacts, its numbers NaN."""
     from grazemap_core.simulation.motion import Motion
@@ -165,8 +144,7 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
     count = request.oscillator.size
     nothing, nowhere = np.zeros(0), np.full(count, np.nan)
     return {
-        "omega": request.omega,
-        "clearance": request.clearance,
+        **fields(request, "omega", "clearance"),
         "converged": False,
         "found_by": "equations",
         "reason": reason,
@@ -174,8 +152,8 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str) -> Document:
         "stops": np.zeros(0, dtype=np.int64),
         **dict.fromkeys(("phases", "times", "velocities"), nothing),
         "sticking": _rests((), (), ()),
-        **dict.fromkeys(("residual", "kantorovich", "radius", "excess", "excess_phase"), np.nan),
-        **no_evidence(),
+        **dict.fromkeys(("residual", *_OF_EQUATIONS), np.nan),
+        **dict.fromkeys(EVIDENCE, False),
         "multipliers": np.full((2 * count, 2), np.nan),
         "physical": False,
         "contacts": "not searched",

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grazemap.codec import Document
-from grazemap.wire import InitialState, TrajectoriesRequest, motion_label
-from grazemap_worker.processes.conversion import core_oscillator, record
+from grazemap.wire import InitialState, TrajectoriesRequest
+from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields, label, record
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ MAX_PERIOD = 32
 REPORTS = 20
 
 
-def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) -> Document:
+def compute(request: TrajectoriesRequest, report: Report) -> Document:
     """Return the document of a trajectory or, for a list of initial states, their list. Raises CoreError."""
     from grazemap_core.simulation.trajectories import trajectories
 
@@ -40,13 +39,7 @@ def compute(request: TrajectoriesRequest, report: Callable[[int, int], object]) 
     )
     if isinstance(request.initial, InitialState):
         return _document(next(found))
-    documents: list[Document] = []
-    count = len(request.states)
-    for trajectory in found:
-        if len(documents) % -(-count // REPORTS) == 0:
-            report(len(documents), count)
-        documents.append(_document(trajectory))
-    return {"trajectories": documents}
+    return {"trajectories": [_document(one) for one in counted(found, len(request.states), report, REPORTS)]}
 
 
 def _state(state: InitialState) -> State:
@@ -57,47 +50,26 @@ def _state(state: InitialState) -> State:
 
 
 def _document(found: Trajectory) -> Document:
-    final = found.final
     return {
-        "time": found.time,
-        "displacement": found.displacement,
-        "velocity": found.velocity,
-        "impacts": {
-            "time": found.impacts.time,
-            "period": found.impacts.period,
-            "phase_time": found.impacts.phase_time,
-            "stop": found.impacts.stop,
-            "velocity": found.impacts.velocity,
-            "kind": found.impacts.kind,
-        },
-        "sticking": {
-            "start": found.sticking.start,
-            "stop_time": found.sticking.stop_time,
-            "stop": found.sticking.stop,
-        },
-        "undecided": found.undecided,
+        **fields(found, "time", "displacement", "velocity", "undecided"),
+        "impacts": fields(found.impacts, "time", "period", "phase_time", "stop", "velocity", "kind"),
+        "sticking": fields(found.sticking, "start", "stop_time", "stop"),
         "motion": motion_document(found.motion),
-        "final": None
-        if final is None
-        else {"displacement": final.displacement, "velocity": final.velocity, "phase": final.phase},
+        "final": None if found.final is None else state_document(found.final),
     }
+
+
+def state_document(state: State) -> Document:
+    """Return a state of the core as clients see it."""
+    return fields(state, "displacement", "velocity", "phase")
 
 
 def motion_document(found: Motion) -> Document:
     """Return a motion of the core as clients see it, with its label; what is not known is None."""
-    motion: Any = record(found)
-    named = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
-    return {
-        "kind": motion["kind"],
-        "period": motion.get("period"),
-        "impacts_right": motion.get("impacts_right"),
-        "impacts_left": motion.get("impacts_left"),
-        "symmetric": motion.get("symmetric"),
-        "sticking": motion.get("sticking"),
-        "label": motion_label(*named) if None not in named else None,
-        "verified": motion.get("verified", False),
-        "reason": motion.get("reason"),
-    }
+    motion = record(found)
+    names = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking", "reason")
+    known = {name: motion.get(name) for name in names}
+    return {**known, "label": label(motion), "verified": motion.get("verified", False)}
 
 
 PROCESS = Process(whole=compute)

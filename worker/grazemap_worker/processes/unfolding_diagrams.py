@@ -10,7 +10,7 @@ from grazemap.codec import Document
 from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import bifurcation_curves, codimension_two_points, grazing_curves, unfolding_maps
-from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report)
     found = map_borders(core_oscillator(request.oscillator), whole["omega"], whole["clearance"], whole, report)
     names = ("row", "column", "along", "regular", "explanation", "reason", "curve", "distance")
     return {
-        **{name: getattr(found, name) for name in names},
+        **fields(found, *names),
         "explanations": np.array(EXPLANATIONS),
         "reasons": np.array(REASONS),
         "curves": [_curve(found, number, curve) for number, curve in enumerate(found.curves)],
@@ -60,15 +60,12 @@ def _borders(request: UnfoldingDiagramsRequest, whole: Document, report: Report)
 def _curve(found: MapBorders, number: int, curve: BorderCurve) -> dict[str, Any]:
     name = curve.name
     return {
-        "type": curve.type,
+        **fields(curve, "type", "omega", "clearance", "admissible"),
         "motion": motion_label(name.period, name.more, name.fewer),
         "period": name.period,
         "impacts_right": name.more,
         "impacts_left": name.fewer,
         "symmetric": name.symmetric,
-        "omega": curve.omega,
-        "clearance": curve.clearance,
-        "admissible": curve.admissible,
         "pairs": int(np.count_nonzero(found.curve == number)),
         "ends": ["window", "window"] if curve.orbits is None else list(curve.orbits.ends),
     }

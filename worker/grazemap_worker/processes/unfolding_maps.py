@@ -6,7 +6,7 @@ the computed points only, in `at_computed`: in the order of the grid's rows, as 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +14,13 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.conversion import Report, core_oscillator, fields, joined
 from grazemap_worker.processes.process import Process
-
-if TYPE_CHECKING:
-    from grazemap_core.maps.adaptive_map import Settings
 
 _AXES = ("omega", "clearance")
 _NAMES = ("kinds", "reasons")
 _AT_COMPUTED = "at_computed"
+_SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed", "preview")
 
 
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
@@ -35,11 +33,9 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.simulation.motion import KINDS, REASONS
 
-    row_start, row_stop, column_start, column_stop = tile
-    omega = grid_values(request.omega)[column_start:column_stop]
-    clearance = grid_values(request.clearance)[row_start:row_stop]
+    omega, clearance = grid_values(request.omega)[tile.columns], grid_values(request.clearance)[tile.rows]
     reasons = [REASONS.get(code, "") for code in range(1 + max(REASONS))]
-    oscillator, settings = core_oscillator(request.oscillator), _settings(request)
+    oscillator, settings = core_oscillator(request.oscillator), fields(request, *_SETTINGS)
     arrays: Document
     if request.adaptive:
         arrays = _without_figures_of_inferred(adaptive_map_tile(oscillator, omega, clearance, **settings))
@@ -61,7 +57,7 @@ def assemble(
 ) -> Document:
     """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
     names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
-    whole: Document = {name: _joined(plan, [tile[name] for tile in tiles]) for name in names}
+    whole: Document = {name: joined(plan, [tile[name] for tile in tiles]) for name in names}
     if request.adaptive:
         whole[_AT_COMPUTED] = _closed(request, plan, tiles, whole, report)
     return {
@@ -70,25 +66,6 @@ def assemble(
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
     }
-
-
-def _settings(request: UnfoldingMapsRequest) -> Settings:
-    return {
-        "max_periods": request.max_periods,
-        "max_period": request.max_period,
-        "policy": request.policy,
-        "initial_conditions": request.initial_conditions,
-        "seed": request.seed,
-        "preview": request.preview,
-    }
-
-
-def _joined(plan: Plan, parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """Return an array of the grid from those of the tiles, in the plan's order."""
-    array = np.empty((plan.rows, plan.columns), dtype=parts[0].dtype)
-    for (row_start, row_stop, column_start, column_stop), part in zip(plan.tiles, parts, strict=True):
-        array[row_start:row_stop, column_start:column_stop] = part
-    return array
 
 
 def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
@@ -113,16 +90,15 @@ def _closed(
         whole,
         list(range(plan.tile_rows, plan.rows, plan.tile_rows)),
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
-        **_settings(request),
+        **fields(request, *_SETTINGS),
     )
-    fresh = fresh
     if report is not None:
         report(1, 2)
     figures: Document = {}
     for name, first in tiles[0][_AT_COMPUTED].items():  # one at a time: an array of the grid for each is much
         array = np.zeros((plan.rows, plan.columns), dtype=first.dtype)
-        for (row_start, row_stop, column_start, column_stop), tile in zip(plan.tiles, tiles, strict=True):
-            array[row_start:row_stop, column_start:column_stop][tile["computed"]] = tile[_AT_COMPUTED][name]
+        for place, tile in zip(plan.tiles, tiles, strict=True):
+            array[place.rows, place.columns][tile["computed"]] = tile[_AT_COMPUTED][name]
         if len(rows):
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]

@@ -6,6 +6,7 @@ the tile, so a doubled or a lost entry does no harm.
 
 from __future__ import annotations
 
+import re
 import secrets
 from collections.abc import Iterable
 from itertools import islice
@@ -28,6 +29,8 @@ FAILURE_TTL = 60
 QUEUED_AHEAD = 1000
 # Single tiles that may be put before what waits first; then it has to be taken before more may.
 MOST_OVERTAKING = 8
+# "<id>-<tile>-<nonce>"; the assembly's number is negative.
+_ENTRY = re.compile(r"([^-]*)-(-?\d+)-[^-]*", re.ASCII)
 
 
 def queue(redis: Redis, fingerprint: str) -> Queue:
@@ -66,13 +69,12 @@ def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -
     return len(entries)
 
 
-def _may_overtake(connection: Redis, target: Queue) -> bool:
+def _may_overtake(redis: Any, target: Queue) -> bool:
     """Return whether another entry may go to the front, and note that it did.
 
     At most `MOST_OVERTAKING` go before the entry that was first when the first of them came; the next ones wait until
     it is taken, so that each entry is reached. (Two concurrent callers may both overtake, so the bound is approximate.)
     """
-    redis: Any = connection  # redis-py's types are those of bytes and of text at once
     noted = overtaken_key(target)
     head = redis.lrange(rq_keys.waiting_key(target), 0, 2 * MOST_OVERTAKING)
     overtaken, count = redis.hmget(noted, "entry", "count")
@@ -104,7 +106,7 @@ def cancel(redis: Redis, job_id: str, fingerprint: str) -> int:
     Dismiss the job first, so that no worker claims another of its tiles.
     """
     target = queue(redis, fingerprint)
-    waiting = [entry for entry in target.get_job_ids() if _belongs(entry, job_id)]
+    waiting = [entry for entry in target.get_job_ids() if entry.startswith(f"{job_id}-")]
     if waiting:
         pipeline = redis.pipeline(transaction=False)
         for entry in waiting:
@@ -113,7 +115,7 @@ def cancel(redis: Redis, job_id: str, fingerprint: str) -> int:
         pipeline.execute()
     stopped = 0
     for entry in rq_keys.started_entries(target):
-        if not _belongs(entry, job_id):
+        if not entry.startswith(f"{job_id}-"):
             continue
         try:
             send_stop_job_command(redis, entry, serializer=JSONSerializer)
@@ -134,16 +136,5 @@ def drop(redis: Redis, entry: str, fingerprint: str) -> None:
 
 def parse_entry(entry: str) -> tuple[str, int] | None:
     """Return (job id, tile) from the id of a queue's entry, or None when it is not one of ours."""
-    head, _, _nonce = entry.rpartition("-")
-    # The assembly's number is negative: "<id>--1-<nonce>".
-    job_id, separator, tile = head.partition("-")
-    if not separator:
-        return None
-    try:
-        return job_id, int(tile)
-    except ValueError:
-        return None
-
-
-def _belongs(entry: str, job_id: str) -> bool:
-    return entry.startswith(job_id + "-")
+    found = _ENTRY.fullmatch(entry)
+    return (found[1], int(found[2])) if found else None

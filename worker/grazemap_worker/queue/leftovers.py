@@ -34,14 +34,13 @@ def sweep(connection: Redis, fingerprint: str) -> None:
         pipeline.delete(*keys, rq_keys.entry_key(entry))
         pipeline.execute()
     redis.zremrangebyscore(rq_keys.failed_key(target), 0, now)
-    _sweep_taken(connection, fingerprint, now)
-    _sweep_queues(connection, fingerprint)
+    _sweep_taken(redis, fingerprint, now)
+    _sweep_queues(redis, fingerprint)
 
 
-def _sweep_taken(connection: Redis, fingerprint: str, now: float) -> None:
+def _sweep_taken(redis: Any, fingerprint: str, now: float) -> None:
     """Forget entries that were taken `TAKEN_SECONDS` ago and not begun; note when others were first seen."""
-    redis: Any = connection
-    taken_key = rq_keys.taken_key(queue(connection, fingerprint))
+    taken_key = rq_keys.taken_key(queue(redis, fingerprint))
     seen_key = _seen_key(taken_key)
     taken = {as_text(member) for member in redis.lrange(taken_key, 0, -1)}
     seen = {as_text(member): float(score) for member, score in redis.zrange(seen_key, 0, -1, withscores=True)}
@@ -55,14 +54,13 @@ def _sweep_taken(connection: Redis, fingerprint: str, now: float) -> None:
         redis.zadd(seen_key, fresh, nx=True)
 
 
-def _sweep_queues(connection: Redis, fingerprint: str) -> None:
+def _sweep_queues(redis: Any, fingerprint: str) -> None:
     """Remove what names workers that are gone, and the queues of numerics that nobody has had for a while."""
-    redis: Any = connection
     known = {rq_keys.fingerprint_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)}
     for found in sorted({fingerprint, *(one for one in known if one is not None)}):
         _remove_gone(redis, rq_keys.listeners_key(queue_name(found)))
         if found != fingerprint and not redis.exists(f"{PREFIX}fingerprint:{found}"):
-            _remove_queue(connection, queue_name(found))
+            _remove_queue(redis, queue_name(found))
     _remove_gone(redis, rq_keys.ALL_WORKERS)
 
 
@@ -74,15 +72,14 @@ def forget_queues(connection: Redis, prefix: str) -> None:
     redis: Any = connection
     for name in sorted(rq_keys.queue_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)):
         if name.startswith(prefix) and ":" not in name.removeprefix(prefix):
-            _remove_queue(connection, name)
+            _remove_queue(redis, name)
 
 
-def _remove_queue(connection: Redis, name: str) -> None:
-    redis: Any = connection
-    target = named_queue(connection, name)
+def _remove_queue(redis: Any, name: str) -> None:
+    target = named_queue(redis, name)
     started, taken_key = rq_keys.started_key(target), rq_keys.taken_key(target)
     for member in redis.zrange(started, 0, -1):
-        entry, keys = rq_keys.execution_keys(connection, as_text(member))
+        entry, keys = rq_keys.execution_keys(redis, as_text(member))
         redis.delete(*keys, rq_keys.entry_key(entry))
     for entry in redis.lrange(taken_key, 0, -1):
         redis.delete(rq_keys.entry_key(as_text(entry)))

@@ -13,12 +13,9 @@ from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
 from grazemap_worker.store.problems import refused_problem
 from grazemap_worker.store.records import (
     Claim,
-    Counts,
-    Event,
     QueueFull,
     ResultInfo,
     ResultTooLarge,
-    StoreError,
     WorkerInfo,
 )
 from grazemap_worker.store.store import Store
@@ -33,13 +30,10 @@ __all__ = [
     "ASSEMBLY",
     "MOST_RESULT_BYTES",
     "Claim",
-    "Counts",
-    "Event",
     "QueueFull",
     "ResultInfo",
     "ResultTooLarge",
     "Store",
-    "StoreError",
     "WorkerInfo",
     "connect",
     "core_version",

@@ -77,7 +77,6 @@ class Scripts:
 
     def run(self, name: str, *arguments: str | bytes | int | float) -> Any:
         """Return the answer of a script; `arguments` follow the key prefix."""
-        script = self._scripts.get(name)
-        if script is None:
-            script = self._scripts[name] = self.redis.register_script(script_text(name))
-        return script(args=[PREFIX, *arguments])
+        if name not in self._scripts:
+            self._scripts[name] = self.redis.register_script(script_text(name))
+        return self._scripts[name](args=[PREFIX, *arguments])

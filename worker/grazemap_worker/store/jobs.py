@@ -7,9 +7,9 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import Any
+from datetime import UTC, datetime
 
-from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Status, canonical, canonical_id
+from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
 from grazemap_worker.planning import TILE_SECONDS, Plan
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
@@ -23,7 +23,7 @@ from grazemap_worker.store.keys import (
     job_key,
 )
 from grazemap_worker.store.problems import outdated_problem
-from grazemap_worker.store.records import Event, QueueFull, read_job, text_fields
+from grazemap_worker.store.records import Event, QueueFull
 from grazemap_worker.store.workers import Workers
 
 _JOBS_A_SCRIPT = 500
@@ -31,15 +31,7 @@ _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
 
 
 class Jobs:
-    """The records of jobs, and the events that clients follow.
-
-    Parameters
-    ----------
-    scripts : Scripts
-        On the Redis that holds them.
-    workers : Workers
-        Those that compute new jobs.
-    """
+    """The records of jobs, and the events that clients follow."""
 
     def __init__(self, scripts: Scripts, workers: Workers) -> None:
         self._scripts = scripts
@@ -97,7 +89,7 @@ class Jobs:
     def get(self, identity: str) -> Job | None:
         """Return a job, or None when there is none of this id."""
         fields = self._redis.hgetall(job_key(identity))
-        return read_job(identity, text_fields(fields)) if fields else None
+        return _read_job(identity, fields) if fields else None
 
     def status(self, identity: str) -> Status | None:
         """Return how far a job is without reading the rest of it, or None when there is no such job."""
@@ -132,7 +124,7 @@ class Jobs:
         before = f"({cursor}" if cursor else "+inf"
         page = self._scripts.run("page", index, before, limit + 1, process or "", LISTED_REQUEST_BYTES)
         found = [
-            read_job(identity.decode(), text_fields(dict(zip(fields[::2], fields[1::2], strict=True))))
+            _read_job(identity.decode(), dict(zip(fields[::2], fields[1::2], strict=True)))
             for identity, _, fields in page[:limit]
         ]
         return found, page[limit - 1][1].decode() if len(page) > limit else None
@@ -169,7 +161,7 @@ class Jobs:
         if not _EVENT_ID.fullmatch(after):
             raise ValueError("not the id of an event")
         entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
-        return [_event(key, fields) for key, fields in entries]
+        return [Event(key.decode(), fields[b"name"].decode(), json.loads(fields[b"data"])) for key, fields in entries]
 
     def unfinished(self) -> dict[str, int]:
         """Return the tiles that remain for each accepted or running job."""
@@ -213,14 +205,40 @@ def read_plan(plan: str, estimate: str) -> Plan:
     return Plan.model_validate_json(plan).model_copy(update={"estimate": Estimate.model_validate_json(estimate)})
 
 
+def _read_job(job_id: str, record: Mapping[bytes, bytes]) -> Job:
+    """Return the job that a record describes, without links, which the service adds."""
+    fields = {name.decode(): value.decode() for name, value in record.items()}
+    steps = fields["unit"] == "steps"
+    eta, spent = fields.get("eta"), fields.get("cpu_seconds")
+    problem = fields.get("problem")
+    return Job.model_validate(
+        {
+            "id": job_id,
+            "process": fields["process"],
+            "request": json.loads(fields["request"]) if "request" in fields else None,
+            "status": fields["status"],
+            "progress": Progress(
+                done=int(fields.get("steps_done" if steps else "done", 0)),
+                total=int(fields.get("steps_total" if steps else "total", 1)),
+                unit=fields["unit"],
+                eta_seconds=float(eta) if eta is not None else None,
+            ),
+            "estimate": Estimate.model_validate_json(fields["estimate"]),
+            "cpu_seconds": float(spent) if spent is not None else None,
+            "core_version": fields["core_version"],
+            **{name: _timestamp(fields.get(name)) for name in ("created", "started", "finished")},
+            "problem": Problem.model_validate_json(problem) if problem else None,
+        }
+    )
+
+
+def _timestamp(seconds: str | None) -> str | None:
+    """Return seconds since the epoch as ISO 8601 in UTC."""
+    if seconds is None:
+        return None
+    return datetime.fromtimestamp(float(seconds), UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
 def _most_common(fingerprints: Iterator[str]) -> str:
-    ranked = Counter(fingerprints).most_common()
-    if not ranked:
-        return ""
-    most = ranked[0][1]
-    return min(name for name, count in ranked if count == most)
-
-
-def _event(key: bytes, fields: Mapping[bytes, bytes]) -> Event:
-    data: dict[str, Any] = json.loads(fields[b"data"])
-    return Event(id=key.decode(), name=fields[b"name"].decode(), data=data)
+    counts = Counter(fingerprints)
+    return min(counts, key=lambda name: (-counts[name], name), default="")

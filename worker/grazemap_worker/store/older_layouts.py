@@ -7,7 +7,6 @@ anew when it is asked for. A job that was not finished fails, with a problem tha
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import OLDER_PREFIXES
@@ -16,14 +15,6 @@ from grazemap_worker.store.problems import outdated_problem
 _JOBS_A_SCRIPT = 200
 _KEYS_A_STEP = 500
 _NUMBER = re.compile(rb"\d+:")
-
-
-@dataclass(frozen=True, slots=True)
-class Adopted:
-    """How many jobs were taken over, and how many of them had not been finished."""
-
-    jobs: int
-    unfinished: int
 
 
 class OlderLayouts:
@@ -38,14 +29,17 @@ class OlderLayouts:
         found = [prefix for prefix in OLDER_PREFIXES if self._redis.exists(_mark(prefix))]
         return [prefix for prefix in found if not self._has_workers(prefix)]
 
-    def adopt(self, prefix: str) -> Adopted:
-        """Take over the jobs of a layout and remove its keys. An interrupted call may be made again."""
+    def adopt(self, prefix: str) -> tuple[int, int]:
+        """Take over the jobs of a layout and remove its keys. An interrupted call may be made again.
+
+        Returns how many jobs were taken over, and how many of them had not been finished.
+        """
         problem, jobs, unfinished, remaining = outdated_problem().model_dump_json(), 0, 0, 1
         while remaining:
             moved, ended, remaining = self._scripts.run("adopt", prefix, _JOBS_A_SCRIPT, problem)
             jobs, unfinished = jobs + moved, unfinished + ended
         self._remove(prefix)
-        return Adopted(jobs, unfinished)
+        return jobs, unfinished
 
     def _has_workers(self, prefix: str) -> bool:
         leases = [f"{prefix}worker:{name.decode()}" for name in self._redis.hkeys(f"{prefix}workers")]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from grazemap.wire import Problem, ProblemError
 from grazemap_worker.planning import Plan
 from grazemap_worker.store.keys import ASSEMBLY, MOST_EXCEPTIONS, MOST_LOST
@@ -17,13 +19,7 @@ def refused_problem(detail: str, pointer: str | None = None) -> Problem:
     pointer to the field that it is about.
     """
     errors = [ProblemError(pointer=pointer, detail=detail)] if pointer else []
-    return Problem(
-        type=TYPE_PREFIX + "computation-refused",
-        title="Computation refused",
-        status=422,
-        detail=detail,
-        errors=errors,
-    )
+    return _problem("computation-refused", 422, detail, errors)
 
 
 def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
@@ -36,22 +32,22 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
         row_start, row_stop, column_start, column_stop = plan.tile(tile)
         where = f"tile {tile} (clearance {row_start}:{row_stop}, omega {column_start}:{column_stop} of the grid)"
     if kind == "exception":
-        name, title = "computation-failed", "Computation failed"
+        name = "computation-failed"
         detail = f"{where} failed {MOST_EXCEPTIONS} times; the worker's log has the reason."
     elif kind == "timeout":
-        name, title = "computation-too-long", "Computation too long"
+        name = "computation-too-long"
         detail = f"{where} did not end within the time limit of one tile."
     else:
-        name, title = "worker-lost", "Worker lost"
+        name = "worker-lost"
         detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log says more."
-    return Problem(type=TYPE_PREFIX + name, title=title, status=500, detail=detail[0].upper() + detail[1:])
+    return _problem(name, 500, detail[0].upper() + detail[1:])
 
 
 def outdated_problem() -> Problem:
     """Return the problem of a job of a core version that no worker has any more."""
-    return Problem(
-        type=TYPE_PREFIX + "core-outdated",
-        title="Core outdated",
-        status=409,
-        detail="The workers were updated before the job was done: post its request again.",
-    )
+    return _problem("core-outdated", 409, "The workers were updated before the job was done: post its request again.")
+
+
+def _problem(name: str, status: int, detail: str, errors: Sequence[ProblemError] = ()) -> Problem:
+    title = name.replace("-", " ").capitalize()
+    return Problem(type=TYPE_PREFIX + name, title=title, status=status, detail=detail, errors=list(errors))

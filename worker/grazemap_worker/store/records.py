@@ -1,14 +1,11 @@
-"""What the store returns: claims, events, workers, counts; and the reading of a job from its hash."""
+"""What the store returns, but for jobs: claims, events, workers, counts; and its errors."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import Any, Literal
 
-from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Progress
+from grazemap.wire import ProcessRequest
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.store.keys import ASSEMBLY
 
@@ -16,11 +13,7 @@ FailureKind = Literal["exception", "lost", "timeout"]
 Verdict = Literal["retry", "failed"]
 
 
-class StoreError(Exception):
-    """Base of what the store raises itself; Redis's own errors pass through."""
-
-
-class QueueFull(StoreError):
+class QueueFull(Exception):
     """There is too much unfinished work already; `retry_after` is in seconds."""
 
     def __init__(self, retry_after: int) -> None:
@@ -28,7 +21,7 @@ class QueueFull(StoreError):
         self.retry_after = retry_after
 
 
-class ResultTooLarge(StoreError):
+class ResultTooLarge(Exception):
     """A result that the store does not take; it was not sent."""
 
     def __init__(self, size: int, most: int) -> None:
@@ -59,7 +52,7 @@ class Claim:
 
     @property
     def rectangle(self) -> Tile:
-        """(row_start, row_stop, col_start, col_stop) of the tile in the grid [clearance, omega]."""
+        """The tile's part of the grid."""
         return self.plan.tile(self.tile)
 
 
@@ -98,43 +91,3 @@ class Counts:
     workers: int
     results: int
     result_bytes: int
-
-
-def timestamp(seconds: str | None) -> str | None:
-    """Return seconds since the epoch as ISO 8601 in UTC."""
-    if seconds is None:
-        return None
-    return datetime.fromtimestamp(float(seconds), UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-
-
-def text_fields(record: Mapping[bytes, bytes]) -> dict[str, str]:
-    """Return a hash as Redis gives it with names and values as text."""
-    return {name.decode(): value.decode() for name, value in record.items()}
-
-
-def read_job(job_id: str, fields: Mapping[str, str]) -> Job:
-    """Return the job that a record describes, without links, which the service adds."""
-    steps = fields["unit"] == "steps"
-    eta, spent = fields.get("eta"), fields.get("cpu_seconds")
-    problem = fields.get("problem")
-    return Job.model_validate(
-        {
-            "id": job_id,
-            "process": fields["process"],
-            "request": json.loads(fields["request"]) if "request" in fields else None,
-            "status": fields["status"],
-            "progress": Progress(
-                done=int(fields.get("steps_done" if steps else "done", 0)),
-                total=int(fields.get("steps_total" if steps else "total", 1)),
-                unit=fields["unit"],
-                eta_seconds=float(eta) if eta is not None else None,
-            ),
-            "estimate": Estimate.model_validate_json(fields["estimate"]),
-            "cpu_seconds": float(spent) if spent is not None else None,
-            "core_version": fields["core_version"],
-            "created": timestamp(fields["created"]),
-            "started": timestamp(fields.get("started")),
-            "finished": timestamp(fields.get("finished")),
-            "problem": Problem.model_validate_json(problem) if problem else None,
-        }
-    )

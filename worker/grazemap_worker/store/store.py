@@ -10,10 +10,9 @@ from grazemap.wire import Status
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.jobs import Jobs
 from grazemap_worker.store.keys import PREFIX
+from grazemap_worker.store.ledger import Results, Tiles
 from grazemap_worker.store.older_layouts import OlderLayouts
 from grazemap_worker.store.records import Counts
-from grazemap_worker.store.results import Results
-from grazemap_worker.store.tiles import Tiles
 from grazemap_worker.store.workers import Workers
 
 DEFAULT_RESULT_BYTES = 2 << 30
@@ -57,10 +56,6 @@ class Store:
         self.tiles = Tiles(scripts, self.jobs)
         self.results = Results(scripts, result_bytes)
         self.older_layouts = OlderLayouts(scripts)
-
-    def ping(self) -> bool:
-        """Return True, or raise redis.exceptions.RedisError when Redis is away or still loading."""
-        return bool(self.redis.ping())
 
     def counts(self) -> Counts:
         """Return what the store holds, for metrics."""

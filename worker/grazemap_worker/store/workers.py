@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED
@@ -38,17 +37,13 @@ class Workers:
     def live(self) -> list[WorkerInfo]:
         """Return the live workers, by name."""
         answer = self._scripts.run("workers")
-        pairs = zip(answer[::2], answer[1::2], strict=True)
-        return sorted(
-            (_worker(name.decode(), json.loads(description)) for name, description in pairs),
-            key=lambda worker: worker.name,
-        )
+        found = []
+        for name, text in zip(answer[::2], answer[1::2], strict=True):
+            description = json.loads(text)
+            # by field: another release may say more
+            found.append(WorkerInfo(name.decode(), description["fingerprint"], description["core_version"]))
+        return sorted(found, key=lambda worker: worker.name)
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
         """Return whether `holder` has a role that one process has at a time, for so many seconds after each call."""
         return bool(self._scripts.run("lead", role, holder, round(1000 * seconds)))
-
-
-def _worker(name: str, description: Mapping[str, str]) -> WorkerInfo:
-    # by field: another release may say more
-    return WorkerInfo(name, description["fingerprint"], description["core_version"])

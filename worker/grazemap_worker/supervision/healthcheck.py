@@ -18,18 +18,16 @@ from grazemap_worker.store import Store, trouble
 def main() -> int:
     """Return the exit status."""
     try:
-        workers = Store(RedisSettings().connect()).workers.live()
+        # a worker is called <host>-<supervisor>-<worker>
+        hosts = {worker.name.rsplit("-", 2)[0] for worker in Store(RedisSettings().connect()).workers.live()}
+        reason = "" if socket.gethostname() in hosts else "no worker of this host holds a lease"
     except ValidationError as error:
-        sys.stderr.write(f"grazemap_worker.supervision.healthcheck: {refusal_text(error)}\n")
-        return 1
+        reason = refusal_text(error)
     except RedisError as error:
-        sys.stderr.write(f"grazemap_worker.supervision.healthcheck: {trouble(error)}: {error}\n")
-        return 1
-    # a worker is called <host>-<supervisor>-<worker>
-    if any(worker.name.rsplit("-", 2)[0] == socket.gethostname() for worker in workers):
-        return 0
-    sys.stderr.write("grazemap_worker.supervision.healthcheck: no worker of this host holds a lease\n")
-    return 1
+        reason = f"{trouble(error)}: {error}"
+    if reason:
+        sys.stderr.write(f"grazemap_worker.supervision.healthcheck: {reason}\n")
+    return int(bool(reason))
 
 
 if __name__ == "__main__":

@@ -70,9 +70,9 @@ class Reconciler:
         """Take over the jobs that an earlier version of grazemap stored, once none of its workers is alive."""
         for prefix in self._store.older_layouts.abandoned():
             leftovers.forget_queues(self._store.redis, prefix)
-            adopted = self._store.older_layouts.adopt(prefix)
+            jobs, unfinished = self._store.older_layouts.adopt(prefix)
             structlog.get_logger("grazemap_worker").warning(
                 "jobs of an earlier version taken over; their results are computed anew when they are asked for",
-                jobs=adopted.jobs,
-                unfinished=adopted.unfinished,
+                jobs=jobs,
+                unfinished=unfinished,
             )

@@ -1,4 +1,6 @@
-"""How a request body becomes JSON: only application/json, only UTF-8, not too deep, no name twice, few names.
+"""The body of a request: its limit, and how it becomes JSON.
+
+JSON is taken as application/json only, in UTF-8, not too deep, without a name twice and with few names.
 
 A route of class `JsonRoute` reads its body this way. NaN, Infinity and 1e999 pass here as floats, so that the
 models refuse them with the field's name.
@@ -12,15 +14,54 @@ from typing import Any
 
 from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
+from starlette.datastructures import Headers
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import ProblemException, response_of
 
 # Bytes; more is parsed in a thread, so that other requests have their turn.
 _PARSED_AT_ONCE = 1 << 16
 # No object of a request has more than some ten; each unknown name would be reported.
 _MOST_NAMES = 100
+
+
+class BodyLimit:
+    """Refuses a body over the limit: by its Content-Length before reading, else as soon as it is exceeded."""
+
+    def __init__(self, app: ASGIApp, limit: int) -> None:
+        self.app = app
+        self.limit = limit
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on with its body counted, or refuse it."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        declared = Headers(scope=scope).get("content-length", "")
+        # the digits are counted first: int() refuses thousands of them
+        if declared.isdigit() and (len(declared) > 18 or int(declared) > self.limit):
+            await response_of(self._problem())(scope, receive, send)
+            return
+        received = 0
+
+        async def counted() -> Message:
+            nonlocal received
+            message = await receive()
+            if message["type"] == "http.request":
+                received += len(message.get("body", b""))
+                if received > self.limit:
+                    raise self._problem()
+            return message
+
+        await self.app(scope, counted, send)
+
+    def _problem(self) -> ProblemException:
+        # closing spares both sides the rest of the body
+        return ProblemException(
+            "body-too-large", f"The body is over {self.limit} bytes.", headers={"Connection": "close"}
+        )
 
 
 class JsonRequest(Request):

@@ -1,11 +1,16 @@
-"""The ledger of tiles: which are done, which worker holds which, what failed how often.
+"""The ledger of tiles, and the results: what workers claim and commit.
 
-The ledger decides. Entries of RQ's queues are hints that a tile may be worth claiming; a second entry for the same
-tile finds it claimed or done.
+The ledger says which tiles are done, which worker holds which, and what failed how often. It decides: entries of RQ's
+queues are hints that a tile may be worth claiming, and a second entry for the same tile finds it claimed or done.
+
+Results are whole npz files, content-addressed; over a byte budget the least recently used ones are forgotten. A result
+is a function of its request, the core version and the numerics fingerprint, which are all in its key; one that is lost
+is computed again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
@@ -17,27 +22,20 @@ from grazemap_worker.store.keys import (
     ASSEMBLY,
     MOST_EXCEPTIONS,
     MOST_LOST,
+    MOST_RESULT_BYTES,
     TILES_KEPT_AFTER_FAILURE,
+    TILES_KEPT_AFTER_SUCCESS,
     job_key,
 )
 from grazemap_worker.store.problems import failure_problem
-from grazemap_worker.store.records import Claim, FailureKind, Verdict
-from grazemap_worker.store.results import check_size
+from grazemap_worker.store.records import Claim, FailureKind, ResultInfo, ResultTooLarge, Verdict
 
 _TILES_A_STEP = 64
 _LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST, "timeout": 1}
 
 
 class Tiles:
-    """Claims, finished tiles and failures.
-
-    Parameters
-    ----------
-    scripts : Scripts
-        On the Redis that holds them.
-    jobs : Jobs
-        The jobs that the tiles belong to.
-    """
+    """Claims, finished tiles and failures."""
 
     def __init__(self, scripts: Scripts, jobs: Jobs) -> None:
         self._scripts = scripts
@@ -66,16 +64,9 @@ class Tiles:
             return None
         process, text, core_version, plan, estimate = (value.decode() for value in answer)
         canonical = json.loads(text)
+        request = parse_request(process, canonical)
         return Claim(
-            job_id=identity,
-            tile=tile,
-            holder=holder,
-            fingerprint=fingerprint,
-            process=process,
-            canonical=canonical,
-            request=parse_request(process, canonical),
-            core_version=core_version,
-            plan=read_plan(plan, estimate),
+            identity, tile, holder, fingerprint, process, canonical, request, core_version, read_plan(plan, estimate)
         )
 
     def commit(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float) -> int:
@@ -92,13 +83,12 @@ class Tiles:
         ResultTooLarge
             Over `MOST_RESULT_BYTES`.
         """
-        check_size(data)
+        _check_size(data)
         plan = self._jobs.plan_of(identity)
         if plan is None:
             return -1
-        row_start, row_stop, column_start, column_stop = plan.tile(tile)
-        event = {"index": tile, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
-        return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, json.dumps(event), cpu_seconds))
+        event = json.dumps(plan.place(tile))
+        return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, event, cpu_seconds))
 
     def record_failure(self, identity: str, tile: int, kind: FailureKind, holder: str = "") -> Verdict:
         """Count a failed try at a tile and free the tile; the job fails when it was one too many.
@@ -159,3 +149,59 @@ class Tiles:
         numbers = iter(indices)
         while some := [str(index) for index in islice(numbers, _TILES_A_STEP)]:
             yield from self._redis.hmget(job_key(identity, "tiles"), some)
+
+
+class Results:
+    """The results of finished jobs; `budget` is in bytes, of all results together."""
+
+    def __init__(self, scripts: Scripts, budget: int) -> None:
+        self._scripts = scripts
+        self._redis = scripts.redis
+        self._budget = budget
+
+    def commit(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
+        """Store the whole result and end the job; the first commit wins. `cpu_seconds` are added to those of the tiles.
+
+        Results that were used longest ago are dropped until all fit the byte budget, this one excepted.
+
+        Returns
+        -------
+        bool
+            Whether this call ended the job; False when it is finished, gone, or bound to other numerics.
+
+        Raises
+        ------
+        ResultTooLarge
+            Over `MOST_RESULT_BYTES`.
+        """
+        _check_size(data)
+        etag = hashlib.sha256(data).hexdigest()
+        kept = TILES_KEPT_AFTER_SUCCESS
+        return bool(
+            self._scripts.run("commit_result", identity, data, fingerprint, etag, self._budget, kept, cpu_seconds)
+        )
+
+    def data(self, identity: str) -> bytes | None:
+        """Return the npz bytes of a job's result, or None when it has none (any more)."""
+        data: bytes | None = self._scripts.run("result", identity)
+        return data
+
+    def info(self, identity: str) -> ResultInfo | None:
+        """Return size and entity tag of a job's result without loading it, or None.
+
+        The result becomes the most recently used one: a client that has it, or the service with a copy in its memory,
+        does not ask for the bytes.
+        """
+        answer = self._scripts.run("result_info", identity)
+        return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None
+
+    def etag(self, identity: str) -> str | None:
+        """Return the entity tag of a job's result, evicted or not, or None when it has not ended with one."""
+        value = self._redis.hget(job_key(identity), "etag")
+        return value.decode() if value else None
+
+
+def _check_size(data: bytes) -> None:
+    """Raise ResultTooLarge when a result, or a part of one, is over `MOST_RESULT_BYTES`."""
+    if len(data) > MOST_RESULT_BYTES:
+        raise ResultTooLarge(len(data), MOST_RESULT_BYTES)

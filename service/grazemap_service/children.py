@@ -1,0 +1,177 @@
+"""The processes under the stack: started, watched, started again, stopped; they die when the stack dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO
+
+from grazemap_worker.parent_death import tied
+
+# A child that lived this long is not part of a crash loop; others wait 0.2, 0.4, ... s before the next start.
+HEALTHY_SECONDS = 10.0
+LONGEST_WAIT = 5.0
+MOST_LOG_BYTES = 10_000_000
+_TAIL_BYTES = 4000
+
+
+class Child(ABC):
+    """A process that the stack watches.
+
+    Attributes
+    ----------
+    name : str
+    deaths : int
+        How often it died lately.
+    """
+
+    name: str
+    deaths = 0
+    _inherited: tuple[int, ...] = ()
+    _process: subprocess.Popen[bytes] | None = None
+    _started = 0.0
+    _not_before = 0.0
+    _up = False
+
+    @property
+    def running(self) -> bool:
+        """Whether the process lives."""
+        return self._process is not None and self._process.poll() is None
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the last start."""
+        return self._process.pid if self._process else None
+
+    @property
+    def status(self) -> int | None:
+        """Exit status, negative for a signal; None while it lives or was never started."""
+        return self._process.returncode if self._process else None
+
+    def start(self) -> None:
+        """Start it; does not wait."""
+        self._started, self._up = time.monotonic(), True
+        self._process = self._spawned()
+
+    def look(self) -> bool:
+        """Start it again if it ended and its wait is over. Returns True when its end was noticed just now."""
+        self.end_if_hung()
+        if self.running:
+            return False
+        now = time.monotonic()
+        if self._up:
+            self._up = False
+            self.deaths = 1 if now - self._started > HEALTHY_SECONDS else self.deaths + 1
+            self._not_before = now + (min(LONGEST_WAIT, 0.1 * 2**self.deaths) if self.deaths > 1 else 0.0)
+            return True
+        if now >= self._not_before:
+            self.start()
+        return False
+
+    def ask_to_stop(self) -> None:
+        """Send SIGTERM."""
+        if self.running and self._process:
+            self._process.terminate()
+
+    def end(self, deadline: float) -> None:
+        """Wait for its end until `deadline` (monotonic seconds), then kill it."""
+        if self._process is None:
+            return
+        try:
+            self._process.wait(max(0.0, deadline - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    @abstractmethod
+    def end_if_hung(self) -> None:
+        """Kill it if it lives and does nothing any more."""
+
+    @abstractmethod
+    def last_words(self) -> str:
+        """Return the end of its log."""
+
+    @abstractmethod
+    def _spawned(self) -> subprocess.Popen[bytes]:
+        """Return the process, started by `_popen`."""
+
+    def _popen(
+        self,
+        command: Sequence[str],
+        output: int | IO[bytes],
+        at_death: signal.Signals,
+        environment: Mapping[str, str] | None = None,
+    ) -> subprocess.Popen[bytes]:
+        """Return a process that gets the signal `at_death` when the stack dies.
+
+        It has a session of its own, so that an interrupt from the terminal reaches the stack alone.
+        """
+        return subprocess.Popen(
+            command,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=output,
+            pass_fds=self._inherited,
+            start_new_session=True,
+            preexec_fn=tied(at_death),
+        )
+
+
+class PythonChild(Child):
+    """A module of ours, run by this interpreter, its log appended to a file.
+
+    Parameters
+    ----------
+    name : str
+        Of the child and its log file.
+    command : sequence of str
+        The program and its arguments.
+    environment : mapping
+        The whole environment of the child.
+    log : Path
+        The file that takes its stdout and stderr; set aside as .1 when it has grown over `MOST_LOG_BYTES`.
+    inherited : sequence of int
+        Open file descriptors that the child keeps.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        log: Path,
+        inherited: Sequence[int] = (),
+    ) -> None:
+        self.name = name
+        self._command = list(command)
+        self._environment = dict(environment)
+        self._log = log
+        self._inherited = tuple(inherited)
+
+    def end_if_hung(self) -> None:
+        """Do nothing: workers have time limits of their own, and whether the service answers is not watched."""
+
+    def last_words(self) -> str:
+        """Return the end of its log."""
+        return tail(self._log, 15)
+
+    def _spawned(self) -> subprocess.Popen[bytes]:
+        if self._log.exists() and self._log.stat().st_size > MOST_LOG_BYTES:
+            self._log.replace(self._log.with_suffix(".log.1"))
+        with self._log.open("ab") as output:
+            return self._popen(self._command, output, signal.SIGKILL, self._environment)
+
+
+def tail(log: Path, lines: int) -> str:
+    """Return the last lines of a log; empty where there is none."""
+    if not log.is_file():
+        return ""
+    with log.open("rb") as stream:
+        stream.seek(max(0, stream.seek(0, os.SEEK_END) - _TAIL_BYTES))
+        return "\n".join(stream.read().decode("utf-8", "replace").splitlines()[-lines:])

@@ -1,0 +1,132 @@
+"""Jobs as routes have them: the one that a path names, the one that answers a request, and a job as an answer.
+
+The store decides whether a job is new. A job that could not be enqueued is not lost: the workers' reconciler finds it
+in the ledger.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Annotated
+
+import redis.exceptions
+import structlog
+from anyio.to_thread import run_sync
+from fastapi import Depends, Path
+from pydantic import ValidationError
+from starlette.responses import Response
+
+from grazemap.wire import FINISHED, Job, Link, ProcessRequest, parse_request
+from grazemap_service.context import Context, CurrentContext
+from grazemap_service.limits import checked_plan
+from grazemap_service.problems import ProblemException
+from grazemap_service.representations import MEDIA_TYPES
+from grazemap_worker.queue import entries
+
+PREFIX = "/v1"
+# The relation of OGC API - Processes for a job's results.
+RESULTS_RELATION = "http://www.opengis.net/def/rel/ogc/1.0/results"
+_JOB_ID = re.compile(r"[0-9a-f]{64}")
+_log = structlog.get_logger("grazemap_service")
+
+
+async def known_job(
+    job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")], context: CurrentContext
+) -> Job:
+    """Return the job that the path names. Raises ProblemException "unknown-job"."""
+    job = None
+    if _JOB_ID.fullmatch(job_id):
+        job = await run_sync(context.store.jobs.get, job_id, limiter=context.threads)
+    if job is None:
+        raise ProblemException("unknown-job")
+    structlog.contextvars.bind_contextvars(job_id=job.id)
+    return job
+
+
+KnownJob = Annotated[Job, Depends(known_job)]
+
+
+def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job, bool]:
+    """Start the job of a request; return it, and whether this call started it (blocking).
+
+    Raises
+    ------
+    ProblemException
+        The request is over a limit.
+    QueueFull
+        Too many tiles wait.
+    """
+    settings = context.settings
+    planned = checked_plan(process, request, settings)
+    job, created = context.store.jobs.submit(
+        process, request, context.core_version, planned, settings.max_pending_tiles
+    )
+    structlog.contextvars.bind_contextvars(job_id=job.id)
+    if created:
+        _log.info("job accepted", process=process, tiles=planned.count)
+        _enqueue(context, job, planned.count)
+    return job, created
+
+
+def submit_again(context: Context, job: Job) -> Job:
+    """Start the computation of a finished job's result again; return the job that computes it (blocking).
+
+    The result was evicted, or it is of another version of the core: then the job is another one.
+
+    Raises
+    ------
+    ProblemException
+        "outdated-job": this version does not take the request any more.
+    """
+    try:
+        request = parse_request(job.process, job.request or {})
+    except (KeyError, ValidationError):
+        raise ProblemException("outdated-job") from None
+    again, _ = submit(context, job.process, request)
+    if again.id != job.id:
+        _log.info("result of another version computed anew", core_version=job.core_version, outdated_job=job.id)
+    return again
+
+
+def _enqueue(context: Context, job: Job, tiles: int) -> None:
+    try:
+        fingerprint = context.store.jobs.fingerprint_of(job.id)
+        if fingerprint is not None:
+            entries.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
+    except redis.exceptions.RedisError:
+        # the job is recorded and a reconciler will enqueue it: this is no failure to the client
+        _log.warning("job not enqueued, left to the reconciler", exc_info=True)
+
+
+def job_path(job_id: str) -> str:
+    """Return the path of a job."""
+    return f"{PREFIX}/jobs/{job_id}"
+
+
+def with_links(job: Job) -> Job:
+    """Return the job with its links, as far as they lead somewhere in its present state."""
+    path = job_path(job.id)
+    links = [
+        Link(href=path, rel="self"),
+        Link(href=f"{path}/events", rel="monitor", type="text/event-stream"),
+        Link(href=f"{path}/result/tiles", rel="tiles"),
+    ]
+    if job.status == "successful":
+        links += [
+            Link(href=f"{path}/result?f={form}", rel=RESULTS_RELATION, type=media_type)
+            for form, media_type in MEDIA_TYPES.items()
+        ]
+    if job.status not in FINISHED:
+        links.append(Link(href=path, rel="cancel"))
+    return job.model_copy(update={"links": links})
+
+
+def job_response(job: Job, status: int, headers: Mapping[str, str] | None = None) -> Response:
+    """Return a job as an answer; 201, 202 and 200 after a POST say where it is."""
+    return Response(
+        with_links(job).model_dump_json(exclude_none=False).encode(),
+        status_code=status,
+        media_type="application/json",
+        headers={"Location": job_path(job.id), "Cache-Control": "no-store", **(headers or {})},
+    )
