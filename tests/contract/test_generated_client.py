@@ -48,7 +48,7 @@ def test_an_edit_of_either_is_noticed(copy: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_nothing_of_the_blocking_client_is_said_to_be_awaited(name: str) -> None:
+def test_no_documentation_of_the_blocking_client_mentions_await(name: str) -> None:
     header, _, text = (SDK / "grazemap" / "client" / name).read_text().partition("\n")
     assert header == f"# Generated from async_{name} by `make client`: do not edit."
     assert "async" not in text.lower()

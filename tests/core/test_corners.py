@@ -193,7 +193,7 @@ CASES = {
     for restitution in (0.0, 1e-300, 0.5, 1.0)
     if not (case.slides and restitution == 1.0)
 ])  # fmt: skip
-def test_every_corner_has_a_defined_answer(name: str, restitution: float) -> None:
+def test_every_limiting_case_has_a_defined_result(name: str, restitution: float) -> None:
     case = CASES[name]
     end = 6 * 2.0 * math.pi / case.omega
     oscillator = Oscillator.create(*case.chain, restitution)

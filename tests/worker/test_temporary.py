@@ -25,7 +25,7 @@ def age(folder: Path) -> None:
     os.utime(folder, (1, 1))
 
 
-def test_only_what_is_abandoned_is_removed(base: Path) -> None:
+def test_only_abandoned_folders_are_removed(base: Path) -> None:
     used, closed, abandoned, young = (TemporaryFolder(name) for name in ("used", "closed", "abandoned", "young"))
     closed.close()
     assert not closed.path.exists()

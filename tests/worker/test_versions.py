@@ -80,7 +80,7 @@ def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> 
     assert [found.status for found in store.jobs.page()[0]] == ["failed"]
 
 
-def test_a_worker_whose_lease_ran_out_is_seen_again(store: Store) -> None:
+def test_a_worker_whose_lease_expired_is_registered_again(store: Store) -> None:
     store.workers.register("w", "f", LEASE, "1")
     store.redis.delete("grazemap:2:worker:w")
     assert store.workers.live() == []
