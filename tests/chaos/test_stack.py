@@ -1,4 +1,4 @@
-"""The whole stack as a person starts it: what is killed comes back, and a map's bytes do not show it."""
+"""The whole stack as a person starts it: killed processes are restarted, and the bytes of a map do not change."""
 
 from __future__ import annotations
 

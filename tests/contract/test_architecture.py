@@ -1,4 +1,4 @@
-"""docs/architecture.md: its picture is that of today's imports, and it has a paragraph for every room."""
+"""docs/architecture.md: its picture shows the present imports, and it has a paragraph for every folder."""
 
 from __future__ import annotations
 

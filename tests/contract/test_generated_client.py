@@ -1,4 +1,4 @@
-"""The blocking client is what the generator makes of the asynchronous one."""
+"""The blocking client is the one that the generator makes from the asynchronous client."""
 
 from __future__ import annotations
 

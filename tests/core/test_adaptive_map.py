@@ -1,4 +1,4 @@
-"""Adaptive maps beside full ones: what is computed is the same to the byte, what is inferred claims no more."""
+"""Adaptive maps compared with full ones: computed points have the same bytes, inferred points are not verified."""
 
 from __future__ import annotations
 

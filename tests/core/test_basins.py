@@ -1,4 +1,4 @@
-"""Basins: every state leads where its own trajectory leads, and attractors with one name are told apart."""
+"""Basins: every state has the motion of its own trajectory, and attractors with one name are distinguished."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: periodic motions show as many points as periods, and sweeps follow what they began with."""
+"""Bifurcation diagrams: periodic motions show as many points as periods, and sweeps stay on their branch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lies beyond special points, against 50-digit shooting, the tangent flow and the event-exact simulation."""
+"""Orbits beyond special points, against 50-digit shooting, the tangent flow and the event-exact simulation."""
 
 from __future__ import annotations
 

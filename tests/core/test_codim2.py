@@ -1,4 +1,4 @@
-"""Codimension-two points: complete, right to 1e-12 and told apart, against an isolating scan in ball arithmetic."""
+"""Codimension-two points: complete, separated and correct to 1e-12, compared with a scan in ball arithmetic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a record ends, a trajectory can go on: impacts, rests and releases as if it had never been interrupted."""
+"""A trajectory continues from the end of a record: impacts, rests and releases as without interruption."""
 
 import math
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def runs(oscillator: Oscillator, omega: float, clearance: float, phase: float = 
 
 
 def events(found: Trajectory, skip: int, period: float) -> np.ndarray:
-    """Times of the impacts behind `skip` periods, and of the releases there, from then on, without a long time's
+    """Times of the impacts after `skip` periods, and of the releases there, from then on, without a long time's
     rounding in the impacts'."""
     impacts, end = found.impacts, found.record.end
     late = impacts.period >= skip

@@ -1,4 +1,4 @@
-"""Corners of the trajectory: rests that do not end, extreme restitutions and chains, starts on a stop.
+"""Limiting cases of the trajectory: rests that do not end, extreme restitutions and chains, starts on a stop.
 
 Each has a defined answer, in the words of `assert_defined`; those with a closed form have that.
 """

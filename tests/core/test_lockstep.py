@@ -1,4 +1,4 @@
-"""The lockstep kernel against multi-precision arithmetic, and against the scalar one, which is so on its own."""
+"""The lockstep kernel against multi-precision arithmetic, and against the scalar kernel."""
 
 from __future__ import annotations
 

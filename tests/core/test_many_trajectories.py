@@ -1,4 +1,4 @@
-"""Trajectories from many states: each as it would be alone, from what is set up once."""
+"""Trajectories from many states: each as it would be alone, with a common preparation."""
 
 import math
 

@@ -69,7 +69,7 @@ def test_every_border_near_the_codimension_two_point_is_explained():
 
 
 def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
-    """None of them is told to the search, which follows trajectories of the map."""
+    """The search does not use them; it follows trajectories of the map."""
     compared = {"SN": 0, "PD": 0, "GR": 0}
     for curve in near_the_point()[1].curves:
         if curve.name != IMPACT_ON_ONE_STOP or curve.orbits is None:

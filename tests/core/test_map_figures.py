@@ -1,4 +1,4 @@
-"""What a map says of its motions beside their names, and where its trajectories begin."""
+"""The numbers that a map has of its motions, and the starts of its trajectories."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The curves that one motion leads to in a window, against closed forms and the tangent flow."""
+"""The curves that are found from one motion in a window, against closed forms and the tangent flow."""
 
 from __future__ import annotations
 

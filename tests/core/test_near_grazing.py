@@ -1,4 +1,4 @@
-"""First impacts that are nearly none: the steady motion of mass 1 passes a stop by a tiny share of its amplitude."""
+"""Near-grazing first impacts: the steady motion of mass 1 passes a stop by a small fraction of its amplitude."""
 
 import math
 

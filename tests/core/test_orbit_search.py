@@ -1,4 +1,4 @@
-"""Orbits found from their stops alone: closed form, settled trajectories and mirror images; or honestly not."""
+"""Orbits found from their stops alone: closed forms, settled trajectories, mirror images, and what is not found."""
 
 from __future__ import annotations
 

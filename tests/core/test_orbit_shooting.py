@@ -1,4 +1,4 @@
-"""Orbits walked from impact to impact: the same equations as the sums over all impacts, solved at another cost."""
+"""Shooting from impact to impact solves the same equations as the sums over all impacts."""
 
 from __future__ import annotations
 

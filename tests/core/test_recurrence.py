@@ -1,4 +1,4 @@
-"""What a graze leads to: xi_m by three ways, and the next contact predicted beside the next contact simulated."""
+"""Recurrence after a graze: xi_m by three methods, and the predicted next contact compared with the simulated one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Refining a grid of labels, on pictures whose truth is known: no kernel runs."""
+"""Refining a grid of labels, on planted maps; no kernel runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What leaves the resonant points, against polynomials through 50-digit orbits that use none of the closed forms."""
+"""Curves that leave the resonant points, against polynomials through 50-digit orbits without the closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trajectories against an independent 40-digit simulation, and the corners that must have a defined answer."""
+"""Trajectories against an independent 40-digit simulation, and limiting cases that must have a defined result."""
 
 import math
 

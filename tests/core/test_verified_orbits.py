@@ -1,4 +1,4 @@
-"""What is said of an orbit: isolated, admissible, stable, and verified, which is all three and the least period."""
+"""Properties of an orbit: isolated, admissible, stable, and verified, which is all three and the minimum period."""
 
 import numpy as np
 import pytest

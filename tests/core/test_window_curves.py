@@ -1,4 +1,4 @@
-"""Curves inside a window: pieces of the closed forms, and what they end at."""
+"""Curves inside a window: pieces of the closed forms, and their ends."""
 
 from __future__ import annotations
 

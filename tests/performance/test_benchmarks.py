@@ -1,4 +1,4 @@
-"""The document of a benchmark run, the page made of it, and the parts of the benchmarks that can be wrong unnoticed."""
+"""The document of a benchmark run, its page, and the parts of the benchmarks whose errors would not be obvious."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def test_operations_of_a_period_add_up() -> None:
 
 
 class _Knowing:
-    """A tool that knows the exact first contacts, blind below an overshoot, and with a false one where told."""
+    """A tool with the exact first contacts, blind below an overshoot, and with a false contact where requested."""
 
     name = "knowing"
 

@@ -1,4 +1,4 @@
-"""The command line: files that come out, exit codes, plain words on stderr."""
+"""The command line: output files, exit codes, and messages on stderr."""
 
 import io
 import json

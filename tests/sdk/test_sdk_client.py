@@ -1,4 +1,4 @@
-"""What a client does with a service, the blocking and the asynchronous one alike."""
+"""The blocking and the asynchronous client with a service."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""One request: what is tried again, for how long, and which exception comes out."""
+"""One request: which failures are retried, for how long, and which exception is raised."""
 
 import json
 from datetime import UTC, datetime, timedelta

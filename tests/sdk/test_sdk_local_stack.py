@@ -1,4 +1,4 @@
-"""`local()` as a parent: what it says when the stack starts, does not, or is not installed. The stack is a stand-in."""
+"""`local()` when the stack starts, does not start, or is not installed. The stack is a stand-in."""
 
 import importlib.util
 import json

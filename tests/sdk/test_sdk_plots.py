@@ -1,4 +1,4 @@
-"""Pictures: the right things on them, colours that mean the same everywhere, no state behind the caller's back."""
+"""Pictures: the right things on them, colours with the same meaning everywhere, and no global state."""
 
 import itertools
 import subprocess

@@ -1,4 +1,4 @@
-"""Whatever JSON is posted: an answer below 500 that repeats nothing, and a job only when the models take it."""
+"""For any JSON the answer is below 500 and repeats nothing, and there is a job only if the models accept it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Large questions, large results, slow clients: the service goes on answering, and its memory is bounded."""
+"""Large requests, large results, slow clients: the service continues to answer, and its memory is bounded."""
 
 from __future__ import annotations
 

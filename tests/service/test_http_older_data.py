@@ -1,4 +1,4 @@
-"""A data folder of version 0.1.0: its jobs are listed, and computed anew when they are asked for."""
+"""A data folder of version 0.1.0: its jobs are listed, and computed again when they are fetched."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The OpenAPI document says what the service does, and its examples work."""
+"""The OpenAPI document describes the service, and its examples work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results: forms by Accept, caching, conditions, tiles, and what there is instead of a result."""
+"""Results: formats by Accept, caching, conditions, tiles, and the answers without a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results and jobs in the API's document: valid OpenAPI 3.1, typed throughout, and true of what is answered."""
+"""Results and jobs in the API's document: valid OpenAPI 3.1, typed throughout, and in agreement with the answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same question is one job, however it is written and however often it is asked."""
+"""The same request is one job, in any form and at any number of repetitions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A long backlog: what one request or one tile costs does not grow with the jobs that wait."""
+"""A long backlog: the cost of one request or one tile does not grow with the number of waiting jobs."""
 
 from __future__ import annotations
 

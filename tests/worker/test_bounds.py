@@ -1,4 +1,4 @@
-"""Bounds of what the store takes and of what one try may cost: refused by name, never tried for ever."""
+"""Bounds of the store and of one attempt: refused by name, and not retried without end."""
 
 from __future__ import annotations
 

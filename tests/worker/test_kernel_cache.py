@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: private, and mended when it is broken."""
+"""The cache of compiled kernels: private, and rebuilt when it is broken."""
 
 from __future__ import annotations
 

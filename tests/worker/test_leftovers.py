@@ -1,4 +1,4 @@
-"""What is left in Redis when jobs and workers are gone, and what a large result needs while it is stored."""
+"""Leftovers in Redis of jobs and workers that are gone, and the memory for storing a large result."""
 
 from __future__ import annotations
 

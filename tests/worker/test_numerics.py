@@ -1,4 +1,4 @@
-"""What a result says of the machine that computed it, and that machines with other instructions are told apart."""
+"""The description of the machine in a result distinguishes machines with different instructions."""
 
 from __future__ import annotations
 

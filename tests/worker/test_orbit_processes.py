@@ -1,4 +1,4 @@
-"""Branches, what lies beyond their special points, curves of motions, and motions with rests, as documents."""
+"""Branches, orbits beyond their special points, curves of motions, and motions with rests, as documents."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Entries in RQ's queues: what is queued, found again, taken out, swept."""
+"""Entries in RQ's queues: queueing, finding, removing and cleaning up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an entry may hold: each field that RQ acts on is refused by name."""
+"""The allowed fields of an entry: each field that RQ acts on is refused by name."""
 
 from __future__ import annotations
 

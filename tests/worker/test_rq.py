@@ -1,4 +1,4 @@
-"""RQ as it is installed: the methods that the worker overrides, the keys that RQ uses, what it leaves in Redis."""
+"""RQ as it is installed: the methods that the worker overrides, the keys that RQ uses, and what remains in Redis."""
 
 from __future__ import annotations
 

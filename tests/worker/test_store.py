@@ -1,4 +1,4 @@
-"""The store on a real Redis: who may submit, claim, commit, fail, dismiss, and what is seen from outside.
+"""The store on a real Redis: submitting, claiming, committing, failing and dismissing, and what clients see.
 
 All of it on the server that the stack starts, and on the oldest that is supported: some commands, INCRBYFLOAT among
 them, corrupt the memory of a Redis 6.2 when a script calls them.

@@ -1,4 +1,4 @@
-"""Real workers under a real supervisor on a real Redis: what is killed is made good, what is told to stop stops.
+"""Real workers, supervisor and Redis: the work of killed processes is done again, and stopped processes end.
 
 The tiles are planted (`planted.py`), so that nothing is compiled here.
 """

@@ -1,4 +1,4 @@
-"""`run_tile` with planted processes: who computes what, what is said when it cannot be done."""
+"""`run_tile` with planted processes: which worker computes what, and the problem when that fails."""
 
 from __future__ import annotations
 

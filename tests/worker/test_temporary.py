@@ -1,4 +1,4 @@
-"""Temporary folders and locks: what a killed stack leaves is tidied by the next one, and by nobody too early."""
+"""Temporary folders and locks: the next stack removes what a killed one left, and no stack removes what is in use."""
 
 from __future__ import annotations
 
