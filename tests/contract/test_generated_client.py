@@ -41,7 +41,7 @@ def test_the_blocking_client_is_up_to_date(copy: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["async_watch.py", "watch.py"])
-def test_an_edit_of_either_is_noticed(copy: Path, name: str) -> None:
+def test_an_edit_of_one_client_is_detected(copy: Path, name: str) -> None:
     target = copy / "grazemap" / "client" / name
     target.write_text(target.read_text() + "\n\ndef planted() -> None:\n    pass\n")
     assert stale(copy) == ["watch.py"]

@@ -265,7 +265,7 @@ def test_a_start_on_a_stop_is_an_impact_a_rest_or_a_flight(
 
 @pytest.mark.parametrize("stiffness", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
-def test_flights_between_the_stops_of_soft_and_stiff_springs_last_as_their_closed_form_says(
+def test_flights_between_the_stops_of_soft_and_stiff_springs_have_the_duration_of_the_closed_form(
     stiffness: float, restitution: float
 ) -> None:
     # between impacts x = +-(b cos(w t) - (v/w) sin(w t)), v the speed behind the impact: pi - 2 atan(...) in w t where

@@ -113,7 +113,7 @@ def test_free_motion_is_certified_above_the_grazing_curve() -> None:
     assert np.isnan(result["least_impact_velocity"][0, 0])
 
 
-def test_one_sided_motion_exists_where_its_closed_form_says() -> None:
+def test_one_sided_motion_exists_in_the_range_of_its_closed_form() -> None:
     # theory: at omega = 0.27 the motion 1-1r-(-1)l lives from b = 1.844237331 to 1.868341055
     result = unfolding_map_tile(DEFAULT, np.array([0.27]), np.array([1.85]))
     assert result["period"][0, 0] == 1

@@ -128,7 +128,7 @@ def test_shape_must_agree_with_explicit_values():
     assert list(refused(umap, (0.26, 0.30), [1.3, 1.5], (3, 128))) == ["/clearance"]
 
 
-def test_a_pair_without_points_says_what_is_missing():
+def test_the_error_of_a_pair_without_points_names_what_is_missing():
     detail, allowed = refused(arguments.grazing_curve, None, (0.1, 0.2), None, 8)["/omega"]
     assert "points is missing" in detail
     assert "(start, stop)" in allowed

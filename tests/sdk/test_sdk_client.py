@@ -119,7 +119,7 @@ def test_events_come_as_they_are_and_end_with_done(client):
     assert list(client.job(handle.id).events()) == events
 
 
-def test_a_cancelled_job_is_dismissed_and_waiting_for_it_says_so(client):
+def test_a_cancelled_job_is_dismissed_and_waiting_for_it_raises_job_dismissed(client):
     handle = client.submit("grazing-curves", CURVE).cancel()
     assert handle.status == "dismissed"
     for call in (handle.wait, handle.result):

@@ -98,7 +98,7 @@ def test_units_are_in_the_labels():
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$ (rad/s)", "clearance $b$ (m)")
 
 
-def test_a_picture_goes_onto_the_axes_it_is_given():
+def test_a_picture_is_drawn_on_the_given_axes():
     figure = new_figure(4, 3)
     ax = figure.add_subplot()
     assert decode_result(npz("grazing-curves")).plot(ax) is ax

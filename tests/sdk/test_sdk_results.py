@@ -108,7 +108,7 @@ def test_an_orbit_that_was_not_found_has_a_reason(tmp_path):
         assert "no motion with these stops" in repr(result)
 
 
-def test_a_motion_with_rests_has_the_way_in_which_it_was_found(tmp_path):
+def test_a_motion_with_rests_is_marked_as_found_by_simulation(tmp_path):
     path = decode_result(npz("periodic-orbits by simulation")).save(tmp_path / "orbit.json")
     for result in (decode_result(npz("periodic-orbits by simulation")), load(path)):
         assert (result.found_by, result.verified, result.reason) == ("simulation", False, "found by simulation")

@@ -43,7 +43,7 @@ def test_a_worker_claims_only_jobs_of_its_own_version(store: Store) -> None:
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE, "1")
 
 
-def test_a_job_of_a_version_that_nobody_runs_fails_after_a_minute(store: Store) -> None:
+def test_a_job_of_a_version_without_workers_fails_after_a_minute(store: Store) -> None:
     store.workers.register("new", "y", LEASE, "2")
     job = submit(store, "1")
     assert store.jobs.bind("y", "2") == []
