@@ -25,17 +25,17 @@ def page(bench: Bench, picture: str) -> str:
     head = [
         "`make performance` writes this page from [the document](performance.json) of one run of `make bench`; do not"
         " edit it." + (" The run was a quick one: its figures are less precise." if bench.quick else ""),
-        f"Made {bench.made[:10]} in {bench.seconds:.0f} s on {machine.cores} cores of: {machine.processor}, code for"
-        f" {machine.target} ({_vectors(machine.features)}), {machine.system}, load {machine.load:.1f} before the run."
-        f" Versions: {versions}. Kernel of this core: {bench.kernel}.",
+        f"Made {bench.made[:10]} in {bench.seconds:.0f} s on {machine.cores} cores of: {machine.processor}, compiled"
+        f" for {machine.target} ({_vectors(machine.features)}), {machine.system}, load {machine.load:.1f} before the"
+        f" run. Versions: {versions}. Kernel of this core: {bench.kernel}.",
         f"Only ratios from one run are valid on another machine. The tools take turns for {len(ours.cpu_seconds)}"
         " rounds. Figures are medians over the rounds with their quartiles in brackets, and a ratio is taken within"
-        " each round. Seconds are CPU seconds of one core, which other programs on the machine affect least; wall"
-        " seconds are in the document too.",
+        " each round. Seconds are CPU seconds of one core, as other programs on the machine affect these"
+        " least. Wall seconds are in the document too.",
         f"The reference work is the default oscillator at omega = {bench.omega:g} and clearance {bench.clearance:g},"
-        f" from rest, for {ours.periods} forcing periods. Where a tool runs many lanes at once, their clearances differ"
-        ' slightly, so that lanes do not hit together. In rows marked "alike" every lane is the reference trajectory.'
-        " A tool that runs one lane runs the reference trajectory.",
+        f" from rest, for {ours.periods} forcing periods. Where a tool runs many lanes at once, their clearances"
+        ' differ slightly, so that their impacts are not simultaneous. In rows marked "alike" every lane is the'
+        " reference trajectory. A tool that runs one lane runs the reference trajectory.",
     ]
     body = tables(bench).replace("## Cost against size\n", f"## Cost against size\n\n![Cost against size]({picture})\n")
     return "\n\n".join(["# Performance", *map(wrapped, head), body])

@@ -91,8 +91,8 @@ def _stages(bench: Bench) -> str:
     ]
     return (
         wrapped(
-            "The time of one forcing period of one lane of the reference work. The two vector parts are timed in loops"
-            " of their own; the last row is the remainder."
+            "The table divides the time of one forcing period of one lane of the reference work. The cells and the"
+            " impacts are timed in loops of their own; the last row is the remainder."
         )
         + "\n\n"
         + _table(("part", "ns", "share"), rows)
@@ -113,9 +113,9 @@ def _grazing(bench: Bench) -> str:
     head = ("tool", "frequencies", *(f"{overshoot:g}" for overshoot in overshoots), "false contacts")
     return (
         wrapped(
-            "The number of first impacts found when the free motion would overshoot the stop by the given fraction of"
-            " its amplitude, at random frequencies. The last column counts contacts reported where the motion stays"
-            " inside by the same fraction."
+            "The table has the number of first impacts found when the free motion would overshoot the stop by the given"
+            " fraction of its amplitude, at random frequencies. The last column has the number of contacts that are"
+            " reported although the motion stays inside the stops by the same fraction."
         )
         + "\n\n"
         + _table(head, rows)
@@ -132,14 +132,15 @@ def _maps(bench: Bench) -> str:
         _table(head, rows)
         + "\n\n"
         + wrapped(
-            f"{bench.maps[0].processes} processes. Core seconds are CPU seconds, of all processes and of the busiest"
-            ' one. "Named" is the share of points with a named motion. "Otherwise" counts the points that a map names'
-            ' differently, among those that the verified map names too. "Periods run" are means per point. "Share" is'
-            " the throughput of the map over that of the reference work, both in operations of the count above per CPU"
-            f" second, for the periods that were run. Of {cost.sampled} single points timed alone at fixed length, the"
-            f" cost per operation relative to the median is {spread}; the maximum is {cost.largest:.2f}, at omega ="
-            f" {cost.largest_at[0]:.4f}, clearance {cost.largest_at[1]:.4f}. With cells + impacts as the measure the"
-            f" maximum is {cost.largest_per_cell_and_impact:.2f}."
+            f"The maps are computed by {bench.maps[0].processes} processes. Core seconds are CPU seconds, of all"
+            ' processes and of the busiest one. "Named" is the share of points with a named motion. "Otherwise" counts'
+            ' the points that a map names differently, among those that the verified map names too. "Periods run" are'
+            ' means per point. "Share" is the throughput of the map divided by that of the reference work, both in'
+            f" operations of the count above per CPU second, for the periods that were run. Of {cost.sampled} single"
+            f" points timed alone at fixed length, the cost per operation relative to the median is {spread}; the"
+            f" maximum is {cost.largest:.2f}, at omega = {cost.largest_at[0]:.4f}, clearance {cost.largest_at[1]:.4f}."
+            " If the cost is taken per cell and impact instead, the maximum is"
+            f" {cost.largest_per_cell_and_impact:.2f}."
         )
     )
 
@@ -166,7 +167,7 @@ def _served(bench: Bench) -> str:
         _table(head, [_served_row(asked) for asked in bench.served])
         + "\n\n"
         + wrapped(
-            f"Computed through HTTP by a stack with {bench.served[0].workers} workers, in turn, for"
+            f"The maps are computed over HTTP by a stack with {bench.served[0].workers} workers, in turn, for"
             f" {len(bench.served[0].wall_seconds)} rounds. Core seconds are the `cpu_seconds` of the job. A preview is"
             f' the map "{bench.maps[1].mode}" of the table above.'
         )
@@ -223,9 +224,9 @@ def _sizes(bench: Bench) -> str:
         + _table(("side", "periods", "wall s", "core s, all processes", "core ns per point and period"), sides)
         + "\n\n"
         + wrapped(
-            f"A map costs {law.constant:.2g} + {1e6 * law.slope:.3g} CPU seconds per million points, with a maximum"
-            f" deviation of {law.largest_deviation:.0%} from this line. As a power law: points to the"
-            f" {law.exponent:.3f}."
+            f"A map costs {law.constant:.2g} CPU seconds, and {1e6 * law.slope:.3g} more for every million points,"
+            f" with a maximum deviation of {law.largest_deviation:.0%} from this line. A power law in the number of"
+            f" points has the fitted exponent {law.exponent:.3f}."
         )
     )
 
@@ -234,7 +235,7 @@ def _law(law: Law) -> str:
     """Write a law in N."""
     return (
         f"{1e9 * law.constant:.3g} + {1e9 * law.slope:.3g} N nanoseconds, with a maximum deviation of"
-        f" {law.largest_deviation:.0%} from this line. As a power law: N to the {law.exponent:.2f}"
+        f" {law.largest_deviation:.0%} from this line. A power law in N has the fitted exponent {law.exponent:.2f}"
     )
 
 

@@ -87,7 +87,7 @@ def changed_inputs(oscillator: Oscillator, omega: float, clearance: float) -> It
 
 
 def exact_amplification(oscillator: Oscillator, omega: float, clearance: float, exact: SwiftOracle) -> np.ndarray:
-    """The yardstick of every impact of a simulation that has been run, in 48 digits."""
+    """The expected rounding error of every impact of a simulation, in 48 digits."""
     amplification = np.zeros(len(exact.times))
     for run in changed_inputs(oscillator, omega, clearance):
         run.run(len(exact.times))
@@ -169,7 +169,7 @@ def compare_lockstep(
 
 
 def lockstep_amplification(oscillator: Oscillator, omega: float, clearances: np.ndarray) -> np.ndarray:
-    """The yardstick by differences of the lockstep kernel's own times, good to some 1e-4; shape (n, IMPACTS).
+    """The same by differences of the lockstep kernel's own times, accurate to about 1e-4; shape (n, IMPACTS).
 
     NaN behind an impact that a changed input makes one of another kind or half period.
     """

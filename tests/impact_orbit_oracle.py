@@ -118,7 +118,7 @@ class ImpactOrbit:
         raise ArithmeticError("Newton's method does not converge")
 
     def monodromy(self) -> arb_mat:
-        """Flows times saltation matrices, from just before the first impact to just before it is repeated."""
+        """Flows times saltation matrices, from just before the first impact to just before its repetition."""
         oscillator, count = self.oscillator, self.oscillator.size
         generator = first_order_matrix(chain_of(oscillator))
         bounce = identity(2 * count)

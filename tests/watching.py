@@ -18,7 +18,7 @@ def until(condition: Callable[[], object], seconds: float) -> float:
 
 
 def living(processes: list[psutil.Process]) -> list[psutil.Process]:
-    """Those that run; one that ended and that nobody has waited for yet is dead all the same."""
+    """Return the processes that run; one that has ended counts as dead even if its parent has not waited for it."""
     found = []
     for process in processes:
         try:

@@ -43,14 +43,14 @@ def head(rows: list[Row], cpu: str) -> str:
         "# The paper, reproduced",
         wrapped(
             f"`make reproduce` writes this page and its pictures (grazemap {version}, kernels compiled for {cpu}); do"
-            " not edit it. Every number is computed through the service, except those that the paper prints, which"
-            " are marked so. On another processor the last digits may differ."
+            " not edit it. Every number is computed by the service, except those that the paper prints, which are"
+            " marked as printed. On another processor the last digits may differ."
         ),
         wrapped(
             f"The paper is *{TITLE}*; numbers in brackets are its equations. Its system: k_2 = k_3 = 5, m_2 = m_3 = 10,"
             " zeta_i = 0.05, R = 0.8, f = (1, 0, 0). Figures 1 and 4 are sketches without numbers."
         ),
-        "Every number that the paper prints as a result, and the computed one:",
+        "The first table has every number that the paper prints as a result, and the computed one:",
         table(
             ["where", "what", "printed", "computed", "agreement"],
             [[row.where, row.what, row.printed, row.computed, row.verdict] for row in rows],

@@ -44,11 +44,11 @@ def figure_5(client: Client) -> Section:
     section = Section("Figure 5: points with xi_1 = 0")
     section.say(
         "After a graze of stop A the overshoot m half periods later is proportional to xi_m = -(1 + R) a_1* g(m T/2),"
-        " g the displacement of mass 1 after a unit velocity of mass 1, Phi_12 of the paper. The paper takes xi_n ="
-        " -(R + 1) a_1* Phi_12^n, from A back onto A after n periods: m = 2n, and m = 2 for n = 1. So the points of"
-        " Figure 5 are at omega = 2 pi/s_k with the zeros s_k of g, all of which are found, as intervals are bisected"
-        " until a bound decides on each. They accumulate as omega decreases, which may be what the paper calls an"
-        " increased tangency with the curve."
+        " where g is the displacement of mass 1 after a unit velocity of mass 1, Phi_12 of the paper. The paper takes"
+        " xi_n = -(R + 1) a_1* Phi_12^n, from A back to A after n periods. So m = 2n, and for n = 1 the points of"
+        " Figure 5 are at omega = 2 pi/s_k, where s_k are the zeros of g. The list is complete, because intervals are"
+        " bisected until a bound decides on each of them. The points accumulate as omega decreases, which may be what"
+        " the paper calls an increased tangency with the curve."
     )
     points = {name: points_of(client, name) for name in READINGS}
     curves = {name: client.grazing_curve(chain, omega=CURVE, points=4000) for name, chain in READINGS.items()}
@@ -56,9 +56,9 @@ def figure_5(client: Client) -> Section:
     _list(section, points, 1)
     section.draw("figure_5_detail.png", "The printed point and the computed ones", lambda: _detail(client, points))
     section.say(
-        f"The paper names one of the points: omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text}. Computed, with the"
-        " clearance that its own formula (19) has at the printed omega, the omega at which the curve has the printed"
-        " clearance, and xi_2 at the printed omega:"
+        f"The paper names one of the points: omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text}. The table has the"
+        " computed point, the clearance that the paper's formula (19) gives at the printed omega, the omega at which"
+        " the curve has the printed clearance, and xi_2 at the printed omega:"
     )
     _printed_point(client, section, points)
     return section
@@ -68,8 +68,8 @@ def figure_7(client: Client) -> Section:
     """Return the points with xi_2 = 0."""
     section = Section("Figure 7: points with xi_2 = 0")
     section.say(
-        "As Figure 5, for n = 2, m = 4, two periods after the graze: omega = 4 pi/s_k. The text names none of the"
-        " points."
+        "These are the points of Figure 5 for n = 2 and m = 4, two periods after the graze, at omega = 4 pi/s_k. The"
+        " text names none of them."
     )
     points = {name: points_of(client, name) for name in READINGS}
     curve = client.grazing_curve(READINGS[GAMMA], omega=CURVE, points=4000)
@@ -85,8 +85,9 @@ def _list(section: Section, points: dict[str, CodimensionTwoPoints], n: int) -> 
         shown = [point for point in chosen if point.omega >= LISTED]
         active = sum(bool(point.active) for point in chosen)
         section.say(
-            f"**{name}.** {len(chosen)} points between omega = {ALL[0]:g} and {ALL[1]:g}, {active} of them active: at"
-            f" the others a smaller order recurs already. Those above {LISTED:g}, active ones in bold:"
+            f"**{name}.** There are {len(chosen)} points between omega = {ALL[0]:g} and {ALL[1]:g}. {active} of them"
+            f" are active; at the others a smaller order recurs already. The table has those above {LISTED:g}, active"
+            " ones in bold:"
         )
         texts = [f"{point.omega:.9f}, {point.clearance:.9f}" for point in shown]
         texts = [f"**{text}**" if point.active else text for text, point in zip(texts, shown, strict=True)]
@@ -132,11 +133,11 @@ def _printed_point(client: Client, section: Section, points: dict[str, Codimensi
     for name in agreeing:
         other = [reading for reading in READINGS if reading != name]
         section.say(
-            f"With {name} the clearance of the point is the printed one, and the printed omega is off by"
-            f" {POINT_OMEGA.value - ours[name].omega:.2e}. With {other[0]} neither is: omega is off by"
-            f" {POINT_OMEGA.value - ours[other[0]].omega:.2e}, b by"
-            f" {POINT_CLEARANCE.value - ours[other[0]].clearance:.2e}, though the pair is close to the curve. No"
-            " reading gives both numbers, and on neither curve is the printed pair a point with xi_1 = 0."
+            f"With {name} the clearance of the point agrees with the printed one, and the printed omega is off by"
+            f" {POINT_OMEGA.value - ours[name].omega:.2e}. With {other[0]} neither agrees: omega is off by"
+            f" {POINT_OMEGA.value - ours[other[0]].omega:.2e} and b by"
+            f" {POINT_CLEARANCE.value - ours[other[0]].clearance:.2e}, although the printed pair is close to the curve."
+            " No reading gives both numbers, and on neither curve is the printed pair a point with xi_1 = 0."
         )
     families = ", ".join(f"case {family.case} with n = {family.n}" for family in ours[GAMMA].families)
     others = []
@@ -145,9 +146,9 @@ def _printed_point(client: Client, section: Section, points: dict[str, Codimensi
         cases = " and ".join(f"case {family.case} with n = {family.n}" for family in point.families)
         others.append(f"m = {order} ({cases}) at omega = {point.omega:.9f}, b = {point.clearance:.9f}")
     section.say(
-        '**Which case.** Section 5 says that it takes "the second case". The computed point is, in the order of (42),'
-        f" {families}: what Section 5 writes is the first case. Cases 2 and 3 have odd m, and their points nearest to"
-        f" the printed omega are far from it: {'; '.join(others)}."
+        '**Which case.** Section 5 says that it takes "the second case". In the order of (42) the computed point is'
+        f" {families}, so the formula of Section 5 is the first case. Cases 2 and 3 have odd m, and their points"
+        f" nearest to the printed omega are far from it: {'; '.join(others)}."
     )
 
 

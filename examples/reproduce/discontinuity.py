@@ -37,12 +37,11 @@ def mapping(client: Client) -> Section:
         f" roots of known functions. Here it is computed at omega = {OMEGA:g} on the grazing curve, b ="
         f" {clearance:.12f}, with {GAMMA}. Mass 1 is displaced beyond stop A by an overshoot delta; u = sqrt(2"
         " delta/|a_1*|), and (27) is read as x + beta u, not x* + beta u (see below). Errors are maximum entries in"
-        " units of b, omega b and radians. The last column is the error of the Poincare map (26), made of the"
-        " leading-order mapping, half a period after the steady motion has met stops at a distance delta inside its"
-        " amplitude."
+        " units of b, omega b and radians. The last column is the error of the Poincare map (26) with the leading-order"
+        " mapping, half a period after the steady motion has met a stop that is closer than its amplitude by delta."
     )
     section.show(
-        ["delta/b", "what the impact does", "error of x + beta u", "with gamma u^2 too", "error at the first return"],
+        ["delta/b", "size of DM(x) - x", "error of x + beta u", "error with gamma u^2", "error at the first return"],
         [
             [f"{OVERSHOOTS[k]:.1e}"]
             + [f"{values[k]:.4e}" for values in (result.size, result.error, result.error_of_second_order)]
@@ -53,8 +52,8 @@ def mapping(client: Client) -> Section:
     section.draw("discontinuity_mapping.png", "Errors of the mapping over the overshoot", lambda: _errors(result))
     section.say(
         f"The exponents fitted to the errors are {result.fitted_order:.3f} and {result.fitted_order_of_second:.3f}:"
-        " the leading-order mapping has an error of O(delta), the next one of O(delta^(3/2)), in agreement with their"
-        f" expansions. The mapping exists up to delta = {result.largest_overshoot / clearance:.4f} b."
+        " the error of the leading-order mapping is O(delta), that of the next order is O(delta^(3/2)), as their"
+        f" expansions predict. The mapping exists up to delta = {result.largest_overshoot / clearance:.4f} b."
     )
     return section
 
@@ -72,10 +71,10 @@ def unfolding(client: Client) -> Section:
         for name in ("SN", "PD")
     ]
     section.say(
-        "The paper takes the point with xi_1 = 0 for the centre of its unfolding diagram, Figure 8. For one mass that"
-        " is also where saddle-node and period-doubling curves of motions with one impact in a period leave the"
-        " grazing curve. For a chain the point splits into three, as the responses to all earlier impacts add up. The"
-        f" distance x is measured from each point, and {GAMMA}:"
+        "The point with xi_1 = 0 is the centre of the paper's unfolding diagram, Figure 8. For one mass, saddle-node"
+        " and period-doubling curves of motions with one impact in a period leave the grazing curve at this point too."
+        " For a chain there are three different points, because the responses to all earlier impacts add up. In the"
+        f" table x is the distance in omega from the point of the row, and {GAMMA}:"
     )
     section.show(["point", "omega", "b", "leaves the grazing curve", "impact speed"], _leaving(recurrence, resonant))
     section.draw(
@@ -85,13 +84,14 @@ def unfolding(client: Client) -> Section:
     )
     swept = _swept(client, resonant[0])
     section.say(
-        "The picture shows leading orders. The period doublings end at the saddle-nodes at the latest, as there are"
-        " no such motions beyond. The line is drawn up to them."
+        "The picture shows the curves to leading order. There are no such motions beyond the saddle-nodes, so the line"
+        " of period doublings is drawn only up to them."
     )
     section.say(
-        f"Comparison with simulation: trajectories with the clearance raised in steps of {STEP:.0e}, each from the"
-        " final state of the one before, keep their impacts up to the saddle-node and no further. The leading order"
-        " is a limit for small x, and the last simulated clearance is accurate to one step:"
+        f"The next table compares the saddle-nodes with simulations. The clearance is raised in steps of {STEP:.0e},"
+        " and each trajectory starts at the final state of the one before. The trajectories have impacts up to the"
+        " saddle-node and none beyond it. The leading order is a limit for small x, and the last simulated clearance"
+        " is accurate to one step:"
     )
     section.show(
         ["omega", "x", "b - A, simulated", "b - A, leading order", "ratio"],
@@ -109,7 +109,7 @@ def _leaving(recurrence: CodimensionTwoPoint, resonant: list[CodimensionTwoPoint
             "recurrence, xi_1 = 0",
             f"{recurrence.omega:.12f}",
             f"{recurrence.clearance:.12f}",
-            "nothing of period 1",
+            "no curve of period 1",
             "-",
         ]
     ]

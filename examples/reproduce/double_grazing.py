@@ -31,10 +31,10 @@ def figure_2(client: Client) -> Section:
     section = Section("Figure 2: the grazing curve")
     curves = {name: client.grazing_curve(chain, omega=CURVE, points=2000) for name, chain in READINGS.items()}
     section.say(
-        "The clearance at which the steady motion touches both stops, b = A(omega), equations (16)-(19). The text"
-        " gives neither numbers of this figure nor the range of its axes. The paper's zeta_i = 0.05 can be read in"
-        " two ways: as gamma = 0.05 of proportional damping, which fits its equations (5)-(7) and is the default of"
-        " grazemap, or as one damping per link, as the matrix of (3) is printed."
+        "The figure shows the clearance at which the steady motion touches both stops, b = A(omega), equations"
+        " (16)-(19). The text gives neither numbers of this figure nor the range of its axes. The paper's zeta_i ="
+        " 0.05 can be read in two ways: as gamma = 0.05 of proportional damping, which fits its equations (5)-(7) and"
+        " is the default of grazemap, or as one damping per link, as the matrix of (3) is printed."
     )
     section.draw("figure_2.png", "The grazing curve in both readings of zeta", lambda: _both(curves))
     values = {
@@ -49,7 +49,7 @@ def figure_2(client: Client) -> Section:
         k = int(np.argmax(curve.clearance))
         peaks.append(f"{curve.clearance[k]:.1f} at omega = {curve.omega[k]:.3f} with {name}")
     section.say(
-        f"The highest peak is {' and '.join(peaks)}: the printed picture shows by its peak which reading was drawn."
+        f"The highest peak is {' and '.join(peaks)}. So the peak of the printed picture shows which reading was drawn."
     )
     return section
 
@@ -86,10 +86,10 @@ def figure_3(client: Client) -> Section:
         )
     section.say(
         f"The paper simulates (3), (4) with b = {printed.text} and shows a motion that touches both stops with zero"
-        f" velocity. Below: A({GRAZING_OMEGA:g}) in closed form; the difference from it of the largest displacement of"
-        f" a simulation without stops, from rest and {TRANSIENT} periods later; and the simulation at the printed"
-        " clearance: the distance of the steady motion from the stops, the motion to which a trajectory from rest"
-        f" settles within {TRANSIENT} periods, and the speed of its impacts."
+        f" velocity. The table has A({GRAZING_OMEGA:g}) in closed form, and the difference between it and the largest"
+        f" displacement in a simulation without stops, which starts at rest {TRANSIENT} periods before. The other"
+        " columns are for simulations at the printed clearance: the distance of the steady motion from the stops, the"
+        f" motion to which a trajectory from rest settles within {TRANSIENT} periods, and the speed of its impacts."
     )
     section.show(
         ["damping", "closed form", "simulated, within", "steady motion stays inside by", "from rest", "impact speed"],
@@ -99,8 +99,8 @@ def figure_3(client: Client) -> Section:
     for row in hitting:
         section.say(
             f"With {row[0]} and b = {printed.text} the trajectory from rest settles to a motion {row[4]} that exists"
-            f" beside the steady one. It hits both stops in every period, at a speed of {row[5]} where the largest"
-            " velocity is of the order of omega b: in a phase portrait it, too, looks like a graze."
+            f" beside the steady one. It hits both stops in every period, at a speed of {row[5]}, whereas the largest"
+            " velocity is of the order of omega b. In a phase portrait this motion looks like a graze too."
         )
     chain = READINGS[GAMMA]
     point = graze(client, chain, GRAZING_OMEGA)
@@ -111,11 +111,11 @@ def figure_3(client: Client) -> Section:
     grazes = int(np.sum(path.impacts.kind == "graze"))
     back = float(np.max(np.abs(path.displacement[:, ::1000] - path.displacement[:, :1])))
     section.say(
-        "At the computed clearance, started at the graze at stop A, the simulation with its certified search for"
-        f" contacts meets the stops {len(path.impacts)} times in 2 periods; {grazes} of these are grazes within"
-        f" round-off, at velocities below {below(_fastest(path))}, and after each period the displacements are back to"
-        f" within {below(back)}: the double grazing motion of period 1. The {inside[GAMMA]:.0e} by which the motion"
-        " misses the stops at the printed clearance cannot be seen in a picture."
+        "The simulation at the computed clearance, with its certified search for contacts, starts at the graze at stop"
+        f" A. It meets the stops {len(path.impacts)} times in 2 periods; {grazes} of these contacts are grazes within"
+        f" round-off, at velocities below {below(_fastest(path))}. After each period the displacements return to their"
+        f" first values to within {below(back)}, so this is the double grazing motion of period 1. At the printed"
+        f" clearance the motion misses the stops by {inside[GAMMA]:.0e}, which cannot be seen in a picture."
     )
     section.draw(
         "figure_3.png",
@@ -137,10 +137,10 @@ def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Sectio
     section = Section("Figure 6: the grazing trajectory at the codimension-two point")
     section.say(
         f"The paper simulates with omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text} and shows a motion of mass 1"
-        " that grazes. The table has the printed numbers and the computed points, in both readings of zeta. A steady"
-        " motion that starts at its maximum displacement is at the grazing point of stop A. A negative b - A means"
-        " that it would go beyond the stop; it then starts on the stop. Motions from rest are recorded after"
-        f" {TRANSIENT} periods."
+        " that grazes. The table has simulations at the printed numbers and at the computed points, in both readings of"
+        " zeta. A simulation that starts on the steady motion starts at its maximum displacement at stop A. Where b - A"
+        " is negative this is beyond the stop, and mass 1 starts on the stop instead. Simulations from rest are"
+        f" recorded after {TRANSIENT} periods."
     )
     rows, paths = [], {}
     for name, chain in READINGS.items():
@@ -174,9 +174,8 @@ def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Sectio
         rows,
     )
     section.say(
-        "A motion that meets the stops only in grazes has vanishing impacts. While its contacts are grazes to within"
-        " round-off, grazemap leaves it unresolved. Trajectories from rest do not find it: at these points the graze"
-        " recurs, and the motions near it that they settle to have impacts."
+        "A motion whose contacts are all grazes within round-off is left unresolved by grazemap. Trajectories from rest"
+        " do not settle to such a motion: at these points the graze recurs, and they settle to motions with impacts."
     )
     section.draw(
         "figure_6.png",

@@ -31,8 +31,8 @@ def errors(client: Client, point: tuple[float, float]) -> Section:
     """Return the list; `point` is omega and clearance of the computed point with xi_1 = 0."""
     section = Section("Errors in the paper")
     section.say(
-        "Each error has a computation through the service that decides, with gamma = 0.05. The arguments are in"
-        " [theory.md](theory.md)."
+        "For each error, a computation by the service with gamma = 0.05 shows which form is correct. The arguments are"
+        " in [theory.md](theory.md)."
     )
     _impact_law(client, section)
     _steady_motion(client, section)
@@ -40,10 +40,10 @@ def errors(client: Client, point: tuple[float, float]) -> Section:
     _cases(client, section, point[0])
     section.say(
         f"**The point omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text}** is on neither grazing curve, and xi_1"
-        ' does not vanish at its omega in either reading of zeta; "the second case" of Section 5 is the first of (42):'
-        " Figure 5 above."
+        ' does not vanish at its omega in either reading of zeta. What Section 5 calls "the second case" is the first'
+        " case of (42). See Figure 5 above."
     )
-    section.say("**n in the labels n-p_r-q_l** is not the period in forcing periods: Figure 9 below.")
+    section.say("**n in the labels n-p_r-q_l** is not the period in forcing periods. See Figure 9 below.")
     return section
 
 
@@ -61,8 +61,9 @@ def _impact_law(client: Client, section: Section) -> None:
     section.say(
         "**(2), (4): the impact law has index 2.** Only mass 1 meets the stops, and the jump map (23) reverses v_1."
         f" From rest at omega = {OMEGA:g}, b = {IMPACT_CLEARANCE:g} mass 1 first reaches a stop at t = {time:.6f}, with"
-        f" a speed of {abs(speed):.6f}. With the law as printed, v_2 becomes -R v_2, v_1 stays, and mass 1 goes on"
-        f" through the stop to abs(x_1) = {beyond[0]:.6f}. With index 1 it leaves at a speed of {abs(after[1]):.6f}."
+        f" a speed of {abs(speed):.6f}. With the law as printed, v_2 becomes -R v_2, v_1 does not change, and"
+        f" mass 1 moves through the stop to abs(x_1) = {beyond[0]:.6f}. With index 1 mass 1 rebounds at a speed of"
+        f" {abs(after[1]):.6f}."
     )
 
 
@@ -92,11 +93,11 @@ def _steady_motion(client: Client, section: Section) -> None:
         )  # fmt: skip
         rows.append([text, f"{tau:.9f}", f"{path.displacement[0, 0]:.9f}", _plain(float(path.velocity[0, 0]))])
     section.say(
-        "**(7): the sign of B_j, and (18): the quadrant of tau.** Inserted into the equation of a mode, A_j sin + B_j"
-        " cos needs B_j = -2 zeta omega_j^2 omega fbar_j/(...). The clearance of (18) does not depend on the sign, b"
-        f" = {np.hypot(d1, d2):.12f} at omega = {omega:g}; the phase does, and its arctan(d_1/d_2) leaves open which"
-        " stop is touched. At the forcing phase tau mass 1 should be on stop A, at rest. In a simulated steady motion"
-        " it is"
+        "**(7): the sign of B_j, and (18): the quadrant of tau.** If A_j sin + B_j cos is inserted into the equation"
+        " of a mode, the result is B_j = -2 zeta omega_j^2 omega fbar_j/(...). The clearance of (18) does not depend"
+        f" on the sign, b = {np.hypot(d1, d2):.12f} at omega = {omega:g}, but the phase does. Moreover arctan(d_1/d_2)"
+        " does not determine which stop is touched. At the forcing phase tau mass 1 should be on stop A with zero"
+        " velocity. The table has its displacement and velocity at that phase in a simulated steady motion:"
     )
     section.show(["tau from", "tau", "x_1 at that phase", "v_1 at that phase"], rows)
 
@@ -124,17 +125,19 @@ def _mapped_state(client: Client, section: Section) -> None:
             row.append(f"{distance(there, truth, clearance, OMEGA):.2e}")
         rows.append(row)
     section.say(
-        "**(27): the mapped state is left out.** Below the stop the printed mapping is x* + beta u, with the graze x*"
-        " in place of the state x that is mapped. On the stop it should agree with x, its other branch. Here mass 1"
-        f" reaches stop A at omega = {OMEGA:g}, b = A(omega), at decreasing speeds, while x_2 and v_3 are {ASIDE:g} b"
-        f" and {-ASIDE:g} omega b off the graze. A quarter of a period later the motion itself is compared with"
-        " motions without stops that start from x + beta u and from x* + beta u (the latter with the time of x, so"
-        " that only the state of the masses is left out). The error is the maximum entry, in units of b and omega b:"
+        "**(27): the mapped state is left out.** The lower branch of the printed mapping is x* + beta u, with the graze"
+        " x* in place of the state x that is mapped. On the stop it should agree with the upper branch, which is x. In"
+        f" the table mass 1 reaches stop A at omega = {OMEGA:g}, b = A(omega), at decreasing speeds, while x_2 and v_3"
+        f" differ from the graze by {ASIDE:g} b and {-ASIDE:g} omega b. A quarter of a period later the motion is"
+        " compared with two motions without stops. They start from x + beta u and from x* + beta u, the latter at the"
+        " time of x, so that only the state of the masses is left out. The error is the maximum entry, in units of b"
+        " and omega b:"
     )
     section.show(["impact speed/(omega b)", "overshoot/b", "x + beta u", "x* + beta u, as printed"], rows)
     section.say(
-        "With x the error decreases with the overshoot. Without it, the error stays at the size of what was left out."
-        " (31), (32) inherit the error; the criteria (33)-(58) do not, as beta u dominates x - x* there."
+        "With x the error decreases with the overshoot. Without x the error has the size of x - x*, which was left out."
+        " The error carries over to (31) and (32), but not to the criteria (33)-(58), because beta u dominates x - x*"
+        " there."
     )
 
 
@@ -161,11 +164,11 @@ def _cases(client: Client, section: Section, omega: float) -> None:
             off = max(off, abs(value - (source.xi[order - 1] if order else 0.0)))
         rows.append([str(n), *(f"{_plain(value)} (m = {order})" for value, order in zip(values, orders, strict=True))])
     section.say(
-        "**(42), (45), (57), (58): cases and powers.** The four cases multiplied out from the Jacobians (46) and beta"
-        f" at the computed point, omega = {omega:.12f}. They are xi_m = -(1 + R) a_1* g(m T/2), which the service"
-        f" computes by itself, to within {below(off)}. Case 1 is zero for n = 0 whatever the system, as h_D beta = 0:"
-        " its n begins at 1. Phi_12 with the superscript n + 1 means two things in (57), (58): the flow over (n +"
-        " 1/2) T in cases 2 and 3, and that over (n + 1) T in case 4."
+        "**(42), (45), (57), (58): cases and powers.** The table has the four cases, as products of the Jacobians (46)"
+        f" and beta, at the computed point, omega = {omega:.12f}. They agree with xi_m = -(1 + R) a_1* g(m T/2), which"
+        f" the service computes independently, to within {below(off)}. For n = 0 case 1 is zero for every system,"
+        " because h_D beta = 0, so its n begins at 1. Phi_12 with the superscript n + 1 has two meanings in (57),"
+        " (58): the flow over (n + 1/2) T in cases 2 and 3, and the flow over (n + 1) T in case 4."
     )
     section.show(["n", "case 1", "case 2", "case 3", "case 4"], rows)
 

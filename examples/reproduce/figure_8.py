@@ -34,11 +34,11 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
     )
     closed = closed_forms(client)
     section.say(
-        f"The paper puts this diagram round omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text}, says of it that"
+        f"The paper draws this diagram around omega = {POINT_OMEGA.text}, b = {POINT_CLEARANCE.text}. It says that"
         ' "the dash curve represents double grazing motion" and that the plane "is divided into regions characterized'
         ' by different types of motions", and describes the regions along omega = 0.29 and omega = 0.27 (Figure 9).'
-        " The text names no axes and no borders. The picture below has the motion to which a trajectory from rest"
-        f" settles, at {len(umap.clearance)} clearances from {CLEARANCE[0]:g} to {CLEARANCE[1]:g} and"
+        " The text gives neither the axes nor the borders. The picture below shows the motion to which a trajectory"
+        f" from rest settles, at {len(umap.clearance)} clearances from {CLEARANCE[0]:g} to {CLEARANCE[1]:g} and"
         f" {len(umap.omega)} frequencies from {OMEGA[0]:g} to {OMEGA[1]:g}. The letters are those of Figure 9, at the"
         " clearances of its samples."
     )
@@ -46,22 +46,23 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
         "figure_8.png", "Unfolding map over the window of Figure 8", lambda: regions(umap, curve, points, samples)
     )
     section.say(_shares(umap))
-    section.say("The labels at some points of the map; ~ is chaotic, ? unresolved, qp quasi-periodic:")
+    section.say("The table has the labels at some points of the map; ~ is chaotic, ? unresolved, qp quasi-periodic:")
     section.show(
         ["b \\ omega", *(f"{omega:.3f}" for omega in umap.omega[::EVERY_COLUMN])],
         labels(umap, EVERY_ROW, EVERY_COLUMN),
     )
     section.say(
-        "The borders are curves that are computed without the map. The table has those of motions with one impact, or"
-        " one on either stop, in closed form, where they are borders of motions on the paper's two lines:"
+        "The borders are curves that are computed without the map. The table has the clearances at which curves"
+        " in closed form are borders of motions on the paper's two lines. These are motions with one impact, or with"
+        " one on each stop:"
     )
     section.show(["border", "of", "b at omega = 0.27", "b at omega = 0.29"], borders(closed))
     named = client.bifurcation_curves(CHAIN, omega=OMEGA, clearance=CLEARANCE, motions=_orbits(samples), progress=False)
     names = ", ".join(dict.fromkeys(motion.label or "-" for motion in named.motions))
     section.say(
-        f"The curves of these motions follow by continuation from the orbits of Figure 9: {names}. Only pieces on"
-        " which the orbits are motions are drawn. Some of them are borders of unstable motions, or of motions that"
-        " only other initial states lead to; these are no borders of the map."
+        f"The curves of these motions are computed by continuation from the orbits of Figure 9: {names}. Only pieces on"
+        " which the orbits are admissible are drawn. Some of them are borders of unstable motions, or of motions that"
+        " trajectories from rest do not reach; these are no borders of the map."
     )
     section.draw(
         "figure_8_curves.png",
@@ -70,7 +71,8 @@ def figure_8(client: Client, samples: Sequence[Sample]) -> Section:
     )
     near = client.unfolding_map(CHAIN, omega=NEAR_OMEGA, clearance=NEAR_CLEARANCE, shape=NEAR)
     section.say(
-        "The next picture is close to the point, with the curves that leave the grazing curve there (see above):"
+        "The next picture shows the map close to the point, with the curves that leave the grazing curve there (see"
+        " above):"
     )
     section.draw(
         "figure_8_detail.png",
@@ -115,13 +117,16 @@ def _shares(umap: UnfoldingMap) -> str:
     periodic = [motion for motion in motions if motion.kind == "periodic"]
     shown = ", ".join(f"{motion.label} {motion.share:.1%}" for motion in periodic[:LISTED])
     other = ", ".join(f"{motion.kind} {motion.share:.1%}" for motion in motions if motion.kind != "periodic")
-    text = f"{len(periodic)} periodic motions. The largest: {shown}. Not periodic: {other}."
+    text = (
+        f"The map has {len(periodic)} periodic motions. Those with the largest shares are {shown}. The shares of the"
+        f" other points are {other}."
+    )
     slow = umap.least_impact_velocity < SLOW
     mirrored = np.isin(umap.labels(), ("3-(-1)r-3l", "3-3r-(-1)l"))
     return (
-        f"{text} 3-(-1)r-3l of Figure 9 or its mirror image is the motion at {int(mirrored.sum()) or 'none'} of the"
-        f" {umap.kind.size} points, and periodic motions with an impact slower than {SLOW:g}, which could pass for a"
-        f" touch, are at {int(slow.sum()) or 'none'}."
+        f"{text} The motion 3-(-1)r-3l of Figure 9, or its mirror image, is found at {int(mirrored.sum()) or 'none'}"
+        f" of the {umap.kind.size} points. A periodic motion with an impact slower than {SLOW:g}, which could be"
+        f" mistaken for a touch, is found at {int(slow.sum()) or 'none'}."
     )
 
 

@@ -47,13 +47,14 @@ def _of_line(line: Line, regions: Regions, samples: list[Sample]) -> Section:
         [_row(region, regions[region.letter]) for region in printed],
     )
     section.say(
-        "The next table has one motion of each region, from the middle of the longest interval of the line that has"
-        " it, or the motion that is there instead; if that has one impact too many, at the clearance where this"
-        " impact is slowest. Orbits with impacts are solved for. t counts from a zero of the forcing at which it"
-        " rises, and speeds are those before the impacts. For motions that are their own mirror image the impacts of"
-        " half a period are listed. The last column is the interval of b on which the branch of the orbit has stable"
-        f" motions; trajectories from rest may settle to other motions there. Periods up to {MAX_PERIOD} were looked"
-        f" for, for {PATIENCE} periods."
+        "The next table has one motion of each region, at the middle of the longest interval of the line with the"
+        " printed motion. Where the printed motion was not found, the table has the motion that is there instead; if"
+        " this motion has one additional impact, it is taken at the clearance where that impact is slowest. Orbits with"
+        " impacts are solved for by Newton's method. The time t counts from a zero of the forcing with positive slope,"
+        " and speeds are those before the impacts. For motions that are their own mirror image the impacts of half a"
+        " period are listed. The last column is the interval of b on which the branch of the orbit has stable motions;"
+        f" trajectories from rest may settle to other motions there. Periods up to {MAX_PERIOD} are sought in"
+        f" trajectories of {PATIENCE} periods."
     )
     section.show(HEAD, [sample.row for sample in samples])
     section.say(_verified(samples))
@@ -83,7 +84,7 @@ def _verified(samples: list[Sample]) -> str:
     for sample in samples:
         name = f" In region {sample.region.letter}"
         if sample.orbit is not None and not sample.verified:
-            text += f"{name} the orbit is solved for and not verified: {_lacking(sample.orbit)}."
+            text += f"{name} the orbit is found but not verified: {_lacking(sample.orbit)}."
         elif sample.orbit is None and sample.steady:
             text += f"{name} mass 1 moves without impacts, as it does wherever b > A(omega)."
         elif sample.orbit is None and sample.kind == "periodic":
@@ -98,9 +99,9 @@ def _verified(samples: list[Sample]) -> str:
     ]
     if alike:
         text += (
-            f" Where two regions have the same interval, {', '.join(alike)}, their motions are on one branch or are"
-            " mirror images. The printed labels differ by a loop in the picture or by the side that is hit, not by a"
-            " bifurcation."
+            f" Where two regions have the same interval ({', '.join(alike)}), their motions are on one branch or are"
+            " mirror images of each other. The printed labels differ because of a loop in the picture or of the side"
+            " that is hit, not because of a bifurcation."
         )
     return text
 
@@ -108,7 +109,7 @@ def _verified(samples: list[Sample]) -> str:
 def _lacking(orbit: PeriodicOrbit) -> str:
     """Say what is missing for a verification."""
     if not orbit.isolated:
-        return f"the bound, which may be 1/2, is {orbit.kantorovich:.1e}"
+        return f"the Newton-Kantorovich number, which must be at most 1/2, is {orbit.kantorovich:.1e}"
     return f"contacts with a stop besides the impacts: {orbit.contacts}"
 
 
@@ -147,22 +148,21 @@ def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Se
     head = Section("Figure 9: the paper's motions, found again")
     head.say(
         f"Figure 9 names {sum(len(regions) for _, regions in REGIONS.values())} motions as n-p_r-q_l, in the order of"
-        " falling clearance, without saying at which clearance each of them was computed. Below are the motions that"
-        f" grazemap finds at {points} equally spaced clearances, every trajectory started from rest with forcing phase"
-        " 0."
+        " decreasing clearance, but it does not give the clearance of each. The tables below have the motions that"
+        f" grazemap finds at {points} equally spaced clearances. Every trajectory starts at rest with forcing phase 0."
     )
     head.say(
         "**What n means.** The paper defines n as the motion's period in forcing periods. Its labels do not follow"
-        f" that: {examples}. They fit another rule, which the tables test: the printed n counts how often, in one"
-        " period of the motion, mass 1 turns back on the side of stop A, whether it hits the stop or not; these are"
-        " the loops in a phase portrait. So a row below agrees when the impacts agree (the mirror image of a motion"
-        ' counts as the same) and the number of turns ("turns at A", counted on the trajectory) is the printed n. By'
-        f" this rule {len(again[GAMMA])} of the {len(labelled)} labels with numbers are found; {least} of them would"
-        " be found if n were the minimum period in forcing periods, which is the n of grazemap and the paper's own"
-        " definition."
+        f" this definition: {examples}. They fit another rule, which the tables test. The printed n counts how often,"
+        " in one period of the motion, mass 1 turns back on the side of stop A, whether it hits the stop or not. These"
+        " turns are the loops in a phase portrait. So a motion found here agrees with a printed label when the impacts"
+        ' agree (a motion and its mirror image count as one) and the number of turns ("turns at A", counted on the'
+        f" trajectory) is the printed n. By this rule {len(again[GAMMA])} of the {len(labelled)} labels with numbers"
+        f" are found. Only {least} of them would be found if n were the minimum period in forcing periods, which is"
+        " the n of grazemap and the paper's own definition."
     )
     head.say(_literal(lines))
-    head.say("**The reading of zeta.** By the same rule, along the same lines:")
+    head.say("**The reading of zeta.** The table has the labels found by the same rule, along the same lines:")
     head.show(
         ["damping", "labels found", "not found"],
         [
@@ -180,7 +180,7 @@ def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Se
         ],
     )
     most = max(READINGS, key=lambda name: len(again[name]))
-    head.say(f"So the motions of Figure 9 are those with {most}. The tables below are with {GAMMA}.")
+    head.say(f"So the motions of Figure 9 are those with {most}. The tables below are for {GAMMA}.")
     return head
 
 
@@ -195,8 +195,8 @@ def _literal(lines: list[Line]) -> str:
                 either = {(region.n, region.right, region.left), (region.n, region.left, region.right)}
                 (met if either & motions else others).append(f"{region.letter} ({region.label})")
     return (
-        "With n read as the minimum period, the labels that trajectories from rest have somewhere on their line are"
-        f" {', '.join(met)}; those that they have nowhere on it are {', '.join(others)}."
+        "With n read as the minimum period, trajectories from rest have these labels somewhere on their line:"
+        f" {', '.join(met)}. They have these labels nowhere on it: {', '.join(others)}."
     )
 
 

@@ -63,20 +63,21 @@ def one_stop(client: Client, sample: Sample, high: float, low: float, places: in
     _branch(client, section, orbit)
     clearances = np.round(np.linspace(high, low, places + 2)[1:-1], 4).tolist()
     section.say(
-        f"**Coexisting attractors.** From rest and {STARTS} random states, {TRANSIENT} periods later, at clearances"
-        " from region l down to region n:"
+        f"**Coexisting attractors.** The table has the motions of trajectories from rest and from {STARTS} random"
+        f" states, {TRANSIENT} periods later, at clearances from region l down to region n:"
     )
-    section.show(["b", "motions (of how many starts)"], attractors(client, sample.omega, clearances))
+    section.show(["b", "motions (number of starts)"], attractors(client, sample.omega, clearances))
     section.say(swept(client, sample.omega, high, low))
     searched = [search(client, sample.omega, value) for value in clearances]
     section.say(
         "**Unstable motions.** The equations of a motion of period 3 with three impacts on C are solved by Newton's"
-        f" method from {GUESSES} random guesses at each of these clearances. The table counts the guesses from which"
-        " it does not converge; the different solutions with three equal impacts, and so period 1; the other"
-        " solutions; those of them that are motions; and those that have an impact velocity of the wrong sign."
+        f" method from {GUESSES} random guesses at each of these clearances. The table has the number of guesses from"
+        " which it does not converge; of different solutions with three equal impacts, which have period 1; of other"
+        " solutions; of those among the others that are motions; and of those among the others with an impact velocity"
+        " of the wrong sign."
     )
     section.show(
-        ["b", "not converged", "impacts alike", "others", "motions among these", "wrong sign"],
+        ["b", "not converged", "equal impacts", "others", "motions among the others", "wrong sign among the others"],
         [one.row for one in searched],
     )
     solutions = [orbit for one in searched for orbit in one.other]
@@ -114,13 +115,13 @@ def _branch(client: Client, section: Section, orbit: PeriodicOrbit) -> None:
     hits = {stop: np.abs(orbit.velocities[orbit.stops == stop]) for stop in (1, -1)}
     section.say(
         "**The motion in this region.** Between regions l and n trajectories from rest settle to"
-        f" {orbit.motion.label}, with one slow impact on A: at b = {orbit.clearance:.4f} at a speed of"
-        f" {float(hits[1].max()):.4f}, beside {float(hits[-1].min()):.4f} to {float(hits[-1].max()):.4f} on C. In the"
-        " phase portrait above it can hardly be distinguished from a motion that only passes close to A. It is stable"
-        f" from b = {high} to {low}, and the speed on A falls to zero at b = {vanishing.parameter:.12f}. There the"
-        " printed label would begin. But the three remaining impacts on C are equal to within"
-        f" {below(float(np.ptp(left)))}: the motion is 1-(-1)r-1l, repeated three times, which itself begins to touch"
-        f" A at b = {grazing.parameter:.12f}. No 3-(-1)r-3l leaves this branch."
+        f" {orbit.motion.label}, with one slow impact on A. At b = {orbit.clearance:.4f} the speed of this impact is"
+        f" {float(hits[1].max()):.4f}; those on C are {float(hits[-1].min()):.4f} to {float(hits[-1].max()):.4f}. In"
+        " the phase portrait above the motion can hardly be distinguished from one that only passes close to A. It is"
+        f" stable from b = {high} to {low}, and the speed on A decreases to zero at b = {vanishing.parameter:.12f}."
+        " The printed label would begin there. But there the three remaining impacts on C are equal to within"
+        f" {below(float(np.ptp(left)))}: the motion is three periods of 1-(-1)r-1l, which itself begins to touch A at"
+        f" b = {grazing.parameter:.12f}. So no branch of motions 3-(-1)r-3l starts here."
     )
 
 

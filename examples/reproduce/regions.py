@@ -69,7 +69,7 @@ def _match(region: Region, runs: list[Run]) -> Found:
         return Found(found, place=_middle(found))
     mirrored = [run for run in runs if run.matches(region, mirrored=True)]
     if mirrored:
-        remark = "As its mirror image: which of the two is reached depends on the start."
+        remark = "Found as its mirror image; which of the two is reached depends on the start."
         return Found(mirrored, remark, _middle(mirrored))
     impacts = (region.right or 0, region.left or 0)
     near = [
@@ -80,7 +80,7 @@ def _match(region: Region, runs: list[Run]) -> Found:
     if not near:
         return Found([], "Not found.")
     texts = [
-        f"{run.label} at {run.clearances[0]:.4f} to {run.clearances[-1]:.4f}, its slowest impact at"
+        f"{run.label} at {run.clearances[0]:.4f} to {run.clearances[-1]:.4f}, with slowest impacts of speeds"
         f" {min(run.slowest):.4f} to {max(run.slowest):.4f}"
         for run in near
     ]
@@ -115,17 +115,17 @@ def _match_between(region: Region, gap: tuple[float, float] | None, names: str, 
         return Found([], f"{remark}Its neighbours {names} were not both found.")
     high, low = gap
     inside = [run for run in runs if low < run.clearances[0] < high]
-    fine = "finer " if not inside else ""
+    fine = "more closely spaced " if not inside else ""
     inside = inside or [run for run in finer(high, low) if low < run.clearances[0] < high]
     total = sum(len(run.clearances) for run in inside)
     unclosed = [run for run in inside if run.motion is None]
     count = sum(len(run.clearances) for run in unclosed)
-    extent = f" (from {unclosed[0].clearances[0]:.5f} to {unclosed[-1].clearances[-1]:.5f})" if unclosed else ""
+    extent = f", from {unclosed[0].clearances[0]:.5f} to {unclosed[-1].clearances[-1]:.5f}," if unclosed else ""
     periods = [run.motion[0] for run in inside if run.motion]
     closed = f"; the others have periods from {min(periods)} to {max(periods)}" if periods else ""
     text = (
-        f"{remark}Of {total} {fine}clearances between {names}, {count}{extent} do not close in {MAX_PERIODS}"
-        f" periods{closed}."
+        f"{remark}At {count} of {total} {fine}clearances between {names}{extent} the motion does not close in"
+        f" {MAX_PERIODS} periods{closed}."
     )
     chosen = [run for run in unclosed if run.kind == "chaotic"] or unclosed
     return Found([], text, _middle(chosen) if chosen else None, gap)

@@ -50,6 +50,6 @@ def swept(client: Client, omega: float, high: float, low: float) -> str:
         ordered = sorted(names.items(), key=lambda item: (-item[1], item[0]))
         texts.append(f"{name} {', '.join(f'{label} ({count})' for label, count in ordered)}")
     return (
-        f"Sweeps over {SWEPT} clearances between b = {high:.4f} and {low:.4f}, each started at the final state of the"
-        f" one before, lead to (with the number of clearances): {'; '.join(texts)}."
+        f"In sweeps over {SWEPT} clearances between b = {high:.4f} and {low:.4f} each trajectory starts at the final"
+        f" state of the one before. They lead to these motions (with the number of clearances): {'; '.join(texts)}."
     )

@@ -17,7 +17,14 @@ from grazemap import Client, Trajectories
 CHAIN = READINGS[GAMMA]
 RECORDED = 64
 STARTS = 24
-HEAD = ("b", "motions (of how many starts)", "slowest impact", "fastest, gentlest motion", "fastest of all", "omega b")
+HEAD = (
+    "b",
+    "motions (number of starts)",
+    "slowest impact",
+    "fastest impact, minimum over starts",
+    "fastest impact, maximum over starts",
+    "omega b",
+)
 
 
 def touching(client: Client, omega: float, high: float, low: float, places: int = 12) -> Section:
@@ -33,29 +40,30 @@ def touching(client: Client, omega: float, high: float, low: float, places: int 
     section.say(
         "0_r and 0_l are grazes, touches at zero velocity, by the paper's own definition. A graze changes nothing: -R"
         " times a velocity of zero is zero. So a motion that meets the stops only in grazes is a motion of the chain"
-        " without stops, and of these only the steady motion lasts. It reaches either side once in a forcing period,"
-        f" and touches both stops at one clearance of the line only: the motion is **1-0r-0l at b = A({omega:g}) ="
-        f" {point.clearance:.12f}**, and no motion that only touches has another n, on this line or on any other."
-        f" Started on it, the simulation touches {touches} times in 4 periods, at velocities below"
+        " without stops, and of these only the steady motion persists. It reaches each side once in a forcing period"
+        f" and touches both stops at only one clearance of the line: the motion is **1-0r-0l at b = A({omega:g}) ="
+        f" {point.clearance:.12f}**. On this and any other line, no motion that only touches the stops has another n."
+        f" A simulation that starts on it touches the stops {touches} times in 4 periods, at velocities below"
         f" {below(float(np.max(np.abs(path.impacts.velocity))))}. "
-        + (f"It does not stay: its graze recurs after {again} half period{'s' * (again > 1)}." if again else "")
+        + (f"Nearby motions leave it: its graze recurs after {again} half period{'s' * (again > 1)}." if again else "")
     )
     section.say(
-        f"The table is for clearances between the neighbours a and c, {places} of them: the motions that trajectories"
-        f" from rest and from {STARTS} random states settle to within {TRANSIENT} periods, and the speeds at which"
-        f" mass 1 meets the stops in the {RECORDED} periods after. The speed of mass 1 in the middle is about omega b."
+        f"The table is for {places} clearances between the neighbouring regions a and c. It has the motions to which"
+        f" trajectories from rest and from {STARTS} random states settle within {TRANSIENT} periods, and the speeds at"
+        f" which mass 1 meets the stops in the next {RECORDED} periods. For comparison, omega b is about the speed of"
+        " mass 1 at its middle position."
     )
     clearances = np.round(np.linspace(high, low, places + 2)[1:-1], 5).tolist()
     rows = speeds(client, omega, clearances)
     section.show(HEAD, rows)
     section.say(swept(client, omega, high, low))
-    gentlest = min((row[3] for row in rows if row[3] != "-"), key=float, default=None)
-    if gentlest is not None:
+    slowest = min((row[3] for row in rows if row[3] != "-"), key=float, default=None)
+    if slowest is not None:
         section.say(
-            "None of the trajectories with impacts only touches the stops: in the gentlest one the fastest impact has"
-            f" a speed of {gentlest}. Close to the grazing curve there are slow impacts, many of them in motions that"
-            " close late or never. In a phase portrait such a motion seems to touch the stops many times, which fits"
-            " the printed label if 0 stands for slow impacts."
+            "None of the trajectories with impacts only touches the stops: the fastest impact of each has a speed of at"
+            f" least {slowest}. Close to the grazing curve there are slow impacts, many of them in motions that close"
+            " after many periods or not at all. In a phase portrait such a motion seems to touch the stops many times,"
+            " which fits the printed label if 0 stands for slow impacts."
         )
     return section
 

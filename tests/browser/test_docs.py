@@ -107,7 +107,7 @@ def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None
     expect(page.locator(".errors-wrapper")).to_have_count(0)
 
 
-def test_try_it_out_runs_one(watched: Watched, url: str) -> None:
+def test_try_it_out_runs_an_operation(watched: Watched, url: str) -> None:
     page = watched.page
     page.goto(f"{url}/docs")
     block = page.locator(".opblock", has=page.locator('[data-path="/v1/grazing-curves"]'))

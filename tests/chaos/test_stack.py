@@ -1,4 +1,4 @@
-"""The whole stack as a person starts it: what is killed comes back, and a map's bytes do not show it."""
+"""The whole stack as a person starts it: killed processes are restarted, and the bytes of a map do not change."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path) -> No
         server.close()
 
 
-def test_a_redis_that_answers_anything_is_left_alone(tmp_path: Path) -> None:
+def test_a_redis_that_answers_is_not_restarted(tmp_path: Path) -> None:
     with RedisServer(tmp_path) as server:
         client = connect(server.url)
         client.config_set("maxclients", 1)
@@ -207,7 +207,7 @@ def test_a_redis_that_answers_anything_is_left_alone(tmp_path: Path) -> None:
         until(lambda: server.answers(0.5), 5)
 
 
-def test_data_of_a_newer_redis_are_not_passed_over(tmp_path: Path) -> None:
+def test_data_of_a_newer_redis_are_not_ignored(tmp_path: Path) -> None:
     older = tmp_path / "redis-server"
     older.write_text("#!/bin/sh\necho Redis server v=6.2.14 sha=0\n")
     older.chmod(0o755)
@@ -286,7 +286,7 @@ def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., Run
             redis.kill()
 
 
-def test_a_stack_that_is_asked_to_ends_with_its_parent(tmp_path: Path) -> None:
+def test_a_stack_ends_with_its_parent_on_request(tmp_path: Path) -> None:
     script = (
         "import subprocess, sys, time\n"
         "child = subprocess.Popen([sys.executable, '-m', 'grazemap_service.stack', '--workers', '1',"
@@ -307,7 +307,7 @@ def test_a_stack_that_is_asked_to_ends_with_its_parent(tmp_path: Path) -> None:
     parent.stdout.close()
 
 
-def test_a_folder_that_cannot_be_made_is_said_so(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     for folder in ("/proc/grazemap", str(tmp_path / "file"), str(tmp_path / "file" / "below")):
         answer = subprocess.run(
@@ -321,7 +321,7 @@ def test_a_folder_that_cannot_be_made_is_said_so(tmp_path: Path) -> None:
         assert b"Traceback" not in answer.stderr
 
 
-def test_a_stack_that_is_long_in_coming_says_what_it_waits_for(tmp_path: Path) -> None:
+def test_a_stack_that_starts_slowly_reports_what_it_waits_for(tmp_path: Path) -> None:
     # nobody answers at this address of Redis
     environment = {**os.environ, "GRAZEMAP_REDIS_URL": f"unix://{tmp_path}/none"}
     stack = subprocess.Popen(
@@ -341,7 +341,7 @@ def test_a_stack_that_is_long_in_coming_says_what_it_waits_for(tmp_path: Path) -
         stack.stderr.close()
 
 
-def test_a_stack_that_cannot_start_says_why(tmp_path: Path) -> None:
+def test_a_stack_that_cannot_start_reports_the_reason(tmp_path: Path) -> None:
     for options, environment, words in (
         (["--host", "0.0.0.0"], {}, b"without keys"),
         ([], {"GRAZEMAP_MAX_BODY_BYTES": "many"}, b"GRAZEMAP_MAX_BODY_BYTES"),

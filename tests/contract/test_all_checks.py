@@ -1,4 +1,4 @@
-"""`make all-checks` goes on after a failure, records every outcome, and its record tells its age."""
+"""`make all-checks` continues after a failure and records every outcome; its record gives its age."""
 
 from __future__ import annotations
 

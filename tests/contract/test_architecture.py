@@ -1,4 +1,4 @@
-"""docs/architecture.md: its picture is that of today's imports, and it has a paragraph for every room."""
+"""docs/architecture.md: its picture shows the present imports, and it has a paragraph for every folder."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def rooms(**imports: str) -> dict[str, Room]:
     return {name: Room("p", name, True, frozenset(others.split())) for name, others in imports.items()}
 
 
-def test_a_room_stands_above_all_that_it_imports() -> None:
+def test_a_package_stands_above_all_that_it_imports() -> None:
     stacked = house.floors(rooms(top="middle low", middle="low", low="", beside="low"))
     assert [[room.name for room in floor] for floor in stacked] == [["low"], ["beside", "middle"], ["top"]]
 
 
-def test_rooms_in_a_circle_are_found_and_share_a_floor() -> None:
+def test_packages_in_a_circle_are_found_and_share_a_level() -> None:
     planted = rooms(a="b low", b="a", low="")
     assert house.circles(planted) == {"a", "b"}
     assert [[room.name for room in floor] for floor in house.floors(planted)] == [["low"], ["a", "b"]]
@@ -36,7 +36,7 @@ def test_the_picture_is_that_of_the_imports() -> None:
     assert house.PICTURE.read_text("utf-8") == house.draw(TODAY), "make house"
 
 
-def test_a_new_room_and_a_new_direction_change_the_picture() -> None:
+def test_a_new_package_and_a_new_import_change_the_picture() -> None:
     core = TODAY.rooms[house.CORE]
     for planted in (
         {**core, "new": Room(house.CORE, "new", True, frozenset({"maps"}))},
@@ -45,7 +45,7 @@ def test_a_new_room_and_a_new_direction_change_the_picture() -> None:
         assert house.draw(TODAY._replace(rooms={**TODAY.rooms, house.CORE: planted})) != house.draw(TODAY)
 
 
-def test_an_arrow_back_up_is_refused() -> None:
+def test_an_import_against_the_order_is_refused() -> None:
     wrong = House(TODAY.rooms, {**TODAY.between, (house.CORE, house.SDK): frozenset({"wire"})})
     with pytest.raises(ValueError, match="against the direction"):
         house.draw(wrong)

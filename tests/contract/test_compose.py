@@ -1,4 +1,4 @@
-"""The containers' file: what it says about Redis is tried with a real one."""
+"""The compose file: its settings of Redis are tried with a real server."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def test_planted_functions_are_found():
     assert too_many_arguments(list(functions(wide + classes, "m"))) == {"m.wide": 9}
 
 
-def test_what_counts():
+def test_lines_and_arguments_are_counted_as_documented():
     """Decorators, docstring, blank lines and comments do not, nor does self; nested functions count in both."""
     source = '''
 class Pair:

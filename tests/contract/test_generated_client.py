@@ -1,4 +1,4 @@
-"""The blocking client is what the generator makes of the asynchronous one."""
+"""The blocking client is the one that the generator makes from the asynchronous client."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def test_the_blocking_client_is_up_to_date(copy: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["async_watch.py", "watch.py"])
-def test_an_edit_of_either_is_noticed(copy: Path, name: str) -> None:
+def test_an_edit_of_one_client_is_detected(copy: Path, name: str) -> None:
     target = copy / "grazemap" / "client" / name
     target.write_text(target.read_text() + "\n\ndef planted() -> None:\n    pass\n")
     assert stale(copy) == ["watch.py"]
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_nothing_of_the_blocking_client_is_said_to_be_awaited(name: str) -> None:
+def test_no_documentation_of_the_blocking_client_mentions_await(name: str) -> None:
     header, _, text = (SDK / "grazemap" / "client" / name).read_text().partition("\n")
     assert header == f"# Generated from async_{name} by `make client`: do not edit."
     assert "async" not in text.lower()

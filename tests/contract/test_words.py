@@ -1,4 +1,4 @@
-"""A few words are never right in public names, docstrings, texts for users and documents.
+"""Some words are not used in public names, docstrings, texts for users and documents.
 
 - behind, of time: after. Behind a stop or a proxy, in space, is right.
 - told: resolved, decided, classified.

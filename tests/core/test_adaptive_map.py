@@ -1,4 +1,4 @@
-"""Adaptive maps beside full ones: what is computed is the same to the byte, what is inferred claims no more."""
+"""Adaptive maps compared with full ones: computed points have the same bytes, inferred points are not verified."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
         assert (whole[name][row, column] == full[name][row, column]).all()
 
 
-def test_a_map_without_seams_in_doubt_is_left_as_it_is(adaptive: Arrays) -> None:
+def test_a_map_without_contradictions_at_its_seams_is_not_changed(adaptive: Arrays) -> None:
     whole = {name: array.copy() for name, array in adaptive.items()}
     rows, columns, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, [30], [7, 21], max_periods=100)
     assert not len(rows)
@@ -139,7 +139,7 @@ def test_a_sweep_has_to_compute_every_point(policy: str) -> None:
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(1, 1), (1, 30), (9, 1), (2, 2)])
-def test_any_grid_will_do(columns: int, rows: int) -> None:
+def test_grids_of_any_size_are_computed(columns: int, rows: int) -> None:
     grid = (DEFAULT, OMEGA[:columns], CLEARANCE[:rows])
     full, adaptive = unfolding_map_tile(*grid, 60), adaptive_map_tile(*grid, max_periods=60)
     computed = adaptive["computed"]

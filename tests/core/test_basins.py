@@ -1,4 +1,4 @@
-"""Basins: every state leads where its own trajectory leads, and attractors with one name are told apart."""
+"""Basins: every state has the motion of its own trajectory, and attractors with one name are distinguished."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_the_two_motions_that_coexist_are_found_with_their_shares(tile):
     assert all(one.multiplier < 1.0 and one.lyapunov < 0.0 for one in found)
 
 
-def test_a_state_leads_where_its_trajectory_does(tile):
+def test_the_label_of_a_state_is_that_of_its_trajectory(tile):
     label, found = attractors(tile)
     random = np.random.default_rng(3)
     for row, column in zip(random.integers(0, 17, 12), random.integers(0, 24, 12), strict=True):
@@ -56,7 +56,7 @@ def test_tiles_have_the_bytes_of_the_whole(tile):
         assert values.tobytes() == np.ascontiguousarray(tile[name][:, 5:9]).tobytes(), name
 
 
-def test_other_coordinates_and_the_phase_are_where_they_are_said_to_be():
+def test_the_other_coordinates_and_the_phase_have_the_requested_values():
     across = Coordinate("velocity", 2, np.array([-0.3, 0.1]))
     up = Coordinate("displacement", 3, np.array([0.2, 0.4, 0.6]))
     rest = {"displacement": np.array([0.5, -0.1, 9.0]), "velocity": np.array([0.2, 9.0, 0.3])}  # 9: replaced
@@ -98,7 +98,7 @@ def arrays_of(kind, period, right, left, mean):
     }
 
 
-def test_motions_with_one_name_are_told_apart_by_where_they_are():
+def test_motions_with_one_name_are_distinguished_by_their_positions():
     mean = [0.1, -0.1, 0.1 + 1e-8, np.nan, np.nan, 0.1 - 1e-8, np.nan]
     label, found = attractors(
         arrays_of([1, 1, 1, 3, 0, 1, 3], [2, 2, 2, 0, 0, 2, 0], [1, 1, 1, 0, 0, 1, 0], [1, 1, 1, 0, 0, 1, 0], mean)
@@ -112,7 +112,7 @@ def test_motions_with_one_name_are_told_apart_by_where_they_are():
     assert found[1].lyapunov == pytest.approx(np.linspace(-0.3, -0.1, 7)[[3, 6]].mean())
 
 
-def test_nothing_that_is_known_is_no_attractor():
+def test_unresolved_states_belong_to_no_attractor():
     label, found = attractors(arrays_of([0, 0], [0, 0], [0, 0], [0, 0], [np.nan, np.nan]))
     assert label.tolist() == [-1, -1]
     assert found == []
@@ -134,7 +134,7 @@ def test_nothing_that_is_known_is_no_attractor():
         ({"max_periods": 0}, "max_periods"),
     ],
 )
-def test_what_is_no_rectangle_between_the_stops_is_refused(change, name):
+def test_a_rectangle_that_is_not_between_the_stops_is_refused(change, name):
     arguments = {"omega": OMEGA, "clearance": CLEARANCE, "horizontal": ACROSS, "vertical": UP, **change}
     with pytest.raises(ParameterError) as caught:
         basin_tile(DEFAULT, **arguments)

@@ -57,7 +57,7 @@ def test_first_of_several_planted_roots_is_found(seed: int) -> None:
 
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_two_roots_close_together_are_not_jumped_over(depth: float) -> None:
+def test_two_roots_close_together_are_both_found(depth: float) -> None:
     rng = np.random.default_rng(3)
     for middle in rng.uniform(0.05, 0.95, 100):
         dips = np.array([middle**2 - depth, -2 * middle, 1.0])  # (t - middle)^2 - depth
@@ -72,14 +72,14 @@ def test_a_root_at_the_start_that_is_left_is_no_contact() -> None:
     assert isolate(np.array([1e-17, 0.5, 0.1]))[0] == CLEAR
 
 
-def test_a_start_on_the_stop_going_out_is_a_contact_at_once() -> None:
+def test_a_start_on_the_stop_moving_outward_is_an_immediate_contact() -> None:
     status, t = isolate(np.array([1e-17, -0.5, 0.1]))
     assert status == CONTACT
     assert t < 1e-12
 
 
 @pytest.mark.parametrize("seed", range(100))
-def test_search_on_the_first_terms_finds_the_same_root_or_says_that_it_cannot(seed: int) -> None:
+def test_search_on_the_first_terms_finds_the_same_root_or_reports_that_it_cannot(seed: int) -> None:
     rng = np.random.default_rng(seed)
     size = STACK_SHAPE[1]
     taylor = rng.normal(size=size) / np.cumprod(np.maximum(1.0, np.arange(size)))

@@ -129,7 +129,7 @@ def test_along_a_curve_of_grazes_the_orbit_without_the_graze_touches_a_stop():
         ("point", {}),
     ],
 )
-def test_curves_that_make_no_sense_are_refused(name, change):
+def test_invalid_curve_requests_are_refused(name, change):
     point = two_impacts().special_points[0]
     if name == "point":
         point = dataclasses.replace(point, status="guess")

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: periodic motions show as many points as periods, and sweeps follow what they began with."""
+"""Bifurcation diagrams: periodic motions show as many points as periods, and sweeps stay on their branch."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_sweeps_name_what_sweeps_of_maps_name():
                 assert counts == sorted((tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]))
 
 
-def test_chaos_is_told_from_what_has_not_settled():
+def test_chaos_is_distinguished_from_motions_that_have_not_settled():
     clearance = np.linspace(1.2, 2.1, 32)
     tile = unfolding_map_tile(DEFAULT, np.array([0.28]), clearance)
     found = list(sections(DEFAULT, "clearance", clearance, 0.28))
@@ -102,7 +102,7 @@ def test_chaos_is_told_from_what_has_not_settled():
         (("clearance", [1.0, 2.0], 0.3, "rest", 1, 1, 0), "max_period"),
     ],
 )
-def test_what_makes_no_diagram_is_refused_before_anything_is_followed(arguments, name):
+def test_an_invalid_diagram_is_refused_before_anything_is_simulated(arguments, name):
     with pytest.raises(ParameterError) as caught:
         sections(DEFAULT, *arguments)
     assert caught.value.name == name

@@ -1,4 +1,4 @@
-"""What lies beyond special points, against 50-digit shooting, the tangent flow and the event-exact simulation."""
+"""Orbits beyond special points, against 50-digit shooting, the tangent flow and the event-exact simulation."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def against_digits(orbit):
 
 
 @pytest.mark.parametrize(("kind", "label"), [("PD", "2-2r-(-1)l"), ("SB", "1-1r-1l")])
-def test_the_orbit_that_is_born_is_one_of_its_own(kind, label):
+def test_the_orbit_on_the_new_branch_differs_from_its_parent(kind, label):
     point = special(parent(kind), kind)
     (beyond,) = starts_beyond(DEFAULT, point)
     orbit = beyond.orbit(DEFAULT)
@@ -69,7 +69,7 @@ def test_the_orbit_that_is_born_is_one_of_its_own(kind, label):
 
 
 @pytest.mark.parametrize("kind", ["PD", "SB"])
-def test_the_simulation_settles_to_the_orbit_that_is_born(kind):
+def test_the_simulation_settles_to_the_orbit_on_the_new_branch(kind):
     point = special(parent(kind), kind)
     (beyond,) = starts_beyond(DEFAULT, point)
     clearance = point.clearance + math.copysign(3e-4, beyond.clearance - point.clearance)
@@ -112,7 +112,7 @@ def test_amplitudes_grow_as_the_root_of_the_distance(kind):
 
 
 @pytest.mark.parametrize("kind", ["PD", "SB"])
-def test_a_branch_that_is_born_leads_back_to_its_parent(kind):
+def test_a_new_branch_leads_back_to_its_parent(kind):
     point = special(parent(kind), kind)
     low, high = 0.995 * point.clearance, 1.005 * point.clearance
     (beyond,) = starts_beyond(DEFAULT, point)
@@ -198,7 +198,7 @@ def test_a_graze_solves_the_equations_of_the_orbit_beyond_it():
     np.testing.assert_allclose(np.delete(orbit.impacts.velocities, place), point.impacts.velocities, rtol=1e-11)
 
 
-def test_nothing_is_proposed_where_no_other_orbits_pass():
+def test_no_orbits_are_proposed_where_no_other_branch_passes():
     branch = orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8)
     for kind in ("SN", "NS"):
         assert starts_beyond(DEFAULT, next(p for p in branch.special_points if p.type == kind)) == ()

@@ -1,4 +1,4 @@
-"""Codimension-two points: complete, right to 1e-12 and told apart, against an isolating scan in ball arithmetic."""
+"""Codimension-two points: complete, separated and correct to 1e-12, compared with a scan in ball arithmetic."""
 
 from __future__ import annotations
 
@@ -73,13 +73,13 @@ def only(points, **fields):
     return chosen[0]
 
 
-def test_the_default_system_is_complete_and_right(default_points, default_expected):
+def test_the_points_of_the_default_system_are_complete_and_correct(default_points, default_expected):
     assert len(default_expected) > 800
     check_complete(default_points, default_expected)
     assert all(p.residual < 1e-12 and p.status == "simple" for p in default_points)
 
 
-def test_a_dropped_or_shifted_point_would_be_noticed(default_points, default_expected):
+def test_a_dropped_or_shifted_point_is_detected(default_points, default_expected):
     with pytest.raises(AssertionError):
         check_complete(default_points[:100] + default_points[101:], default_expected)
     for factor in (1 + 1e-12, 1 - 1e-12):
@@ -88,7 +88,7 @@ def test_a_dropped_or_shifted_point_would_be_noticed(default_points, default_exp
             check_complete(shifted, default_expected)
 
 
-def test_frequencies_skewed_by_1e_12_would_be_noticed(default_expected, monkeypatch):
+def test_frequencies_changed_by_1e_12_are_detected(default_expected, monkeypatch):
     true_model = modal_model(DEFAULT)
     skewed = replace(true_model, discriminant=true_model.discriminant * (1 + 2e-12))
     monkeypatch.setattr("grazemap_core.grazing.codimension_two.modal_model", lambda oscillator: skewed)
@@ -96,7 +96,7 @@ def test_frequencies_skewed_by_1e_12_would_be_noticed(default_expected, monkeypa
         check_complete(codimension_two_points(DEFAULT, 0.05, 2.5, max_order=8), default_expected)
 
 
-def test_the_stated_error_covers_the_real_one(default_points, default_expected):
+def test_the_error_estimate_bounds_the_error(default_points, default_expected):
     exact = {}
     for kind, number, symmetric, name, omega in default_expected:
         exact.setdefault((kind, number, symmetric, name), []).append(omega)
@@ -135,13 +135,13 @@ def test_reference_point_with_damping_per_link():
 
 
 @pytest.mark.parametrize("damping", [[0.05, 0.05, 0.05], [0.4, 0.0, 0.01], [2.0, 0.3, 5.0], 1e-4, 0.5])
-def test_other_dampings_are_complete_too(damping):
+def test_the_points_for_other_dampings_are_complete_too(damping):
     oscillator = Oscillator.create(MASSES, STIFFNESSES, damping, FORCING, 0.8)
     points = codimension_two_points(oscillator, 0.1, 2.5, max_order=6, max_multiple=3)
     check_complete(points, expected_points(chain_of(oscillator), 0.1, 2.5, 6, 3))
 
 
-def test_random_chains_are_complete():
+def test_the_points_of_random_chains_are_complete():
     random = np.random.default_rng(11)
     total, near_double = 0, 0
     for number in range(50):
@@ -199,7 +199,7 @@ def test_a_point_at_an_end_of_the_interval_is_in_once(default_points):
         assert start <= inside[0].omega <= stop
 
 
-def test_two_zeros_that_merge_are_reported_as_near_double_and_never_lost():
+def test_two_merging_zeros_are_reported_as_near_double_and_not_lost():
     def zeros(stiffness):
         response = impulse_response(modal_model(Oscillator.create([1.0, 2.0], [1.0, stiffness], 0.01, [1.0, 0.0], 0.8)))
         places, kinds, status = isolate(
@@ -247,7 +247,7 @@ def test_light_damping_and_long_periods_stay_cheap():
         assert time.perf_counter() - begin < 2.0
 
 
-def test_what_has_no_points_is_refused():
+def test_systems_without_such_points_are_refused():
     with pytest.raises(SteadyMotionError):
         codimension_two_points(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), 0.1, 1.0)
     with pytest.raises(ParameterError, match="forcing"):

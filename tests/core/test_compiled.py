@@ -81,7 +81,7 @@ def _add_nested(nested: Nested) -> float:
     return _add(refers.pair)
 
 
-def test_a_kernel_that_only_kernels_call_has_no_machine_code() -> None:
+def test_a_kernel_called_only_by_kernels_has_no_machine_code_of_its_own() -> None:
     """Numba would make it of every function that a compiled one calls, which is most of the time of compiling."""
     nested = Nested(Pair(np.array([1.0]), np.array([2.0])), 0.5)
     assert _add_nested(nested) == 3.5
@@ -108,6 +108,6 @@ def test_a_plain_function_may_call_kernels() -> None:
     assert twice(Pair(np.array([1.0]), np.array([2.0]))) == 6.0
 
 
-def test_outside_of_kernels_a_reference_is_the_tuple() -> None:
+def test_outside_kernels_a_reference_is_the_tuple_itself() -> None:
     pair = Pair(np.array([1.0]), np.array([2.0]))
     assert reference(pair) is pair

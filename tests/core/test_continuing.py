@@ -1,4 +1,4 @@
-"""Where a record ends, a trajectory can go on: impacts, rests and releases as if it had never been interrupted."""
+"""A trajectory continues from the end of a record: impacts, rests and releases as without interruption."""
 
 import math
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def runs(oscillator: Oscillator, omega: float, clearance: float, phase: float = 
 
 
 def events(found: Trajectory, skip: int, period: float) -> np.ndarray:
-    """Times of the impacts behind `skip` periods, and of the releases there, from then on, without a long time's
+    """Times of the impacts after `skip` periods, and of the releases there, from then on, without a long time's
     rounding in the impacts'."""
     impacts, end = found.impacts, found.record.end
     late = impacts.period >= skip
@@ -90,7 +90,7 @@ def shift(run: Run, omega: float, clearance: float) -> tuple[np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_random_chains_go_on_from_where_they_ended(seed: int) -> None:
+def test_random_chains_continue_from_where_they_ended(seed: int) -> None:
     oscillator, omega, clearance = random_point(seed)
     run = runs(oscillator, omega, clearance, phase=0.7 * seed)
     moved, bound, _ = shift(run, omega, clearance)
@@ -106,7 +106,7 @@ def test_random_chains_go_on_from_where_they_ended(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [seed for seed in STICKING if seed not in (17, 38)])
-def test_motions_with_chatter_and_rest_go_on_from_where_they_ended(seed: int) -> None:
+def test_motions_with_chatter_and_rest_continue_from_where_they_ended(seed: int) -> None:
     oscillator, omega, clearance = random_case(seed)
     run = runs(oscillator, omega, clearance)
     moved, bound, _ = shift(run, omega, clearance)
@@ -192,7 +192,7 @@ def test_the_end_is_that_of_50_digits(seed: int) -> None:
         assert np.all(error <= bound)
 
 
-def test_round_off_takes_the_end_beyond_no_stop() -> None:
+def test_round_off_does_not_move_the_final_state_beyond_a_stop() -> None:
     chain = forced_chain(DEFAULT, 0.29, 1.6)
     rng = np.random.default_rng(0)
     beyond = 0
@@ -217,7 +217,7 @@ def test_the_phase_of_the_end_is_wrapped_and_exact_where_it_was_in_range() -> No
         assert wrapped(phase) == pytest.approx(float(plain), rel=4 * EPSILON)
 
 
-def test_a_trajectory_that_was_given_up_ends_behind_its_last_impact() -> None:
+def test_a_trajectory_with_too_many_impacts_ends_after_its_last_impact() -> None:
     ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], 1.0)
     result = trajectory(ball, 1e-3, 1.0, np.array([1.0]), np.array([-1e-5]), math.pi / 2, samples_per_period=1)
     assert (result.motion.reason or "").startswith("too many impacts")

@@ -1,4 +1,4 @@
-"""Corners of the trajectory: rests that do not end, extreme restitutions and chains, starts on a stop.
+"""Limiting cases of the trajectory: rests that do not end, extreme restitutions and chains, starts on a stop.
 
 Each has a defined answer, in the words of `assert_defined`; those with a closed form have that.
 """
@@ -193,7 +193,7 @@ CASES = {
     for restitution in (0.0, 1e-300, 0.5, 1.0)
     if not (case.slides and restitution == 1.0)
 ])  # fmt: skip
-def test_every_corner_has_a_defined_answer(name: str, restitution: float) -> None:
+def test_every_limiting_case_has_a_defined_result(name: str, restitution: float) -> None:
     case = CASES[name]
     end = 6 * 2.0 * math.pi / case.omega
     oscillator = Oscillator.create(*case.chain, restitution)
@@ -265,7 +265,7 @@ def test_a_start_on_a_stop_is_an_impact_a_rest_or_a_flight(
 
 @pytest.mark.parametrize("stiffness", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
-def test_flights_between_the_stops_of_soft_and_stiff_springs_last_as_their_closed_form_says(
+def test_flights_between_the_stops_of_soft_and_stiff_springs_have_the_duration_of_the_closed_form(
     stiffness: float, restitution: float
 ) -> None:
     # between impacts x = +-(b cos(w t) - (v/w) sin(w t)), v the speed behind the impact: pi - 2 atan(...) in w t where

@@ -66,7 +66,7 @@ def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> Non
     assert (resting > 0) == (case == "rest")
 
 
-def test_samples_at_the_times_of_even_samples_are_those() -> None:
+def test_samples_at_the_times_of_even_samples_equal_the_even_samples() -> None:
     for oscillator, omega, clearance in (random_point(3), random_case(9)):
         found = trajectory(oscillator, omega, clearance, periods=3, transient_periods=4, samples_per_period=32)
         x, v = found.at(found.time)
@@ -78,7 +78,7 @@ def test_samples_at_the_times_of_even_samples_are_those() -> None:
         np.testing.assert_allclose(v, found.velocity, rtol=0, atol=8 * EPSILON * (speed + change * found.time[-1]))
 
 
-def test_a_sample_at_the_listed_time_of_an_impact_is_behind_it() -> None:
+def test_a_sample_at_the_listed_time_of_an_impact_is_after_it() -> None:
     found = trajectory(DEFAULT, 0.29, 1.6, periods=200, samples_per_period=1)
     x, v = found.at(found.impacts.time)
     late = found.impacts.time[-1]
@@ -89,7 +89,7 @@ def test_a_sample_at_the_listed_time_of_an_impact_is_behind_it() -> None:
     np.testing.assert_allclose(before[0], found.impacts.velocity, rtol=0, atol=1e-13 + 3 * EPSILON * late)
 
 
-def test_times_asked_for_are_the_samples_and_nothing_else_changes() -> None:
+def test_requested_times_give_samples_there_and_change_nothing_else() -> None:
     times = np.array([0.0, 0.1, 17.3, 2 * 2 * math.pi / 0.29])
     asked = trajectory(DEFAULT, 0.29, 1.6, periods=2, transient_periods=3, times=times)
     plain = trajectory(DEFAULT, 0.29, 1.6, periods=2, transient_periods=3)
@@ -105,7 +105,7 @@ def test_times_asked_for_are_the_samples_and_nothing_else_changes() -> None:
     assert plain.at(np.zeros(0))[0].shape == (3, 0)
 
 
-def test_times_behind_an_early_end_are_left_out() -> None:
+def test_times_after_an_early_end_are_left_out() -> None:
     ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], 1.0)
     start = {"displacement": np.array([1.0]), "velocity": np.array([-1e-5]), "phase": math.pi / 2}
     end = trajectory(ball, 1e-3, 1.0, **start, samples_per_period=1).record.end

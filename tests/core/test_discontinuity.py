@@ -48,7 +48,7 @@ def error_beside_oracle(point, deviation, scan=False):
     return point.size(error), point.size(ours)
 
 
-def test_the_second_order_coefficient_is_what_the_leading_order_leaves_out():
+def test_the_second_order_coefficient_is_the_remainder_of_the_leading_order():
     for point in random_grazing_points(1, 20, 2.0):
         left = remainder(point)
         # a wrong coefficient would leave a constant; the third order falls as the square root of the overshoot
@@ -73,7 +73,7 @@ def test_without_any_rebound_and_without_any_loss_the_expansion_holds_too(restit
 
 
 @pytest.mark.parametrize("entry", range(7))
-def test_a_coefficient_off_by_a_percent_would_be_noticed(entry):
+def test_a_coefficient_wrong_by_a_percent_is_detected(entry):
     point = grazing_point(DEFAULT, 0.29)
     wrong = point.gamma.copy()
     wrong[entry] *= 1.01
@@ -82,7 +82,7 @@ def test_a_coefficient_off_by_a_percent_would_be_noticed(entry):
     assert (abs(slope(OVERSHOOTS, off) - 0.5) > 0.02) == (entry != 1)
 
 
-def test_the_exact_mapping_is_right_to_round_off_of_what_it_does():
+def test_the_exact_mapping_is_accurate_to_the_round_off_of_its_displacement():
     worst = 0.0
     random = np.random.default_rng(3)
     for point in random_grazing_points(2, 20, 2.0):
@@ -112,7 +112,7 @@ def test_the_impact_of_the_exact_mapping_is_on_the_stop_and_the_result_on_the_su
         assert beyond == pytest.approx(point.oscillator.restitution**2, abs=0.05)
 
 
-def test_what_stays_inside_the_stop_is_mapped_to_itself():
+def test_a_state_inside_the_stop_is_mapped_to_itself():
     point = grazing_point(DEFAULT, 0.29, -1)
     inside = beyond_stop(point, -1e-6)
     inside[3] = 0.25
@@ -137,7 +137,7 @@ def test_both_stops_are_mirror_images():
         assert there[-1] == pytest.approx(here[-1], rel=1e-13)
 
 
-def test_the_domain_ends_where_it_says():
+def test_the_mapping_exists_exactly_up_to_the_stated_end_of_its_domain():
     bounded = 0
     for point in [grazing_point(DEFAULT, 0.29), *random_grazing_points(6, 8, 2.0)]:
         limit = largest_overshoot(point)
@@ -153,7 +153,7 @@ def test_the_domain_ends_where_it_says():
     assert bounded >= 3
 
 
-def test_behind_an_impact_pressed_against_the_stop_there_is_no_mapping():
+def test_after_an_impact_pressed_against_the_stop_there_is_no_mapping():
     # one mass, R = 0: the impact takes all speed and with it the damper's pull
     oscillator = Oscillator.create([1.0], [1.0], 0.5, [1.0], 0.0)
     point = grazing_point(oscillator, 2.0)
@@ -165,7 +165,7 @@ def test_behind_an_impact_pressed_against_the_stop_there_is_no_mapping():
         exact_mapping(point, beyond_stop(point, limit * 1.00001))
 
 
-def test_what_has_no_mapping_is_refused():
+def test_states_without_a_mapping_are_refused():
     point = grazing_point(DEFAULT, 0.29)
     with pytest.raises(ParameterError, match="overshoot"):
         exact_mapping(point, beyond_stop(point, 0.0))

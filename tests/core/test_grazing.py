@@ -89,7 +89,7 @@ def test_a_sharp_resonance_is_right_to_the_last_digits(gamma):
         assert relative_error(response, steady_amplitude(chain, omega)) < 1e-15
 
 
-def test_a_part_of_the_chain_that_resonates_by_itself_is_no_obstacle():
+def test_a_part_of_the_chain_that_resonates_by_itself_is_solved_correctly():
     # masses 2 and 3 held at mass 1 resonate at this frequency: the pivot of the last two rows nearly vanishes
     oscillator = Oscillator.create([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], 1e-13, [1.0, 0.0, 0.0], 0.8)
     chain = Chain.proportional(oscillator.masses, oscillator.stiffnesses, 1e-13, oscillator.forcing)
@@ -136,7 +136,7 @@ def test_the_first_recurrence_follows_the_sign_rule_in_50_digits(damping):
         assert (order, stop) == (exact, 0 if exact == 0 else (1 if exact % 2 == 0 else -1))
 
 
-def test_what_has_no_grazing_curve_is_refused():
+def test_systems_without_a_grazing_curve_are_refused():
     def chain(damping, forcing, stiffnesses=(1.0, 1.3, 2.0)):
         return Oscillator.create([1.0, 1.0, 1.0], list(stiffnesses), damping, forcing, 0.8)
 

@@ -132,7 +132,7 @@ def assert_same(found: Arrays, here: Arrays) -> None:
     np.testing.assert_allclose(found["monodromy"], here["monodromy"], rtol=0, atol=1e-12 * scale)
 
 
-def test_vector_instructions_without_extensions_and_no_compiler_at_all_are_as_good(tmp_path: Path) -> None:
+def test_without_instruction_set_extensions_or_a_compiler_results_are_as_accurate(tmp_path: Path) -> None:
     here = compute("small")
     (tmp_path / "vector").mkdir()
     vector = elsewhere(tmp_path / "vector", PLAIN, "small", "--vector-only")
@@ -149,7 +149,7 @@ def test_vector_instructions_without_extensions_and_no_compiler_at_all_are_as_go
 @pytest.mark.hardware
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("machine", COMPILED)
-def test_every_kernel_compiled_for_another_machine_is_as_good(machine: str, tmp_path: Path) -> None:
+def test_every_kernel_compiled_for_another_machine_is_as_accurate(machine: str, tmp_path: Path) -> None:
     if machine != "generic" and not (X86 and binding.get_host_cpu_features().get("avx2")):
         pytest.skip("for processors with AVX2")
     found = elsewhere(tmp_path, COMPILED[machine], "full")

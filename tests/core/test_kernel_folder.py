@@ -79,7 +79,7 @@ def test_every_module_of_kernels_keeps_machine_code_in_the_folder_of_the_fingerp
     assert outside(found, tmp_path) == []
 
 
-def test_a_kernel_defined_before_the_folder_is_chosen_is_seen(tmp_path: Path) -> None:
+def test_a_kernel_defined_before_the_folder_is_chosen_is_detected(tmp_path: Path) -> None:
     module = "grazemap_core.numerics.kernels.dense"
     late = cache_folders([module], tmp_path, "late")
     assert outside(late, tmp_path) == [f"{module}.eliminate"]

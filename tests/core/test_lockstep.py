@@ -1,4 +1,4 @@
-"""The lockstep kernel against multi-precision arithmetic, and against the scalar one, which is so on its own."""
+"""The lockstep kernel against multi-precision arithmetic, and against the scalar kernel."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def same(one: Ensemble, other: Ensemble) -> None:
 
 
 @pytest.mark.parametrize("omega", [0.22, 0.29, 0.5])
-def test_a_lane_gets_the_same_bytes_whatever_runs_beside_it(omega: float) -> None:
+def test_the_bytes_of_a_lane_do_not_depend_on_the_other_lanes(omega: float) -> None:
     oscillator = default()
     rng = np.random.default_rng(1)
     clearances = rng.uniform(0.3, 1.1, size=LANES + 37) * amplitude(oscillator, omega)
@@ -125,7 +125,7 @@ def test_a_lane_gets_the_same_bytes_whatever_runs_beside_it(omega: float) -> Non
     same(Ensemble(*(value[few] for value in whole)), first_impacts(oscillator, omega, clearances[few], 30, 60))
 
 
-def test_a_map_counts_what_it_ran() -> None:
+def test_a_map_counts_the_periods_that_it_computed() -> None:
     clearances = np.linspace(1.3, 2.1, LANES + 5)
     codes, _ = settle_grid(default(), np.array([0.28]), clearances, Settling(30, 8, early=False, linearised=False))
     assert (codes[lane_state.HALVES_RUN] == 60).all()
@@ -145,7 +145,7 @@ def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_round
     assert points == 200
 
 
-def test_the_yardstick_of_these_points_is_that_of_48_digits() -> None:
+def test_the_rounding_estimate_of_these_points_agrees_with_48_digits() -> None:
     oscillator = default()
     omega, clearances = plane_points(oscillator, 1, 2)[0]
     quick = lockstep_amplification(oscillator, omega, clearances)

@@ -115,7 +115,7 @@ def test_two_trajectories_part_at_the_rate_of_the_exponent() -> None:
     assert total / count < 1e-5
 
 
-def test_both_exponents_of_one_mass_add_up_to_what_damping_and_impacts_take() -> None:
+def test_the_exponents_of_one_mass_add_up_to_the_loss_by_damping_and_impacts() -> None:
     omega, clearance = CHAOS
     found = lyapunov_exponents(ONE_MASS, omega, clearance, periods=300, transient_periods=0)
     run = linearised_run(ONE_MASS, omega, clearance, None, None, 0.0)
@@ -128,7 +128,7 @@ def test_both_exponents_of_one_mass_add_up_to_what_damping_and_impacts_take() ->
 
 
 @pytest.mark.parametrize("numbers", TORI)
-def test_a_torus_is_told_from_chaos_and_keeps_its_name(numbers: tuple) -> None:  # type: ignore[type-arg]
+def test_a_torus_is_distinguished_from_chaos_and_stays_quasi_periodic(numbers: tuple) -> None:  # type: ignore[type-arg]
     oscillator = Oscillator.create(*numbers[:5])
     short = lyapunov_exponents(oscillator, *numbers[5:], periods=1000, transient_periods=400)
     long = lyapunov_exponents(oscillator, *numbers[5:], periods=8000, transient_periods=400)

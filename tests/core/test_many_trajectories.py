@@ -1,4 +1,4 @@
-"""Trajectories from many states: each as it would be alone, from what is set up once."""
+"""Trajectories from many states: each as it would be alone, with a common preparation."""
 
 import math
 
@@ -32,7 +32,7 @@ def states(oscillator: Oscillator, clearance: float, count: int) -> list[State]:
 
 
 @pytest.mark.parametrize("seed", [None, 8, 9, 31])
-def test_each_is_to_the_bit_what_it_is_alone(seed: int | None) -> None:
+def test_each_result_has_the_bytes_that_it_has_alone(seed: int | None) -> None:
     oscillator, omega, clearance = (DEFAULT, 0.29, 1.6) if seed is None else random_case(seed)
     given = states(oscillator, clearance, 10)
     times = np.linspace(0.0, 5 * math.pi / omega, 40)
@@ -59,7 +59,7 @@ def test_each_is_to_the_bit_what_it_is_alone(seed: int | None) -> None:
         np.testing.assert_array_equal(one.at(times)[0], alone.displacement)
 
 
-def test_what_states_share_is_set_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = {"trajectory_models": 0, "cell_problem": 0, "forced_response": 0}
     for name in calls:
 
@@ -73,7 +73,7 @@ def test_what_states_share_is_set_up_once(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.parametrize("size", [1, 3])
-def test_a_problem_turned_to_a_phase_is_the_one_made_for_it(size: int) -> None:
+def test_a_problem_shifted_to_a_phase_equals_the_one_made_for_it(size: int) -> None:
     oscillator = Oscillator.create([1.0, 2.0, 3.0][:size], [1.0] * size, 0.1, [1.0, 0.3, -0.2][:size], 0.5)
     models, steady = trajectory_models(oscillator), forced_response(oscillator, np.array([0.3]))[0]
     chain = start.ForcedChain(oscillator, 0.3, 1.0, models, steady)
@@ -89,7 +89,7 @@ def test_a_problem_turned_to_a_phase_is_the_one_made_for_it(size: int) -> None:
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
 
 
-def test_a_state_that_is_refused_is_named_before_any_is_followed() -> None:
+def test_a_refused_state_is_named_before_any_is_simulated() -> None:
     good = State(np.zeros(3), np.zeros(3))
     for bad, name in (
         (State(np.array([1.7, 0, 0]), np.zeros(3)), "states[1].displacement"),

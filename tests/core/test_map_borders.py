@@ -69,7 +69,7 @@ def test_every_border_near_the_codimension_two_point_is_explained():
 
 
 def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
-    """None of them is told to the search, which follows trajectories of the map."""
+    """The search does not use them; it follows trajectories of the map."""
     compared = {"SN": 0, "PD": 0, "GR": 0}
     for curve in near_the_point()[1].curves:
         if curve.name != IMPACT_ON_ONE_STOP or curve.orbits is None:
@@ -95,7 +95,7 @@ def test_the_steady_motion_ends_on_the_grazing_curve():
     assert len(explained) > 20
 
 
-def test_where_motions_coexist_a_trajectory_of_either_stays_in_it_a_step_further():
+def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
     """The one of the pair's other point is started where the one from rest has ended at the first."""
     arrays, found = near_the_point()
     chosen = np.flatnonzero(found.explanation == EXPLANATIONS.index("coexistence"))
@@ -142,7 +142,7 @@ def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
     assert np.all(regions.number[free] == NO_REGION)
 
 
-def test_a_motion_that_is_not_there_leaves_its_borders_unexplained():
+def test_a_motion_that_is_not_found_leaves_its_borders_unexplained():
     omega, clearance, arrays = calm()
     wrong = planted(arrays, (1, 2), period=2, impacts_right=1, impacts_left=1, least_impact_velocity=0.1)
     wrong["symmetric"][1, 2] = False
@@ -153,7 +153,7 @@ def test_a_motion_that_is_not_there_leaves_its_borders_unexplained():
 
 
 @pytest.mark.parametrize("values", [{"sticking": True}, {"impacts_left": INFINITE}])
-def test_a_motion_with_rests_says_that_it_is_not_followed(values):
+def test_a_motion_with_rests_gives_the_reason_why_it_is_not_followed(values):
     omega, clearance, arrays = calm()
     wrong = planted(arrays, (1, 2), impacts_right=1, least_impact_velocity=0.0, **values)
     found = map_borders(DEFAULT, omega, clearance, wrong)
@@ -161,7 +161,7 @@ def test_a_motion_with_rests_says_that_it_is_not_followed(values):
     assert all("rests" in REASONS[reason] for reason in found.reason)
 
 
-def test_a_calm_map_has_no_borders_and_a_chaotic_point_in_it_is_counted_apart():
+def test_a_map_with_one_motion_has_no_borders_and_a_chaotic_point_in_it_is_counted_separately():
     omega, clearance, arrays = calm()
     assert len(map_borders(DEFAULT, omega, clearance, arrays).row) == 0
     told = []
@@ -180,7 +180,7 @@ def small(rows: int = 8, columns: int = 8) -> tuple[np.ndarray, np.ndarray, dict
     return omega, clearance, unfolding_map_tile(DEFAULT, omega, clearance)
 
 
-def test_what_is_done_is_told_in_steps_that_rise_and_end_before_all():
+def test_progress_is_reported_in_steps_that_increase_and_end_before_the_total():
     told: list[tuple[int, int]] = []
     map_borders(DEFAULT, *small(), lambda done, total: told.append((done, total)))
     done = [one for one, _ in told]
@@ -194,7 +194,7 @@ def test_what_is_done_is_told_in_steps_that_rise_and_end_before_all():
 @pytest.mark.parametrize(
     ("bound", "words"), [("BORDER_WORK", "allowed for one border"), ("BORDERS_WORK", "allowed for all borders")]
 )
-def test_borders_that_take_more_than_is_spent_on_them_say_so(monkeypatch, bound, words):
+def test_borders_that_exceed_the_work_limit_give_this_reason(monkeypatch, bound, words):
     free = map_borders(DEFAULT, *small())
     assert free.count("unexplained") == 0
     monkeypatch.setattr(f"grazemap_core.maps.borders.map_borders.{bound}", 1)
@@ -225,7 +225,7 @@ def test_searches_among_random_states_are_bounded(monkeypatch):
 
 
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
-def test_maps_of_two_by_two_points_are_explained_or_say_why(restitution):
+def test_borders_of_maps_of_two_by_two_points_are_explained_or_have_a_reason(restitution):
     oscillator = dataclasses.replace(DEFAULT, restitution=restitution)
     omega, clearance = np.array([0.26, 0.3]), np.array([1.5, 2.05])
     found = map_borders(oscillator, omega, clearance, unfolding_map_tile(oscillator, omega, clearance))
@@ -234,7 +234,7 @@ def test_maps_of_two_by_two_points_are_explained_or_say_why(restitution):
     np.testing.assert_array_equal(explained, found.reason == 0)
 
 
-def test_a_slowest_impact_that_is_not_the_map_s_is_no_orbit_of_it():
+def test_an_orbit_with_another_slowest_impact_than_the_map_is_rejected():
     omega, clearance = np.linspace(0.270, 0.2702, 3), np.linspace(1.852, 1.853, 3)
     arrays = unfolding_map_tile(DEFAULT, omega, clearance)
     assert np.all(arrays["impacts_right"] + arrays["impacts_left"] == 0)

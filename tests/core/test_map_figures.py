@@ -1,4 +1,4 @@
-"""What a map says of its motions beside their names, and where its trajectories begin."""
+"""The numbers that a map has of its motions, and the starts of its trajectories."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: floa
     assert found["sticking"].any() == (oscillator is STICKY)
 
 
-def test_without_impacts_the_slowest_mode_says_all() -> None:
+def test_without_impacts_the_slowest_mode_gives_the_exponent() -> None:
     for oscillator, omega in ((DEFAULT, 0.29), (PER_LINK, 0.6)):
         clearance = 3.0 * amplitude(oscillator, omega)
         found = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]))
@@ -61,7 +61,7 @@ def test_without_impacts_the_slowest_mode_says_all() -> None:
         assert found["lyapunov"][0, 0] == pytest.approx(np.log(abs(expected.multipliers[0])), rel=1e-11)
 
 
-def test_an_exponent_is_finite_where_its_multiplier_is_too_small_for_a_number() -> None:
+def test_an_exponent_is_finite_where_its_multiplier_underflows() -> None:
     found = unfolding_map_tile(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0]), 5, 1)
     assert found["multiplier"][0, 0] == 0.0
     assert found["lyapunov"][0, 0] == pytest.approx(2.0 * found["lyapunov"][0, 1], rel=1e-9)
@@ -180,7 +180,7 @@ def test_a_sweep_follows_its_motion() -> None:
 
 
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down"])
-def test_a_sweep_goes_on_from_the_state_that_it_was_in(policy: str) -> None:
+def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: str) -> None:
     """The same sweep by single trajectories, each from the last one's end, settled to round-off."""
     omega, clearances = 0.27, np.linspace(1.6, 1.7, 6)
     found = unfolding_map_tile(DEFAULT, np.array([omega]), clearances, policy=policy)
@@ -208,7 +208,7 @@ def test_a_sweep_goes_on_from_the_state_that_it_was_in(policy: str) -> None:
             )
 
 
-def test_an_ensemble_counts_where_its_states_lead() -> None:
+def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
     omega, clearances = np.array([0.29]), np.array([1.9, 1.9927])
     found = unfolding_map_tile(DEFAULT, omega, clearances, policy="ensemble", initial_conditions=12, seed=4)
     again = unfolding_map_tile(DEFAULT, omega, clearances[1:], policy="ensemble", initial_conditions=12, seed=4)

@@ -160,7 +160,7 @@ def test_two_blocks_that_are_defective_together_are_refused():
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
-def test_near_that_point_the_conditioning_says_what_is_lost(distance):
+def test_near_that_point_the_condition_number_measures_the_loss_of_digits(distance):
     oscillator, chain = oscillator_and_chain([1.0, 3.0], [1.0, 16.0 / 3.0], [1.0 + distance, 0.0])
     conditioning = modal_model(oscillator).conditioning
     assert conditioning == pytest.approx(1.0 / np.sqrt(distance), rel=3.0)
@@ -180,7 +180,7 @@ def test_one_damped_middle_link_can_leave_a_mode_undamped():
     ([1.0, 1e-16], [0.0, 5.0]),
     ([1e-60, 1.0], [0.0, 5.0]),
 ])  # fmt: skip
-def test_a_mode_lost_in_the_round_off_of_the_others_is_refused_in_these_words(stiffnesses, damping):
+def test_a_mode_lost_in_the_round_off_of_the_others_is_refused_with_this_reason(stiffnesses, damping):
     oscillator, _ = oscillator_and_chain([1.0, 1.0], stiffnesses, damping)
     with pytest.raises(ConditioningError, match="so slow compared with the others"):
         modal_model(oscillator)

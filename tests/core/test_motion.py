@@ -36,7 +36,7 @@ def spread(rng: np.random.Generator, m: int) -> np.ndarray:
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 6, 7, 12, 31, 64])
 @pytest.mark.parametrize("rate", [0.5, -0.5, 0.9])
-def test_planted_orbits_get_their_least_period(m: int, rate: float) -> None:
+def test_planted_orbits_get_their_minimum_period(m: int, rate: float) -> None:
     rng = np.random.default_rng(m)
     points, away = spread(rng, m), spread(rng, 1)[0]
     # one impact per half period, on stop A in even halves and on C in odd ones
@@ -62,7 +62,7 @@ def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> Non
         assert (said[1], said[4]) == (1, True)
 
 
-def test_a_drift_that_passes_for_closed_is_not_named() -> None:
+def test_a_slow_drift_that_resembles_closing_is_not_named() -> None:
     point, away = np.ones((3, 2)), np.full((3, 2), 1e-10)
     said, k = first_named(lambda k: point + away * k, lambda k: (1.0, 1.0, 0.3), halves=500)
     assert k is None
@@ -113,7 +113,7 @@ def test_free_motion_is_certified_above_the_grazing_curve() -> None:
     assert np.isnan(result["least_impact_velocity"][0, 0])
 
 
-def test_one_sided_motion_exists_where_its_closed_form_says() -> None:
+def test_one_sided_motion_exists_in_the_range_of_its_closed_form() -> None:
     # theory: at omega = 0.27 the motion 1-1r-(-1)l lives from b = 1.844237331 to 1.868341055
     result = unfolding_map_tile(DEFAULT, np.array([0.27]), np.array([1.85]))
     assert result["period"][0, 0] == 1
@@ -121,7 +121,7 @@ def test_one_sided_motion_exists_where_its_closed_form_says() -> None:
     assert not result["symmetric"][0, 0]
 
 
-def test_unresolved_points_carry_a_reason_and_no_numbers() -> None:
+def test_unresolved_points_have_a_reason_and_no_numbers() -> None:
     result = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([1.6]), max_periods=3)
     assert KINDS[result["kind"][0, 0]] == "unresolved"
     assert REASONS[result["reason"][0, 0]]
@@ -129,7 +129,7 @@ def test_unresolved_points_carry_a_reason_and_no_numbers() -> None:
     assert result["settled_after"][0, 0] == -1
 
 
-def test_an_elastic_mass_between_close_stops_is_given_up_in_the_end() -> None:
+def test_an_elastic_mass_between_close_stops_ends_with_too_many_impacts() -> None:
     elastic = Oscillator.create([1.0], [1.0], 0.0, [0.7], 1.0)
     result = unfolding_map_tile(elastic, np.array([0.3]), np.array([1e-3]), max_periods=100_000)
     assert REASONS[result["reason"][0, 0]].startswith("too many impacts")
@@ -141,7 +141,7 @@ def test_an_elastic_mass_between_close_stops_is_given_up_in_the_end() -> None:
     (3.3495614417232487, 0.12752353622824484, 0.8771692715348258, 0.022179725385727687),
     (0.8531689121777564, 1.1881504982214424, 0.9899980539650735, 0.000371274722242579),
 ])  # fmt: skip
-def test_nearly_equal_multipliers_do_not_pass_for_a_smaller_distance(
+def test_nearly_equal_multipliers_do_not_reduce_the_estimated_distance(
     omega: float, clearance: float, restitution: float, gamma: float
 ) -> None:
     oscillator = Oscillator.create([1.0], [1.0], gamma, [1.0], restitution)
@@ -154,7 +154,7 @@ def test_nearly_equal_multipliers_do_not_pass_for_a_smaller_distance(
         assert early["symmetric"][0, 0] == late.symmetric
 
 
-def test_a_planted_spiral_between_two_equal_negative_multipliers_gets_its_least_period() -> None:
+def test_a_planted_spiral_between_two_equal_negative_multipliers_gets_its_minimum_period() -> None:
     point = np.ones((3, 2))
     first, second = spread(np.random.default_rng(9), 2)
     for rate in (0.97, 0.99):

@@ -1,4 +1,4 @@
-"""The curves that one motion leads to in a window, against closed forms and the tangent flow."""
+"""The curves that are found from one motion in a window, against closed forms and the tangent flow."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_motion_with_four_impacts_has_each_of_its_curves_once():
     assert abs(abs(run.multipliers[0]) - 1.0) < 1e-7
 
 
-def test_a_doubled_motion_leads_to_the_curve_that_it_is_born_at():
+def test_a_doubled_motion_leads_to_the_curve_at_which_it_appears():
     """Its branch ends there, so the point is followed as one of the motion of half the period."""
     point = special(parent("PD"), "PD")
     (beyond,) = starts_beyond(DEFAULT, point)
@@ -90,13 +90,13 @@ def test_a_doubled_motion_leads_to_the_curve_that_it_is_born_at():
         assert places == [pytest.approx(clearance, rel=1e-10)]
 
 
-def test_a_motion_that_a_window_has_not_is_not_found():
+def test_a_motion_that_does_not_exist_in_a_window_is_not_found():
     assert orbit_in_window(DEFAULT, (0.27, 0.28), (2.2, 2.3), 1, [1]) is None
     place = orbit_in_window(DEFAULT, (0.27, 0.27), (1.85, 1.85), 1, [1])
     assert (place.omega, place.clearance, place.label) == (0.27, 1.85, "1-1r-(-1)l")
 
 
-def test_windows_that_do_not_hold_the_orbit_are_refused():
+def test_windows_that_do_not_contain_the_orbit_are_refused():
     orbit = curves_of(1, 1).orbit
     for name, window in (("omega", ((0.3, 0.4), WINDOW[1])), ("clearance", (WINDOW[0], (0.1, 0.2)))):
         with pytest.raises(ParameterError) as refused:

@@ -1,4 +1,4 @@
-"""First impacts that are nearly none: the steady motion of mass 1 passes a stop by a tiny share of its amplitude."""
+"""Near-grazing first impacts: the steady motion of mass 1 passes a stop by a small fraction of its amplitude."""
 
 import math
 
@@ -52,7 +52,7 @@ def first_impacts(oscillator: Oscillator, omegas: np.ndarray, overshoots: tuple[
     ([1.0], [1.0], 0.1),
     ([1.0, 0.6, 2.0, 1.3], [1.0, 2.0, 0.7, 1.1], [0.05, 0.3, 0.02, 0.1]),
 ])  # fmt: skip
-def test_no_near_grazing_impact_is_missed_and_none_is_invented(
+def test_no_near_grazing_impact_is_missed_and_no_false_one_is_found(
     masses: list[float], stiffnesses: list[float], damping: float | list[float]
 ) -> None:
     count = len(masses)
@@ -74,7 +74,7 @@ def test_no_near_grazing_impact_is_missed_and_none_is_invented(
 
 
 @pytest.mark.parametrize("overshoot", [0.0, 1e-15, -1e-15])
-def test_a_graze_within_round_off_says_so_and_changes_nothing(overshoot: float) -> None:
+def test_a_graze_within_round_off_is_marked_and_does_not_change_the_motion(overshoot: float) -> None:
     rng = np.random.default_rng(11)
     for omega in rng.uniform(0.2, 1.5, 20):
         response = steady_response(DEFAULT, np.array([omega]))[0]

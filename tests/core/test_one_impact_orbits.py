@@ -102,7 +102,7 @@ def test_stable_orbits_are_the_motions_that_the_simulation_settles_to():
         assert (motion.kind, motion.symmetric) == ("periodic", orbit.symmetric)
 
 
-def test_a_coefficient_wrong_in_its_eleventh_digit_would_be_noticed():
+def test_a_coefficient_wrong_in_its_eleventh_digit_is_detected():
     _, branch, orbit = stable_orbits(20)[0]
     c, d = branch.position_coefficient, branch.velocity_coefficient
     speed = orbit.impact_velocity
@@ -297,7 +297,7 @@ def test_heavy_damping_and_impacts_without_or_with_full_rebound_are_covered_too(
     assert min(seen.values()) > 20
 
 
-def test_a_graze_is_placed_to_round_off():
+def test_a_graze_is_located_to_round_off():
     # at the time that is given the motion touches the stop that is given, with no velocity
     for oscillator, branch, _ in itertools.islice(random_families(10), 40):
         for point in branch.special_points[1:]:
@@ -370,7 +370,7 @@ def test_units_do_not_matter():
         assert other.impact_velocity == pytest.approx(one.impact_velocity * length * scale, rel=1e-11)
 
 
-def test_what_is_no_motion_of_this_kind_is_refused():
+def test_motions_of_other_kinds_are_refused():
     with pytest.raises(ParameterError, match="odd"):
         one_impact_branch(DEFAULT, 0.3, 2, symmetric=True)
     with pytest.raises(ParameterError, match="multiple"):

@@ -113,7 +113,7 @@ def test_a_branch_to_its_first_special_points_is_the_beginning_of_the_whole_one(
     assert {point.segment for point in first.special_points} == {0, len(first.values) - 2}
 
 
-def test_test_functions_too_small_to_be_multiplied_are_compared_all_the_same():
+def test_test_functions_too_small_to_be_multiplied_are_compared_correctly():
     """The determinant over a hundred impacts may be 1e-200."""
     piece = object.__new__(Segment)
     piece.end, piece.at = 1.0, float  # type: ignore[assignment,method-assign]
@@ -216,7 +216,7 @@ def born_at(oscillator, point, amount):
 
 
 @pytest.mark.parametrize(("omega", "symmetric", "kind"), [(0.27, True, "SB"), (0.285, False, "PD")])
-def test_a_branch_that_is_born_at_a_special_point_ends_there(omega, symmetric, kind):
+def test_a_branch_that_appears_at_a_special_point_ends_there(omega, symmetric, kind):
     known = one_impact_branch(DEFAULT, omega, 1, symmetric)
     parent = orbit_branch(DEFAULT, start(known, 1.3), 0.8 * known.amplitude, 1.05 * known.amplitude)
     (point,) = [p for p in parent.special_points if p.type == kind and p.impacts.velocities[0] > 0.0]
@@ -327,7 +327,7 @@ def test_a_closed_branch_comes_back_to_where_it_began():
         ("max_points", {"max_points": 0}),
     ],
 )
-def test_branches_that_make_no_sense_are_refused(name, change):
+def test_invalid_branch_requests_are_refused(name, change):
     orbit = default_orbit("1-2r-2l")
     with pytest.raises(ParameterError) as refused:
         orbit_branch(DEFAULT, orbit, **({"start": 1.5, "stop": 1.6} | change))

@@ -1,4 +1,4 @@
-"""Orbits found from their stops alone: closed form, settled trajectories and mirror images; or honestly not."""
+"""Orbits found from their stops alone: closed forms, settled trajectories, mirror images, and what is not found."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def test_an_orbit_is_found_from_its_stops(omega, clearance, period, stops, label
     assert np.all(orbit.impacts.whole.stops == stops)
 
 
-def test_stops_that_no_motion_has_are_said_to_have_none():
+def test_stops_without_a_motion_are_reported_as_without_one():
     assert sequence_of_stops(DEFAULT, 0.29, 1.6, 1, [1, 1, 1]) is None
     # above the saddle-node there is no motion with an impact
     assert sequence_of_stops(DEFAULT, 0.27, 1.9, 1, [1]) is None
 
 
 @pytest.mark.parametrize(("period", "stops", "name"), [(0, [1], "period"), (1, [], "stops"), (1, [2], "stops")])
-def test_what_is_no_sequence_of_stops_is_refused(period, stops, name):
+def test_an_invalid_sequence_of_stops_is_refused(period, stops, name):
     with pytest.raises(ParameterError) as caught:
         sequence_of_stops(DEFAULT, 0.29, 1.6, period, stops)
     assert caught.value.name == name

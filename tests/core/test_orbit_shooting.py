@@ -1,4 +1,4 @@
-"""Orbits walked from impact to impact: the same equations as the sums over all impacts, solved at another cost."""
+"""Shooting from impact to impact solves the same equations as the sums over all impacts."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_there_are_orbits_of_many_kinds() -> None:
 
 
 @pytest.mark.parametrize("place", range(PLACES))
-def test_walking_is_summing(place: int) -> None:
+def test_shooting_agrees_with_the_direct_sums(place: int) -> None:
     """Residuals, Newton step and norm of the inverse at a point off the orbit; multipliers on it."""
     chain, orbit = orbits()[place]
     impacts, clearance = orbit.impacts, orbit.clearance

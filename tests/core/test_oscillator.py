@@ -1,4 +1,4 @@
-"""The oscillator checks what it is given, and one system is one system in any units."""
+"""The oscillator checks its parameters, and one system gives the same results in any units."""
 
 from __future__ import annotations
 

@@ -282,7 +282,7 @@ def test_the_test_functions_are_those_of_the_monodromy_matrix():
             assert abs(ours) == pytest.approx(abs(theirs), rel=1e-9)
 
 
-def test_many_orbits_are_those_solved_one_by_one():
+def test_orbits_solved_together_equal_those_solved_one_by_one():
     orbit = default_orbit("1-2r-2l")
     rng = np.random.default_rng(5)
     clearances = orbit.clearance + rng.uniform(-0.01, 0.01, 20)
@@ -304,7 +304,7 @@ def test_many_orbits_are_those_solved_one_by_one():
         assert mismatch(multipliers[i], single.half_multipliers) < 1e-12
 
 
-def test_an_orbit_solved_for_as_a_multiple_or_as_a_whole_says_so():
+def test_an_orbit_solved_for_as_a_multiple_or_as_a_whole_is_marked():
     orbit = default_orbit("1-2r-2l")
     whole = orbit.impacts.whole
     tripled = ImpactSequence.create(
@@ -345,14 +345,14 @@ def test_a_virtual_orbit_solves_the_equations_and_is_no_motion():
         ("velocities", {"velocities": [0.1]}),
     ],
 )
-def test_sequences_that_make_no_sense_are_refused(name, change):
+def test_invalid_sequences_are_refused(name, change):
     numbers = {"period": 1, "stops": [1, -1], "phases": [0.0, 3.0], "velocities": [0.1, -0.1]} | change
     with pytest.raises(ParameterError) as refused:
         ImpactSequence.create(**numbers)
     assert refused.value.name == name
 
 
-def test_what_is_no_orbit_is_said_to_be_none():
+def test_without_an_orbit_the_result_has_a_reason():
     impacts = default_orbit("1-2r-2l").impacts
     far = dataclasses.replace(impacts, phases=impacts.phases + 2.0, velocities=-30.0 * impacts.velocities)
     orbit = periodic_orbit(DEFAULT, 0.27, 5.0, far)

@@ -1,4 +1,4 @@
-"""What a graze leads to: xi_m by three ways, and the next contact predicted beside the next contact simulated."""
+"""Recurrence after a graze: xi_m by three methods, and the predicted next contact compared with the simulated one."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_xi_follows_the_families_of_the_paper():
     assert before.xi[0, 1] * after.xi[0, 1] < 0.0
 
 
-def test_the_sign_of_xi_says_what_recurs():
+def test_the_sign_of_xi_decides_what_recurs():
     for oscillator in systems(3):
         for omega in np.random.default_rng(4).uniform(0.2, 1.5, 20):
             sequence = recurrence_sequence(oscillator, float(omega), 8)
@@ -113,7 +113,7 @@ def test_far_from_a_codimension_two_point_it_is_the_first_recurrence():
         np.testing.assert_array_equal(limit.stop, grazing_curve(oscillator, omegas, 8).recurrence_stop)
 
 
-def test_between_both_thresholds_the_square_decides_rightly():
+def test_between_both_thresholds_the_squared_factor_gives_the_correct_answer():
     # close to codimension-two points the motion itself tells sqrt(eps/2)/((1 + R) omega) from that times the square
     distance, decided = 1e-9, 0
     response = impulse_response(modal_model(DEFAULT))
@@ -138,7 +138,7 @@ def test_between_both_thresholds_the_square_decides_rightly():
     assert decided >= 6
 
 
-def test_what_has_no_sequence_is_refused():
+def test_systems_without_a_sequence_are_refused():
     with pytest.raises(SteadyMotionError):
         recurrence_sequence(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), 0.5)
     with pytest.raises(SteadyMotionError):
@@ -154,7 +154,7 @@ def test_what_has_no_sequence_is_refused():
             next_contact(DEFAULT, [0.29], distance)
 
 
-def test_the_sequence_along_a_curve_is_that_of_its_points_and_tells_its_recurrences() -> None:
+def test_the_sequence_along_a_curve_is_that_of_its_points_and_gives_its_recurrences() -> None:
     omega = np.linspace(0.2, 1.2, 60)
     xi = xi_along(DEFAULT, omega, 6)
     curve = grazing_curve(DEFAULT, omega, 6)

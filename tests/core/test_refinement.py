@@ -1,4 +1,4 @@
-"""Refining a grid of labels, on pictures whose truth is known: no kernel runs."""
+"""Refining a grid of labels, on planted maps; no kernel runs."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def wrong_motions(grid: Refinement, truth: NDArray[np.int32]) -> NDArray[np.bool
 @given(
     st.integers(0, 10**6), st.integers(1, 70), st.integers(1, 70), st.integers(2, 6), st.sampled_from([0.5, 1.5, 4.0])
 )
-def test_a_part_that_was_touched_is_nowhere_claimed_to_be_another_motion(
+def test_no_point_of_a_part_with_a_computed_point_is_inferred_to_have_another_motion(
     seed: int, rows: int, columns: int, labels: int, roughness: float
 ) -> None:
     picture = Picture(blobs(seed, (rows, columns), labels, roughness))
@@ -92,7 +92,7 @@ def test_the_work_grows_with_the_border_and_not_with_the_area(side: int, least: 
     assert least < work(2 * side) / work(side) < 2.3
 
 
-def test_what_lies_among_irregular_and_unresolved_points_is_left_unresolved() -> None:
+def test_points_among_irregular_and_unresolved_points_are_left_unresolved() -> None:
     rng = np.random.default_rng(2)
     truth = np.full((81, 81), MOTION)
     truth[8:, :] = rng.choice([UNRESOLVED, IRREGULAR], size=(73, 81))
@@ -112,7 +112,7 @@ def test_an_irregular_label_is_inferred_only_well_inside_its_region() -> None:
     assert not inferred[:, 24:26].any()
 
 
-def test_points_of_one_motion_that_was_reached_by_different_ways_are_looked_between() -> None:
+def test_points_between_different_transients_to_one_motion_are_computed() -> None:
     truth = np.full((17, 17), MOTION)
     truth[3:6, 3:6] = MOTION + 1  # an island between the lines of the first lattice
     same, apart = np.zeros((17, 17)), np.zeros((17, 17))
@@ -123,7 +123,7 @@ def test_points_of_one_motion_that_was_reached_by_different_ways_are_looked_betw
     assert (seen.label == truth).all()
 
 
-def test_closing_follows_a_doubt_from_where_it_arises() -> None:
+def test_contradictions_are_followed_from_the_point_where_they_arise() -> None:
     truth = np.full((20, 60), MOTION)
     truth[10, :] = MOTION + 1
     picture = Picture(truth)

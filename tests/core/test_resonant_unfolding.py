@@ -1,4 +1,4 @@
-"""What leaves the resonant points, against polynomials through 50-digit orbits that use none of the closed forms."""
+"""Curves that leave the resonant points, against polynomials through 50-digit orbits without the closed forms."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def default_points():
     return resonant(DEFAULT, 0.2, 1.2, 4)
 
 
-def test_the_curves_of_every_point_leave_as_exact_orbits_say(default_points):
+def test_the_curves_of_every_point_leave_as_exact_orbits_do(default_points):
     assert len(default_points) > 150
     assert {(p.bifurcation, p.symmetric) for p in default_points} == {
         ("SN", False),
@@ -101,7 +101,7 @@ def test_the_curves_of_every_point_leave_as_exact_orbits_say(default_points):
     assert max(tangency) < 1e-9
 
 
-def test_a_wrong_coefficient_would_be_noticed(default_points):
+def test_a_wrong_coefficient_is_detected(default_points):
     saddle = next(p for p in default_points if p.bifurcation == "SN")
     wrong = replace(saddle, unfolding=replace(saddle.unfolding, quadratic=saddle.unfolding.quadratic * 1.0001))
     assert check(DEFAULT, wrong)[0] > 0.9e-4
@@ -160,7 +160,7 @@ def test_admissible_points_have_admissible_orbits_and_the_others_none(default_po
         assert (branch.admissible_above < 0.5 * math.pi) == point.unfolding.admissible
 
 
-def test_one_mass_at_a_point_of_a_smaller_order_says_that_it_does_not_know():
+def test_admissibility_is_undecided_for_one_mass_at_a_point_of_a_smaller_order():
     # three whole oscillations in half a forcing period: mass 1 is back at the other stop, to leading order
     points = resonant(ONE_MASS, 0.33, 0.34, 1)
     one_sided = [p for p in points if not p.symmetric]

@@ -110,7 +110,7 @@ def test_what_is_beyond_a_special_point_has_its_restitution():
 
 
 @pytest.mark.parametrize(("low", "high"), [(-0.1, 0.9), (0.5, 1.1), (0.9, 0.5), (0.1, 0.2), (0.85, 0.9)])
-def test_ranges_of_restitution_that_make_no_sense_are_refused(low, high):
+def test_invalid_ranges_of_restitution_are_refused(low, high):
     with pytest.raises(ParameterError) as refused:
         orbit_branch(DEFAULT, default_orbit("1-2r-2l"), low, high, "restitution")
     assert refused.value.name == "start"

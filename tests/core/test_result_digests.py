@@ -27,7 +27,7 @@ def test_this_version_has_the_bytes_of_the_one_before_but_for_previews() -> None
     assert [name for name in now if before[name] != now[name]] == ["preview of a map"]
 
 
-def test_a_changed_bit_is_noticed_and_a_changed_name_is_not() -> None:
+def test_a_changed_bit_is_detected_and_a_changed_name_is_not() -> None:
     arrays = {"verified": np.arange(3.0), "period": np.arange(4)}
     digest = result_digests.digest(arrays.values())
     assert result_digests.digest([arrays["period"], arrays["verified"]]) == digest
@@ -38,6 +38,6 @@ def test_a_changed_bit_is_noticed_and_a_changed_name_is_not() -> None:
     assert result_digests.changed(record, "here", {}) == ["map"]
 
 
-def test_types_and_shapes_count() -> None:
+def test_the_digest_depends_on_types_and_shapes() -> None:
     alone = {result_digests.digest([array]) for array in (np.zeros(4), np.zeros((2, 2)), np.zeros(4, dtype=np.int64))}
     assert len(alone) == 3

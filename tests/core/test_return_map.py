@@ -144,7 +144,7 @@ def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_
     assert min(kinds.values()) >= 5
 
 
-def test_a_map_without_its_leading_x_would_be_noticed(monkeypatch):
+def test_a_map_without_its_leading_x_is_detected(monkeypatch):
     # the paper's (27) has x* + beta u for x + beta u: where x is not small against the overshoot it is another map
     point = grazing_point(DEFAULT, 0.6)
     start = half_period_jacobian(point.opposite()) @ beyond_stop(point.opposite(), 1e-3)
@@ -173,7 +173,7 @@ def test_a_motion_inside_the_stops_returns_by_the_smooth_map():
     assert not np.any(comparison.simulated.overshoot > 0.0)
 
 
-def test_the_first_impact_of_the_motion_is_the_mapping_s():
+def test_the_first_impact_of_the_motion_is_that_of_the_mapping():
     point = grazing_point(DEFAULT, 0.29)
     deviation = beyond_stop(point, 1e-4)
     mapping = exact_mapping(point, deviation)
@@ -181,7 +181,7 @@ def test_the_first_impact_of_the_motion_is_the_mapping_s():
     assert simulated_returns(point, deviation, 1).overshoot[0] == 1e-4
 
 
-def test_what_cannot_be_iterated_is_refused():
+def test_states_that_cannot_be_iterated_are_refused():
     point = grazing_point(DEFAULT, 0.29)
     start = beyond_stop(point, 1e-4)
     with pytest.raises(ParameterError, match="returns"):

@@ -75,7 +75,7 @@ def test_every_listed_impact_of_a_chatter_is_that_of_50_digits() -> None:
     np.testing.assert_allclose(result.impacts.velocity[:count], [float(v) for v in exact.speeds[:count]], rtol=1e-11)
 
 
-def test_mass_one_stays_on_the_stop_from_the_hand_over_to_the_release() -> None:
+def test_mass_one_stays_on_the_stop_from_the_start_of_the_rest_to_the_release() -> None:
     oscillator, omega, clearance = random_case(9)
     result = trajectory(oscillator, omega, clearance, periods=2, samples_per_period=400)
     for start, stop_time, stop in zip(
@@ -132,7 +132,7 @@ def test_without_forcing_one_mass_loses_its_speed_in_a_geometric_series() -> Non
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.8, 0.95, 0.999])
-def test_a_steady_push_gives_the_bouncing_balls_geometric_series(restitution: float) -> None:
+def test_a_constant_force_gives_the_geometric_series_of_the_bouncing_ball(restitution: float) -> None:
     # force 1 on mass 1, as good as constant and without a spring: bounces last 2 R^k w, all of them 2 w/(1 - R)
     ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], restitution)
     result = trajectory(
@@ -155,7 +155,7 @@ def test_a_complete_chatter_of_a_hundred_thousand_bounces_is_followed_to_its_end
 
 
 @pytest.mark.parametrize("restitution", [1.0 - 1e-7, 1.0])
-def test_bounces_that_practically_never_end_are_given_up_with_the_reason(restitution: float) -> None:
+def test_bounces_that_practically_never_end_are_stopped_with_a_reason(restitution: float) -> None:
     ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], restitution)
     x, v = np.array([1.0]), np.array([-1e-5])
     start = {"phase": math.pi / 2, "periods": 1, "samples_per_period": 1}
@@ -187,7 +187,7 @@ def test_a_start_at_rest_on_a_stop_stays_when_pressed_and_leaves_when_not() -> N
     assert free.displacement[0, 1] < 0.1
 
 
-def test_a_rest_of_a_slow_push_lasts_until_the_springs_win() -> None:
+def test_a_rest_under_a_slow_force_ends_when_the_spring_force_exceeds_it() -> None:
     # the springs' pull is static and inward, the forcing averages to zero: every rest ends, here near sin = 0.05
     oscillator = Oscillator.create([1.0, 1.0], [1.0, 1.0], 0.3, [1.0, 0.0], 0.5)
     x = np.array([0.1, 0.05])
@@ -210,7 +210,7 @@ def test_the_record_may_begin_and_end_at_rest() -> None:
 
 
 @pytest.mark.parametrize("damping", [0.05, [0.1, 0.0, 0.3, 0.2]])
-def test_the_chain_behind_a_resting_mass_has_its_own_matrices(damping: object) -> None:
+def test_the_chain_held_by_a_resting_mass_has_its_own_matrices(damping: object) -> None:
     oscillator = Oscillator.create([1.0, 10.0, 0.5, 2.0], [3.0, 5.0, 1e3, 0.2], damping, [1.0, 0, 0, 0], 0.8)
     model = held_model(oscillator, modal_model(oscillator)).held
     assert model is not None
@@ -228,7 +228,7 @@ def test_the_chain_behind_a_resting_mass_has_its_own_matrices(damping: object) -
     np.testing.assert_allclose(model.to_modal @ model.from_modal, np.eye(6), atol=1e-11)
 
 
-def test_an_undamped_resonance_behind_the_stop_ends_the_run_and_says_so() -> None:
+def test_an_undamped_resonance_of_the_held_chain_ends_the_run_with_a_reason() -> None:
     # the held mass 2 swings at sqrt(2) undamped and is forced just there; mass 1 is pressed on by its own force
     oscillator = Oscillator.create([1.0, 1.0], [1.0, 1.0], 0.0, [5.0, 1.0], 0.5)
     result = trajectory(
@@ -239,7 +239,7 @@ def test_an_undamped_resonance_behind_the_stop_ends_the_run_and_says_so() -> Non
     assert "resonance" in (result.motion.reason or "")
 
 
-def test_pixels_that_chatter_on_their_way_settle() -> None:
+def test_points_that_chatter_in_their_transient_settle() -> None:
     omega, clearance = np.linspace(0.262, 0.27, 3), np.linspace(1.3, 1.4, 3)
     result = unfolding_map_tile(DEFAULT, omega, clearance, max_periods=400)
     assert not np.any(result["reason"] == 4)

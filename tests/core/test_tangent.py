@@ -79,7 +79,7 @@ SEEDS = {
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_changes_travel_as_the_difference_of_two_50_digit_runs(seed: int) -> None:
+def test_changes_evolve_as_the_difference_of_two_50_digit_runs(seed: int) -> None:
     oscillator, omega, clearance, x, v, direction = random_case(seed)
     exact, end, _ = difference(
         oscillator, omega, clearance, x.tolist(), v.tolist(), direction.tolist(), periods=1, phase=PHASE
@@ -118,7 +118,7 @@ def test_a_period_that_ends_and_begins_at_rest_is_the_product_of_its_parts() -> 
 
 
 @pytest.mark.parametrize("seed", [4, 8, 9, 10, 11, 12, 13, 14, 15, 26, 27])
-def test_every_impact_takes_the_square_of_the_restitution_off_the_volume(seed: int) -> None:
+def test_every_impact_multiplies_the_volume_by_the_square_of_the_restitution(seed: int) -> None:
     # det M = exp(T trace) R^(2 impacts), whatever the speeds
     oscillator, omega, clearance, x, v, _ = random_case(seed)
     result = monodromy(oscillator, omega, clearance, x, v, PHASE, period=1)
@@ -141,7 +141,7 @@ def test_rank_falls_by_one_with_an_impact_without_rebound_and_by_two_with_a_rest
     assert singular[kept - 1] > 1e-10 * singular[0]
 
 
-def test_neighbours_of_a_single_mass_that_rests_join_it_for_good() -> None:
+def test_neighbouring_motions_of_a_single_mass_that_rests_become_equal_to_it() -> None:
     oscillator = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
     result = monodromy(oscillator, 0.2, 0.3)
     assert result.period == 1

@@ -1,4 +1,4 @@
-"""Trajectories against an independent 40-digit simulation, and the corners that must have a defined answer."""
+"""Trajectories against an independent 40-digit simulation, and limiting cases that must have a defined result."""
 
 import math
 
@@ -51,7 +51,7 @@ def test_random_chains_have_the_impacts_of_the_40_digit_simulation_to_a_few_roun
     assert found.worst < 8 * EPSILON, found.error / found.amplification
 
 
-def test_samples_are_exact_between_and_behind_impacts() -> None:
+def test_samples_are_exact_between_and_after_impacts() -> None:
     result = trajectory(DEFAULT, 0.29, 1.6, periods=3, samples_per_period=16)
     exact = oracle(DEFAULT, 0.29, 1.6)
     for index in (0, 5, 11, 14, 23, 40):
@@ -160,7 +160,7 @@ def test_starting_outside_the_stops_is_refused() -> None:
         trajectory(DEFAULT, 0.29, 1.6, np.array([1.7, 0, 0]), periods=1)
 
 
-def test_elastic_impacts_of_a_free_undamped_mass_repeat_for_ever() -> None:
+def test_elastic_impacts_of_a_free_undamped_mass_repeat() -> None:
     free = Oscillator.create([1.0], [1.0], 0.0, [0.0], 1.0)
     # x = sin t between stops at sin(1): impacts of speed cos(1), 2 time units apart
     result = trajectory(free, 1.0, math.sin(1.0), velocity=np.array([1.0]), periods=50, samples_per_period=1)
@@ -202,7 +202,7 @@ def test_numbers_beyond_computing_are_refused_by_name(size: float) -> None:
         trajectory(DEFAULT, 0.29, size, periods=1)
 
 
-def test_a_chain_far_too_stiff_for_its_frequency_is_refused() -> None:
+def test_a_chain_too_stiff_for_its_frequency_is_refused() -> None:
     stiff = Oscillator.create([1.0, 1e-9], [1.0, 1e9], 0.05, [1.0, 0.0], 0.8)
     with pytest.raises(ParameterError, match="omega"):
         trajectory(stiff, 0.29, 1.6, periods=1)

@@ -102,7 +102,7 @@ def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
     assert compared == ORBITS
 
 
-def test_what_is_not_verified_says_why() -> None:
+def test_a_point_that_is_not_verified_has_a_reason() -> None:
     sticky = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
     found = unfolding_map_tile(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40))
     rests = (found["kind"] == PERIODIC) & found["sticking"]
@@ -127,7 +127,7 @@ def test_without_verification_nothing_is_verified() -> None:
     assert not found["verified"][named & (found["impacts_right"] > 0)].any()
 
 
-def test_motions_without_impacts_are_certain_only_clear_of_the_stops() -> None:
+def test_motions_without_impacts_are_verified_only_clear_of_the_stops() -> None:
     """The steady motion is the only one where its amplitude, and all that is left of the start, stay below them."""
     found = unfolding_map_tile(DEFAULT, np.array([0.29]), np.array([2.5, 3.0]))
     assert found["verified"].all()

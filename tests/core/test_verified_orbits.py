@@ -1,4 +1,4 @@
-"""What is said of an orbit: isolated, admissible, stable, and verified, which is all three and the least period."""
+"""Properties of an orbit: isolated, admissible, stable, and verified, which is all three and the minimum period."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_an_orbit_taken_twice_is_not_verified() -> None:
     assert not orbit.motion.verified
 
 
-def test_a_branch_says_of_its_orbits_what_they_say_themselves(branch: OrbitBranch) -> None:
+def test_a_branch_gives_its_orbits_the_properties_that_they_have_alone(branch: OrbitBranch) -> None:
     for i in range(0, len(branch.values), 3):
         impacts = ImpactSequence(branch.period, branch.stops, branch.phases[i], branch.velocities[i], branch.symmetric)
         orbit = periodic_orbit(DEFAULT, OMEGA, float(branch.clearance[i]), impacts)

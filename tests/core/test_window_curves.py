@@ -1,4 +1,4 @@
-"""Curves inside a window: pieces of the closed forms, and what they end at."""
+"""Curves inside a window: pieces of the closed forms, and their ends."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_an_empty_window_has_no_curves():
         (((0.26, 0.3), (1.3, 2.0), 1, 1), "points"),
     ],
 )
-def test_what_is_no_window_is_refused(arguments, name):
+def test_an_invalid_window_is_refused(arguments, name):
     with pytest.raises(ParameterError) as caught:
         window_curves(DEFAULT, *arguments)
     assert caught.value.name == name

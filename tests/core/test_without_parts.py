@@ -101,7 +101,7 @@ def run(code: str, folder: Path) -> str:
     ],
     ids=["class", "method", "option", "version"],
 )
-def test_one_warning_says_why_and_what_it_costs(change: str, reason: str, tmp_path: Path) -> None:
+def test_one_warning_gives_the_reason_and_the_cost(change: str, reason: str, tmp_path: Path) -> None:
     warned = run(WARNED.format(change=change), tmp_path)
     assert reason in warned
     assert "without parts" in warned

@@ -63,7 +63,7 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
         assert repr(again) == repr(result)
 
 
-def test_explaining_borders_tells_how_far_it_is_and_stops_when_it_is_cancelled(stack: LocalClient) -> None:
+def test_explaining_borders_reports_its_progress_and_stops_when_it_is_cancelled(stack: LocalClient) -> None:
     """All over Figure 8 that takes half a minute; one worker does it, and has to be free for the next question."""
     window = {
         "omega": {"start": 0.26, "stop": 0.3, "points": 24},
@@ -133,7 +133,7 @@ def test_the_asynchronous_client_gets_the_same_bytes(stack: LocalClient, tmp_pat
         ("codimension-two-points", {}),
     ],
 )
-def test_the_client_refuses_with_the_very_problem_of_the_service(stack: LocalClient, process, body) -> None:
+def test_the_client_refuses_with_the_same_problem_as_the_service(stack: LocalClient, process, body) -> None:
     assert process in PROCESSES
     answer = httpx2.post(f"{stack.base_url}/v1/{process}", json=body, trust_env=False)
     assert answer.status_code == 422
@@ -143,7 +143,7 @@ def test_the_client_refuses_with_the_very_problem_of_the_service(stack: LocalCli
     assert said == {name: answer.json()[name] for name in said}
 
 
-def test_of_an_unknown_field_only_the_client_says_the_name(stack: LocalClient) -> None:
+def test_only_the_client_repeats_the_name_of_an_unknown_field(stack: LocalClient) -> None:
     body = {"omega": 0.3, "clearance": 1.0, "periods": 1, "wobble": 1}
     (error,) = httpx2.post(f"{stack.base_url}/v1/trajectories", json=body, trust_env=False).json()["errors"]
     with pytest.raises(ParameterError) as caught:
@@ -154,7 +154,7 @@ def test_of_an_unknown_field_only_the_client_says_the_name(stack: LocalClient) -
     assert {**said, "detail": ""} == {**error, "detail": ""}
 
 
-def test_a_map_moves_and_is_stopped(stack: LocalClient) -> None:
+def test_a_running_map_reports_progress_and_is_stopped(stack: LocalClient) -> None:
     handle = stack.submit("unfolding-maps", MAP)
     done = []
     for event in handle.events():
@@ -173,7 +173,7 @@ def test_a_map_moves_and_is_stopped(stack: LocalClient) -> None:
     assert time.monotonic() - started < 8
 
 
-def test_the_stack_and_its_folders_go_with_a_parent_that_is_killed(tmp_path) -> None:
+def test_the_stack_and_its_folders_end_with_a_killed_parent(tmp_path) -> None:
     code = (
         "import grazemap, json, psutil, time; client = grazemap.local(workers=1);"
         "print(json.dumps([p.pid for p in psutil.Process().children(recursive=True)]), flush=True); time.sleep(300)"

@@ -90,7 +90,7 @@ def assert_on_page(section: Section) -> None:
 
 
 @pytest.mark.parametrize("part", [figure_2, figure_3, mapping, figure_5, figure_7, unfolding])
-def test_the_page_has_what_is_computed(stack: LocalClient, part) -> None:
+def test_the_page_has_the_computed_sections(stack: LocalClient, part) -> None:
     assert_on_page(part(stack))
 
 
@@ -98,7 +98,7 @@ def test_the_page_has_the_errors_of_the_paper(stack: LocalClient) -> None:
     assert_on_page(errors(stack, computed_points(stack)[GAMMA]))
 
 
-def test_the_page_has_the_unfolding_map_at_some_places_and_its_borders(stack: LocalClient) -> None:
+def test_the_page_has_the_unfolding_map_at_some_points_and_its_borders(stack: LocalClient) -> None:
     umap = stack.unfolding_map(
         CHAIN,
         omega=np.linspace(*OMEGA, COLUMNS)[::EVERY_COLUMN],
@@ -124,7 +124,7 @@ def test_the_page_has_the_orbits_of_figure_9(stack: LocalClient, omega: float, l
     assert not on_page([*row[:7], planted], title)
 
 
-def test_the_page_has_what_was_searched_for(stack: LocalClient) -> None:
+def test_the_page_has_the_results_of_the_searches(stack: LocalClient) -> None:
     title = "Region (b): multi-0r-0l"
     first = table_rows(title)[2][0]
     (row,) = speeds(stack, 0.29, [float(first)])
@@ -145,7 +145,7 @@ def test_every_picture_of_the_page_is_there() -> None:
         assert (DOCS / path).read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_changed_digit_is_seen() -> None:
+def test_a_changed_digit_is_detected() -> None:
     assert same("0.282469586635", "0.282469586636")
     assert not same("0.282469586635", "0.282469586735")
     assert same("1.3383e-08", "1.3384e-08")

@@ -64,7 +64,7 @@ def test_the_wheel_holds_the_four_packages_and_what_they_read(wheel: Path) -> No
     assert {name.split("/", 1)[1] for name in tracked.stdout.split()} <= set(names)
 
 
-def test_an_empty_environment_gets_a_working_light_client(wheel: Path, stack: LocalClient, tmp_path: Path) -> None:
+def test_in_an_empty_environment_the_light_client_works(wheel: Path, stack: LocalClient, tmp_path: Path) -> None:
     environment, pins = tmp_path / "venv", tmp_path / "constraints.txt"
     pins.write_text(constraints())
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)

@@ -1,4 +1,4 @@
-"""The program behind the figures of the page on adaptive maps."""
+"""The program that computes the numbers of the page on adaptive maps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The document of a benchmark run, the page made of it, and the parts of the benchmarks that can be wrong unnoticed."""
+"""The document of a benchmark run, its page, and the parts of the benchmarks whose errors would not be obvious."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def test_page_shows_every_tool_and_every_table(bench: Bench) -> None:
         assert len(line) <= 120 or line.startswith("|"), line
 
 
-def test_the_page_that_is_kept_is_made_of_the_document_beside_it() -> None:
+def test_the_stored_page_is_generated_from_the_stored_document() -> None:
     docs = Path(__file__).parents[2] / "docs"
     kept = Bench.model_validate_json((docs / "performance.json").read_text("utf-8"))
     assert not kept.quick
     assert (docs / "performance.md").read_text("utf-8") == page(kept, "pictures/cost_against_size.svg")
 
 
-def test_the_parts_of_the_time_are_the_whole() -> None:
+def test_the_parts_of_the_time_add_up_to_the_whole() -> None:
     parts = stages(lane_count=128, periods=4, impacts=3.98, rounds=3, progress=lambda _: None)
     assert [part.name.split(",")[0] for part in parts] == ["26 cells", "impacts", "lanes put side by side and back"]
     for values in zip(*(part.share.values for part in parts), strict=True):
@@ -164,7 +164,7 @@ def test_operations_of_a_period_add_up() -> None:
 
 
 class _Knowing:
-    """A tool that knows the exact first contacts, blind below an overshoot, and with a false one where told."""
+    """A tool with the exact first contacts, blind below an overshoot, and with a false contact where requested."""
 
     name = "knowing"
 
@@ -189,7 +189,7 @@ class _Knowing:
         return np.where(relative > 1.005, 1.0, times) if self.invents else times
 
 
-def test_near_grazing_contacts_found_and_invented_are_counted() -> None:
+def test_near_grazing_contacts_found_and_false_contacts_are_counted() -> None:
     told: list[str] = []
     rows = count([(_Knowing(0.0, False), 7), (_Knowing(1e-5, True), 5)], told.append)
     everything, half = rows[: len(OVERSHOOTS)], rows[len(OVERSHOOTS) :]

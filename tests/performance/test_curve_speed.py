@@ -1,4 +1,4 @@
-"""The grazing curve and its codimension-two points are there at once: measured beside a plain solve."""
+"""The time for the grazing curve and its codimension-two points, compared with that of a plain solve."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0,
 
 
 def least_seconds(*works: Callable[[], object], rounds: int = 5) -> list[float]:
-    """Least processor time of each of several works done in turn, behind a round that does not count."""
+    """Return the minimum processor time of each of several works done in turn, after a round that does not count."""
     seconds = [[] for _ in works]
     for _ in range(rounds + 1):
         for taken, work in zip(seconds, works, strict=True):

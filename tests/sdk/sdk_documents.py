@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
 
 from grazemap.codec import encode_npz
-from grazemap.schema import VERSION, schema_of
-from grazemap.schema.documents import with_deprecated
+from grazemap.schema import VERSION, Record, schema_of
+from grazemap.schema.documents import Document, add_deprecated
 from grazemap.wire import canonical, parse_request
 
 REQUESTS: dict[str, dict[str, Any]] = {
@@ -130,6 +131,13 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
     }
     full = with_deprecated(schema_of(name, document(process)), document(process))
     return encode_npz({**full, **(extra or {})}, meta)
+
+
+def with_deprecated(schema: Record, document: Document) -> Document:
+    """Return a document with the deprecated names of its fields too."""
+    full = deepcopy(document)
+    add_deprecated(schema, full)
+    return full
 
 
 def _mapping() -> dict[str, Any]:

@@ -100,7 +100,7 @@ def test_times_take_the_place_of_evenly_spaced_samples():
     assert canonical(validated("trajectories", asked)) == asked
 
 
-def test_a_question_that_could_always_be_asked_has_the_id_that_it_always_had():
+def test_a_request_of_an_earlier_version_keeps_its_id():
     # of the version before there were times and lists of states
     known = "b054270bdec750d3644de0568904420db1ae72967fbd2de77798886b73d71035"
     body = {"omega": 0.29, "clearance": 1.6, "periods": 2}
@@ -127,7 +127,7 @@ def test_the_end_of_the_record_is_in_it_however_its_time_is_computed():
         assert list(refused(validated, "trajectories", beyond)) == ["/times/1"]
 
 
-def test_a_refused_oscillator_does_not_repeat_what_was_given():
+def test_the_error_of_a_refused_oscillator_does_not_repeat_its_values():
     with pytest.raises(ValidationError) as caught:
         Oscillator(restitution=271828)
     assert "271828" not in str(caught.value)
@@ -144,7 +144,7 @@ def test_shape_must_agree_with_explicit_values():
     assert list(refused(umap, (0.26, 0.30), [1.3, 1.5], (3, 128))) == ["/clearance"]
 
 
-def test_a_pair_without_points_says_what_is_missing():
+def test_the_error_of_a_pair_without_points_names_what_is_missing():
     detail, allowed = refused(asked, "grazing_curve", omega=(0.1, 0.2))["/omega"]
     assert "points is missing" in detail
     assert "(start, stop)" in allowed
@@ -203,7 +203,7 @@ def test_stops_that_are_allowed_are_numbers():
     assert refused(validated, "trajectories", body)["/oscillator/units"][1] == 'one of "nondimensional", "SI"'
 
 
-def test_the_parts_of_a_diagram_are_asked_as_by_themselves():
+def test_the_parts_of_a_diagram_are_the_requests_by_themselves():
     window = {"omega": (0.26, 0.3), "clearance": [1.3, 1.5, 2.0], "shape": (3, 900)}
     plane = {**window, "max_periods": 500, "max_period": 16}
     whole = asked("unfolding_diagram", **plane, max_order=4, max_multiple=2, borders=True)
@@ -240,7 +240,7 @@ def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None
     return asked("basins", omega=0.3, clearance=1.6, horizontal=horizontal, vertical=vertical, **keywords)
 
 
-def test_coordinates_that_a_rectangle_replaces_are_no_part_of_the_question():
+def test_coordinates_that_a_rectangle_replaces_are_not_part_of_the_request():
     given = basins(initial={"displacement": [0.1, 9.0, 0.2], "velocity": [0.3, 9.0, 0.4]})
     assert given == basins(initial={"displacement": [0.1, 0.0, 0.2], "velocity": [0.3, -7.0, 0.4]})
     assert given.initial.displacement == [0.1, 0.0, 0.2]
@@ -270,14 +270,14 @@ def test_motions_of_a_window_are_given_in_several_ways():
 
 
 @pytest.mark.parametrize("wrong", ["1-2r-2l", (1, [1], 2), 3])
-def test_what_is_no_motion_is_answered_with_the_form_of_one(wrong):
+def test_the_error_of_an_invalid_motion_shows_the_form_of_a_valid_one(wrong):
     for call, pointer in ((lambda: orbit(wrong), "/motion"), (lambda: curves([(1, [1]), wrong]), "/motions/1")):
         detail, allowed = refused(call)[pointer]
         assert "not a motion" in detail
         assert "(period, stops), e.g. (1, [1, 1, -1, -1])" in allowed
 
 
-def test_an_orbit_that_was_not_found_is_no_motion_and_says_why():
+def test_an_orbit_that_was_not_found_is_refused_as_a_motion_with_the_reason():
     lost = replace(decode_result(npz("periodic-orbits")), converged=False, reason="Newton's method does not converge")
     for call, pointer in ((lambda: orbit(lost), "/motion"), (lambda: curves([lost]), "/motions/0")):
         assert refused(call)[pointer][0] == "this orbit was not found: Newton's method does not converge"
@@ -407,6 +407,6 @@ def test_an_unknown_process_lists_the_known_ones():
     assert "unfolding-maps" in refused(validated, "unfolding-map", {})[""][1]
 
 
-def test_the_exception_reads_as_plain_words():
+def test_the_exception_reads_as_plain_text():
     with pytest.raises(ParameterError, match=r"/omega: .*\(allowed: .*> 0"):
         validated("trajectories", {"omega": 0, "clearance": 1.0, "periods": 1})

@@ -1,4 +1,4 @@
-"""The command line: files that come out, exit codes, plain words on stderr."""
+"""The command line: output files, exit codes, and messages on stderr."""
 
 import io
 import json
@@ -28,7 +28,7 @@ def request_file(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["map.npz", "map.json", "map.png", "map.svg"])
-def test_run_writes_what_the_ending_says(url, request_file, tmp_path, capsys, name):
+def test_run_writes_the_format_of_the_file_ending(url, request_file, tmp_path, capsys, name):
     output = tmp_path / name
     assert cli.main(["run", "unfolding-maps", "--json", request_file, "-o", str(output), "--url", url]) == 0
     assert output.stat().st_size > 500
@@ -55,7 +55,7 @@ def test_run_reads_standard_input_and_the_environment(url, tmp_path, monkeypatch
         ('{"omega": [1, 2]}', "c.csv", "must end in"),
     ],
 )
-def test_what_is_invalid_gives_2_and_sends_nothing(url, service, tmp_path, capsys, body, output, said):
+def test_an_invalid_request_gives_2_and_sends_nothing(url, service, tmp_path, capsys, body, output, said):
     source = tmp_path / "request.json"
     source.write_text(body)
     arguments = ["run", "grazing-curves", "--json", str(source), "-o", str(tmp_path / output), "--url", url]
@@ -76,7 +76,7 @@ def test_a_request_that_cannot_be_read_gives_2(tmp_path, monkeypatch, capsys, co
 
 
 @pytest.mark.parametrize("output", ["none/map.npz", "file/map.npz", "folder.npz"])
-def test_an_output_that_cannot_be_written_is_told_before_anything_is_asked(
+def test_an_output_that_cannot_be_written_is_reported_before_anything_is_sent(
     url, service, request_file, tmp_path, capsys, output
 ):
     (tmp_path / "file").write_text("in the way")
@@ -87,7 +87,7 @@ def test_an_output_that_cannot_be_written_is_told_before_anything_is_asked(
     assert service.requests == []
 
 
-def test_a_picture_without_matplotlib_is_told_before_anything_is_asked(
+def test_a_picture_without_matplotlib_is_reported_before_anything_is_sent(
     url, service, request_file, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
@@ -135,7 +135,7 @@ def told_stack(monkeypatch):
         ),
     ],
 )
-def test_up_listens_where_the_environment_says_unless_told_otherwise(
+def test_up_listens_at_the_address_of_the_environment_unless_options_are_given(
     told_stack, monkeypatch, capsys, environment, arguments, listens
 ):
     for name in ("GRAZEMAP_HOST", "GRAZEMAP_PORT"):
@@ -146,7 +146,7 @@ def test_up_listens_where_the_environment_says_unless_told_otherwise(
     assert listens in capsys.readouterr().out.splitlines()[0]
 
 
-def test_a_port_of_the_environment_that_is_none_is_refused_by_name_and_shown_by_help(monkeypatch, capsys):
+def test_an_invalid_port_in_the_environment_is_refused_by_name_and_shown_by_help(monkeypatch, capsys):
     monkeypatch.setenv("GRAZEMAP_PORT", "high")
     monkeypatch.setenv("GRAZEMAP_HOST", "fe80::1%eth0")
     for arguments, code in ((["up"], 2), (["up", "--help"], 0)):
@@ -239,7 +239,7 @@ def test_help_names_every_kind_of_file(capsys):
 
 
 @pytest.mark.parametrize("process", ["periodic-orbits", "orbit-branches"])
-def test_an_orbit_that_was_not_found_is_written_told_and_has_a_code_of_its_own(
+def test_an_orbit_that_was_not_found_is_written_reported_and_has_its_own_exit_code(
     url, tmp_path, monkeypatch, capsys, process
 ):
     request, output = tmp_path / "request.json", tmp_path / "orbit.npz"

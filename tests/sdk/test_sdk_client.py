@@ -1,4 +1,4 @@
-"""What a client does with a service, the blocking and the asynchronous one alike."""
+"""The blocking and the asynchronous client with a service."""
 
 import json
 
@@ -48,7 +48,7 @@ def test_each_process_has_its_method(client, service):
     assert service.computed == 11
 
 
-def test_an_adaptive_map_is_another_question(client, service):
+def test_an_adaptive_map_is_another_request(client, service):
     keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
     full, adaptive = client.unfolding_map(**keywords), client.unfolding_map(**keywords, adaptive=True)
     assert full.computed is None
@@ -56,7 +56,7 @@ def test_an_adaptive_map_is_another_question(client, service):
     assert service.computed == 2
 
 
-def test_a_preview_is_another_question(client, service):
+def test_a_preview_is_another_request(client, service):
     keywords = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
     client.unfolding_map(**keywords)
     client.unfolding_map(**keywords, preview=True)
@@ -79,7 +79,7 @@ def test_a_list_of_states_gives_a_list_of_trajectories(client, service):
     assert service.computed == 2
 
 
-def test_what_is_for_ensembles_only_is_taken_and_no_part_of_another_question(client, service):
+def test_fields_of_ensembles_are_accepted_and_ignored_with_other_policies(client, service):
     for keywords in ({}, {"initial_conditions": 4, "seed": 3}):
         client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False, **keywords)
     assert service.computed == 1
@@ -92,14 +92,14 @@ def test_making_a_client_sends_nothing(client, service):
     assert client.base_url == "http://fake:1"
 
 
-def test_the_same_question_is_the_same_job(client, service):
+def test_the_same_request_is_the_same_job(client, service):
     first = client.submit("grazing-curves", CURVE)
     second = client.submit("grazing-curves", {"max_order": 8, **CURVE, "oscillator": {}})
     assert first.id == second.id
     assert service.computed == 1
 
 
-def test_a_handle_knows_waits_and_brings_the_result(client, service):
+def test_a_job_has_its_status_waits_and_returns_its_result(client, service):
     handle = client.submit("grazing-curves", CURVE)
     assert (handle.status, handle.process, handle.progress.total) == ("running", "grazing-curves", 2)
     with pytest.raises(errors.ResultNotReady):
@@ -119,7 +119,7 @@ def test_events_come_as_they_are_and_end_with_done(client):
     assert list(client.job(handle.id).events()) == events
 
 
-def test_a_cancelled_job_is_dismissed_and_waiting_for_it_says_so(client):
+def test_a_cancelled_job_is_dismissed_and_waiting_for_it_raises_job_dismissed(client):
     handle = client.submit("grazing-curves", CURVE).cancel()
     assert handle.status == "dismissed"
     for call in (handle.wait, handle.result):
@@ -151,21 +151,21 @@ def test_an_unknown_job_is_not_found(client):
 
 
 @pytest.mark.parametrize("name", ["../../../etc/passwd", "a/b", "x/../y", "", "a" * 200, None, 5])
-def test_what_cannot_be_a_job_id_is_neither_sent_nor_written(client, service, name):
+def test_an_impossible_job_id_is_neither_sent_nor_written(client, service, name):
     with pytest.raises(errors.NotFound) as caught:
         client.job(name)
     assert caught.value.status == 404
     assert service.requests == []
 
 
-def test_an_answer_with_an_impossible_job_id_is_told(client, service):
+def test_an_answer_with_an_impossible_job_id_is_reported(client, service):
     job = {"id": "../x", "process": "grazing-curves", "request": {}, "status": "running"}
     service.upcoming = [httpx2.Response(201, json=job)]
     with pytest.raises(errors.ProtocolError):
         client.submit("grazing-curves", CURVE)
 
 
-def test_trouble_on_the_way_is_survived_without_computing_twice(client, service):
+def test_after_connection_errors_nothing_is_computed_twice(client, service):
     service.upcoming = [httpx2.ConnectError("refused"), httpx2.ReadTimeout("slow"), problem(503), problem(429)]
     client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
     assert service.computed == 1
@@ -178,13 +178,13 @@ def test_no_service_is_a_connection_error(make_client, service):
     assert service.upcoming == []
 
 
-def test_invalid_questions_are_not_sent(client, service):
+def test_invalid_requests_are_not_sent(client, service):
     with pytest.raises(errors.ParameterError):
         client.trajectory(omega=0.3, clearance=-1.0, periods=2)
     assert service.requests == []
 
 
-def test_the_key_is_sent_and_a_wrong_one_is_told(make_client, service):
+def test_the_key_is_sent_and_a_wrong_one_is_reported(make_client, service):
     service.upcoming = [problem(401, "key-required")]
     with pytest.raises(errors.AuthenticationError):
         make_client(api_key="secret").describe()
@@ -235,20 +235,20 @@ def test_a_result_of_another_tag_replaces_the_cached_one(make_client, service, t
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_a_bottomless_answer_is_told(client, service):
+def test_an_endless_answer_is_reported(client, service):
     service.upcoming = [httpx2.Response(200, content=b"[" * 100_000)]
     with pytest.raises(errors.ProtocolError):
         client.describe()
 
 
-def test_an_answer_that_cannot_be_decoded_is_told(client, service):
+def test_an_answer_that_cannot_be_decoded_is_reported(client, service):
     broken = {"content-encoding": "gzip"}
     service.upcoming = [httpx2.Response(200, stream=httpx2.ByteStream(b"not gzip"), headers=broken)]
     with pytest.raises(errors.ProtocolError):
         client.jobs()
 
 
-def test_an_event_stream_that_cannot_be_decoded_is_done_without(client, service):
+def test_without_a_decodable_event_stream_the_job_is_polled(client, service):
     handle = client.submit("grazing-curves", CURVE)
     follow = service.__class__._events
     broken = {"content-encoding": "gzip", "content-type": "text/event-stream"}
@@ -262,14 +262,14 @@ def test_an_event_stream_that_cannot_be_decoded_is_done_without(client, service)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a result", b"PK\x03\x04"])
-def test_a_broken_result_is_told(client, service, content):
+def test_a_broken_result_is_reported(client, service, content):
     handle = client.submit("grazing-curves", CURVE).wait()
     service.results[handle.id] = content
     with pytest.raises(errors.ResultFormatError):
         handle.result()
 
 
-def test_something_else_at_the_address_is_told(client, service):
+def test_another_server_at_the_address_is_reported(client, service):
     service.upcoming = [httpx2.Response(200, text="<html>hello</html>")]
     with pytest.raises(errors.ProtocolError):
         client.jobs()

@@ -1,4 +1,4 @@
-"""One request: what is tried again, for how long, and which exception comes out."""
+"""One request: which failures are retried, for how long, and which exception is raised."""
 
 import json
 from datetime import UTC, datetime, timedelta
@@ -30,7 +30,7 @@ def play(request):
     return played
 
 
-def test_broken_connections_and_busy_answers_are_tried_again(play):
+def test_broken_connections_and_busy_answers_are_retried(play):
     run = play(ConnectError("refused"), reply(503), reply(429), reply(200))
     assert run.send(5).status_code == 200
     assert len(run.requests) == 4
@@ -69,7 +69,7 @@ def test_a_very_long_retry_after_is_raised_instead_of_waited_for(play):
     assert run.slept == []
 
 
-def test_nothing_is_tried_again_that_cannot_get_better(play):
+def test_errors_that_a_retry_cannot_resolve_are_not_retried(play):
     for outcome in (reply(422), reply(500), UnsupportedProtocol("no such scheme")):
         run = play(outcome)
         with pytest.raises(errors.GrazemapError):
@@ -108,7 +108,7 @@ def test_each_problem_has_its_exception(play, status, expected):
 
 
 @pytest.mark.parametrize("content", [b"<html>Bad gateway</html>", b"", b'{"error": 1}', b"\xff\xfe"])
-def test_an_answer_of_somebody_else_still_is_an_exception_of_its_status(play, content):
+def test_an_error_answer_of_another_server_is_an_exception_of_its_status(play, content):
     with pytest.raises(errors.ServiceUnavailable, match="502"):
         play(httpx2.Response(502, content=content)).send(0)
 

@@ -27,7 +27,7 @@ def made(cls: type[errors.GrazemapError]) -> errors.GrazemapError:
 
 
 @pytest.mark.parametrize("cls", CLASSES)
-def test_every_exception_survives_pickling_with_all_it_says(cls):
+def test_every_exception_survives_pickling_with_all_its_fields(cls):
     error = made(cls)
     error.add_note("while drawing")
     again = pickle.loads(pickle.dumps(error))

@@ -1,4 +1,4 @@
-"""`local()` as a parent: what it says when the stack starts, does not, or is not installed. The stack is a stand-in."""
+"""`local()` when the stack starts, does not start, or is not installed. The stack is a stand-in."""
 
 import importlib.util
 import json
@@ -62,7 +62,7 @@ def test_a_given_data_folder_stays(stack, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
 
 
-def test_a_stack_that_dies_is_told_with_the_end_of_its_log(stack, tmp_path):
+def test_a_stack_that_dies_is_reported_with_the_end_of_its_log(stack, tmp_path):
     stack("import sys; print('\\n'.join(f'line {i}' for i in range(99)), file=sys.stderr); sys.exit('no redis-server')")
     with pytest.raises(StackError, match="exit code 1") as caught:
         grazemap.local()
@@ -82,13 +82,13 @@ def test_a_stack_that_is_never_ready_is_stopped(stack, tmp_path):
 
 
 @pytest.mark.parametrize("line", ["hello", "[]", '{"pid": 1}'])
-def test_a_stack_that_talks_nonsense_is_told(stack, line):
+def test_a_stack_that_prints_no_address_is_reported(stack, line):
     stack(f"print({line!r}, flush=True); import time; time.sleep(60)")
     with pytest.raises(StackError, match="did not print its address"):
         grazemap.local()
 
 
-def test_a_stack_that_ignores_a_polite_stop_is_killed(stack, monkeypatch):
+def test_a_stack_that_ignores_a_request_to_stop_is_killed(stack, monkeypatch):
     monkeypatch.setattr("grazemap.constants.LOCAL_STOP_TIMEOUT", 0.3)
     stack("import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN);" + READY + "time.sleep(60)")
     client = grazemap.local()
@@ -97,7 +97,7 @@ def test_a_stack_that_ignores_a_polite_stop_is_killed(stack, monkeypatch):
     assert not alive(pid)
 
 
-def test_without_the_server_parts_it_says_what_to_install(monkeypatch):
+def test_without_the_server_extra_the_error_names_what_to_install(monkeypatch):
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "rq" else found(name))
     with pytest.raises(MissingExtra, match=r'pip install "grazemap\[server\]"') as caught:

@@ -1,4 +1,4 @@
-"""What the package offers, and what importing it must not load."""
+"""The public names of the package, and modules that importing it must not load."""
 
 import inspect
 import subprocess

@@ -1,4 +1,4 @@
-"""Pictures: the right things on them, colours that mean the same everywhere, no state behind the caller's back."""
+"""Pictures: the right things on them, colours with the same meaning everywhere, and no global state."""
 
 import itertools
 import subprocess
@@ -86,7 +86,7 @@ def test_small_motions_are_drawn_together_and_counted():
     assert entries == ["1-$2_r$-$2_l$ (33.3%)", "unresolved (33.3%)", "2 other motions (33.3%)"]
 
 
-def test_points_are_told_apart_by_kind():
+def test_points_are_drawn_differently_by_kind():
     entries = legend(decode_result(npz("codimension-two-points")).plot())
     assert entries == ["resonant, saddle-node (SN), one-sided", "recurrence of order 2"]
 
@@ -98,7 +98,7 @@ def test_units_are_in_the_labels():
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$ (rad/s)", "clearance $b$ (m)")
 
 
-def test_a_picture_goes_onto_the_axes_it_is_given():
+def test_a_picture_is_drawn_on_the_given_axes():
     figure = new_figure(4, 3)
     ax = figure.add_subplot()
     assert decode_result(npz("grazing-curves")).plot(ax) is ax
@@ -113,7 +113,7 @@ def test_an_impact_is_a_jump_between_its_two_velocities():
     assert velocity[time == 20.0].tolist() == [-0.25, 0.2, 1.0]
 
 
-def test_a_graze_is_told_from_an_impact():
+def test_a_graze_is_drawn_differently_from_an_impact():
     impacts = {**document("trajectories")["impacts"], "kind": np.array(["impact", "graze"])}
     history, _ = decode_result(npz("trajectories", {"impacts": impacts})).plot()
     assert legend(history) == ["stops A, C", "impacts", "grazes"]
@@ -159,7 +159,7 @@ def test_a_colour_depends_on_the_label_alone():
         assert palette.motion_colour(motion(*key, pixels=3)) == palette.motion_colour(motion(*key, pixels=9000))
 
 
-def test_computed_colours_tell_neighbours_apart():
+def test_computed_colours_distinguish_neighbours():
     for period, right, left in itertools.product(range(1, 12), range(-1, 20), range(-1, 20)):
         colour = palette.motion_colour(motion(period, right, left))
         assert len(colour) == 7
@@ -168,7 +168,7 @@ def test_computed_colours_tell_neighbours_apart():
             assert palette.motion_colour(motion(*neighbour)) != colour
 
 
-def test_named_colours_stay_apart_for_every_kind_of_colour_vision():
+def test_named_colours_differ_for_every_kind_of_colour_vision():
     # The matrices are those of Machado, Oliveira and Fernandes (2009) for severity 1; distances in OKLab.
     protan = [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
     deutan = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
@@ -233,7 +233,7 @@ def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
     assert "stop C" in ax.get_title()
 
 
-def test_what_leaves_a_resonant_point_is_drawn_against_the_grazing_curve():
+def test_curves_that_leave_a_resonant_point_are_drawn_against_the_grazing_curve():
     ax = decode_result(npz("codimension-two-points")).plot_unfolding()
     assert legend(ax) == [
         r"grazing curve $b = A(\omega)$",
@@ -365,7 +365,7 @@ def test_curves_of_motions_are_named_by_them():
     assert legend(ax) == ["Neimark-Sacker (NS), 1-$2_r$-$2_l$", "graze (GR), 1-$2_r$-$2_l$"]
 
 
-def test_curves_that_are_no_borders_are_drawn_when_asked_for():
+def test_curves_that_are_no_borders_are_drawn_on_request():
     curves = decode_result(npz("bifurcation-curves"))
     assert legend(curves.plot()) == ["saddle-node (SN), 1-$1_r$-$(-1)_l$", "graze (GR), 1-$1_r$-$(-1)_l$"]
     assert legend(curves.plot(admissible=False))[-1] == "period doubling (PD), 1-$1_r$-$(-1)_l$"
@@ -374,7 +374,7 @@ def test_curves_that_are_no_borders_are_drawn_when_asked_for():
     assert ax.get_xlim() == pytest.approx((0.175, 0.325))
 
 
-def test_a_diagram_draws_what_its_borders_are():
+def test_a_diagram_draws_its_borders_by_their_explanations():
     result = decode_result(npz("unfolding-diagrams"))
     ax = result.plot()
     entries = legend(ax)

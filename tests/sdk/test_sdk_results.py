@@ -68,7 +68,7 @@ def test_json_is_strict_and_writes_nan_as_null(tmp_path):
     assert values == [[0.1, 0.2, 0.3], [0.4, None, None]]
 
 
-def test_points_are_frozen_records_with_none_for_what_their_kind_has_not():
+def test_points_are_frozen_records_with_none_for_fields_of_other_kinds():
     recurrence, resonant = decode_result(npz("codimension-two-points")).points
     assert recurrence.families == (Family(1, 1), Family(4, 0))
     assert (recurrence.order, recurrence.active, recurrence.multiple, recurrence.bifurcation) == (2, True, None, None)
@@ -99,7 +99,7 @@ def test_a_periodic_orbit_has_complex_multipliers_and_a_state_to_start_from(tmp_
         assert result.stops.tolist() == [1, -1]
 
 
-def test_an_orbit_that_was_not_found_says_why(tmp_path):
+def test_an_orbit_that_was_not_found_has_a_reason(tmp_path):
     unknown = dict.fromkeys(("residual", "kantorovich", "radius", "excess", "excess_phase"), np.nan)
     lost = {"converged": False, "reason": "no motion with these stops", **unknown, "stops": np.zeros(0, dtype=int)}
     path = decode_result(npz("periodic-orbits", lost)).save(tmp_path / "orbit.json")
@@ -108,7 +108,7 @@ def test_an_orbit_that_was_not_found_says_why(tmp_path):
         assert "no motion with these stops" in repr(result)
 
 
-def test_a_motion_with_rests_says_how_it_was_found(tmp_path):
+def test_a_motion_with_rests_is_marked_as_found_by_simulation(tmp_path):
     path = decode_result(npz("periodic-orbits by simulation")).save(tmp_path / "orbit.json")
     for result in (decode_result(npz("periodic-orbits by simulation")), load(path)):
         assert (result.found_by, result.verified, result.reason) == ("simulation", False, "found by simulation")
@@ -119,7 +119,7 @@ def test_a_motion_with_rests_says_how_it_was_found(tmp_path):
     assert len(decode_result(npz("periodic-orbits")).sticking) == 0
 
 
-def test_what_lies_beyond_a_special_point_is_a_question(tmp_path):
+def test_orbits_beyond_a_special_point_are_requests(tmp_path):
     path = decode_result(npz("orbit-branches")).save(tmp_path / "branch.json")
     for result in (decode_result(npz("orbit-branches")), load(path)):
         saddle, graze = result.special_points
@@ -203,7 +203,7 @@ def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):
     assert made["point_parameter"].values.tolist() == [1.5] * 3 + [1.6] * 3
 
 
-def test_basins_have_attractors_with_what_is_known_of_them(tmp_path):
+def test_basins_have_attractors_with_their_known_properties(tmp_path):
     path = decode_result(npz("basins")).save(tmp_path / "basins.json")
     for result in (decode_result(npz("basins")), load(path)):
         assert result.label.tolist() == [[0, 0, 1], [2, -1, 0]]
@@ -217,7 +217,7 @@ def test_basins_have_attractors_with_what_is_known_of_them(tmp_path):
     assert made["motion"].sel(vertical=0.5).values.tolist() == ["chaotic", "unresolved", "1-2r-1l"]
 
 
-def test_a_diagram_has_its_parts_and_what_every_border_is(tmp_path):
+def test_a_diagram_has_its_parts_and_the_explanation_of_every_border(tmp_path):
     path = decode_result(npz("unfolding-diagrams")).save(tmp_path / "diagram.json")
     for result in (decode_result(npz("unfolding-diagrams")), load(path)):
         assert result.unfolding_map.labels()[1].tolist() == ["1-2r-2l", "unresolved", "1-(-1)r-(-1)l"]
@@ -273,7 +273,7 @@ def _with(diagram, **values):
     return {**arrays, "kinds": np.array(umap.kinds), "reasons": np.array(umap.reasons)}
 
 
-def test_a_diagram_without_borders_says_nothing_of_them():
+def test_a_diagram_without_borders_has_no_fields_of_borders():
     whole = decode_result(npz("unfolding-diagrams"))
     bare = type(whole).from_document({k: v for k, v in whole._document.items() if k != "borders"}, whole.meta)
     assert bare.borders is None
@@ -281,7 +281,7 @@ def test_a_diagram_without_borders_says_nothing_of_them():
     assert "steps" not in bare.summary()
 
 
-def test_the_sequence_of_a_grazing_curve_is_there_where_it_was_asked_for():
+def test_the_sequence_of_a_grazing_curve_is_there_where_it_was_requested():
     assert decode_result(npz("grazing-curves")).xi is None
     curve = decode_result(npz("grazing-curves", {"xi": np.arange(6.0).reshape(3, 2)}))
     assert curve.xi.tolist() == [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]
@@ -297,7 +297,7 @@ def test_a_trajectory_has_its_impacts_and_motion():
     assert result.displacement.shape == (3, 5)
 
 
-def test_a_trajectory_has_its_end_and_what_was_undecided():
+def test_a_trajectory_has_its_final_state_and_the_number_of_undecided_events():
     result = decode_result(npz("trajectories"))
     np.testing.assert_array_equal(result.final.velocity, [1.0, 1.0, 1.0])
     assert (result.final.phase, result.undecided) == (0.0, 0)
@@ -306,7 +306,7 @@ def test_a_trajectory_has_its_end_and_what_was_undecided():
     assert decode_result(npz("trajectories", {"final": None})).final is None
 
 
-def test_many_trajectories_are_each_the_result_of_the_question_with_its_state_alone(tmp_path):
+def test_many_trajectories_are_each_the_result_of_the_request_with_its_state_alone(tmp_path):
     result = decode_result(npz(MANY))
     assert repr(result) == "<Trajectories: 3 trajectories: 2 x unresolved, 1 x 1-1r-1l>"
     whole, early, none = result.trajectories
@@ -354,7 +354,7 @@ def test_records_with_arrays_are_ragged_in_npz_and_readable_without_this_package
         [{"a": [np.arange(2), np.arange(3)]}, {"a": []}],
     ],
 )
-def test_records_of_any_make_come_back_as_they_were(records):
+def test_records_of_any_shape_are_read_back_unchanged(records):
     def equal(one, other):
         if isinstance(one, np.ndarray):
             assert isinstance(other, np.ndarray)
@@ -379,7 +379,7 @@ def test_records_of_any_make_come_back_as_they_were(records):
     assert encode_npz(found, meta) == data
 
 
-def test_records_that_npz_cannot_tell_apart_are_not_written():
+def test_records_that_npz_cannot_distinguish_are_not_written():
     for records in ([{"count": 1}], [{"a": {}}]):
         with pytest.raises(ValueError, match=r"count|trace"):
             encode_npz({"items": records}, {})
@@ -408,7 +408,7 @@ def test_a_map_counts_its_motions_and_never_gives_the_unresolved_a_label():
 
 
 @pytest.mark.parametrize("preview", [False, True])
-def test_a_preview_says_that_it_is_one(preview):
+def test_a_preview_is_marked_as_one(preview):
     whole, meta = decode_npz(npz("unfolding-maps"))
     umap = UnfoldingMap.from_document(whole, {**meta, "request": {**meta["request"], "preview": preview}})
     assert umap.preview is preview
@@ -418,7 +418,7 @@ def test_a_preview_says_that_it_is_one(preview):
 
 
 @pytest.mark.parametrize("ending", [".npz", ".json"])
-def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_nothing_invented(ending, tmp_path):
+def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_no_invented_numbers(ending, tmp_path):
     full = decode_result(npz("unfolding-maps"))
     umap = grazemap.load(decode_result(npz(ADAPTIVE)).save(tmp_path / f"map{ending}"))
     assert full.computed is None
@@ -461,7 +461,7 @@ def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_nothing_invented(endin
         encode_npz({}, {"process": "grazing-curves", "x": 1})[:-30],
     ],
 )
-def test_what_is_no_result_is_refused(content, tmp_path):
+def test_a_file_that_is_no_result_is_refused(content, tmp_path):
     path = tmp_path / "file"
     path.write_bytes(content)
     with pytest.raises(ResultFormatError, match=re.escape(str(path))):
@@ -530,7 +530,7 @@ def test_a_trajectory_without_impacts_is_the_same_from_json(tmp_path):
         assert one.impacts.stop.dtype == np.int64
 
 
-def test_only_known_endings_are_written(tmp_path):
+def test_only_known_file_endings_are_written(tmp_path):
     with pytest.raises(ValueError, match=r"\.npz or \.json"):
         decode_result(npz("grazing-curves")).save(tmp_path / "curve.csv")
 
@@ -562,7 +562,7 @@ def test_a_dataset_of_a_trajectory_has_its_sticking_and_its_motion():
     assert json.loads(made.attrs["motion"])["label"] == "1-1r-1l"
 
 
-def test_a_dataset_of_a_trajectory_has_its_end():
+def test_a_dataset_of_a_trajectory_has_its_final_state():
     made = decode_result(npz("trajectories")).to_xarray()
     assert made["final_velocity"].sel(mass=3) == 1.0
     assert (made["final_phase"].item(), made["undecided"].item()) == (0.0, 0)
@@ -570,7 +570,7 @@ def test_a_dataset_of_a_trajectory_has_its_end():
     assert (made["impact_period"].attrs["units"], made["final_phase"].attrs["units"]) == ("forcing periods", "rad")
 
 
-def test_a_dataset_of_many_trajectories_pads_samples_and_tells_whose_events_they_are():
+def test_a_dataset_of_many_trajectories_pads_samples_and_gives_the_trajectory_of_each_event():
     made = decode_result(npz(MANY)).to_xarray()
     assert made["velocity"].dims == ("trajectory", "mass", "time")
     assert made["velocity"].sel(mass=1).notnull().sum("time").values.tolist() == [5, 2, 0]
@@ -582,7 +582,7 @@ def test_a_dataset_of_many_trajectories_pads_samples_and_tells_whose_events_they
     assert [motion["label"] for motion in json.loads(made.attrs["motion"])] == ["1-1r-1l", None, None]
 
 
-def test_a_dataset_of_codimension_two_points_has_families_and_certainty():
+def test_a_dataset_of_codimension_two_points_has_families_and_status():
     points = [{**POINTS[0], "omega_error": 1e-15, "status": "near-double"}, POINTS[1]]
     made = decode_result(npz("codimension-two-points", {"points": points})).to_xarray()
     assert made["status"].values.tolist() == ["near-double", "simple"]

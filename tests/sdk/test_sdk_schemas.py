@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sdk_documents import REQUESTS, document
+from sdk_documents import REQUESTS, document, with_deprecated
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.results import RESULTS
 from grazemap.results.records import RECORDS
 from grazemap.schema import SCHEMAS, Record, schema_of
-from grazemap.schema.documents import with_deprecated
 from grazemap.schema.fields import deprecated
 from grazemap.wire import PROCESSES
 from tests.document_problems import problems

@@ -70,14 +70,14 @@ def event(number: int, name: str = "progress", **data) -> list[str]:
 END = event(9, "done", status="successful")
 
 
-def test_events_are_handed_on_until_done(play):
+def test_events_are_yielded_until_done(play):
     service = play([": ping", "", *event(1), *event(2, "tile", index=0), *END])
     assert service.follow().status == "successful"
     assert service.names == ["progress", "tile", "done"]
     assert service.script.events[1].data == {"index": 0}
 
 
-def test_a_finished_job_tells_its_events_again_when_asked_to(play):
+def test_a_finished_job_repeats_its_events_on_request(play):
     service = play([*event(1), ReadError("reset")], [*event(2, "tile", index=0), *END], finished_after=0)
     assert service.follow(replay=True).status == "successful"
     assert service.names == ["progress", "tile", "done"]
@@ -99,7 +99,7 @@ def test_a_finished_job_whose_stream_is_gone_still_ends_with_done(play, streams)
     assert len(service.opened) <= 1 + constants.STREAM_ATTEMPTS
 
 
-def test_every_stream_is_closed_also_when_whoever_listens_raises(play):
+def test_every_stream_is_closed_even_if_the_caller_raises(play):
     service = play([*event(1), ReadError("reset")], event(2), [*event(3), *END])
     service.follow()
     assert service.closed == 3
@@ -110,14 +110,14 @@ def test_every_stream_is_closed_also_when_whoever_listens_raises(play):
     assert stopped.closed == 1
 
 
-def test_a_broken_stream_is_taken_up_where_it_ended(play):
+def test_a_broken_stream_is_resumed_where_it_ended(play):
     service = play([*event(1), *event(2)[:2], ReadError("reset")], [*event(2), *END])
     service.follow()
     assert [opened.headers.get("last-event-id") for opened in service.opened] == [None, "1-0"]
     assert [event.id for event in service.script.events] == ["1-0", "2-0", "9-0"]
 
 
-def test_an_event_that_is_no_json_breaks_the_stream_only(play):
+def test_an_event_that_is_not_json_breaks_only_the_stream(play):
     service = play(["event: progress", "data: " + "[" * 100_000, ""], [*event(2), *END])
     assert service.follow().status == "successful"
     assert service.names == ["progress", "done"]
@@ -148,7 +148,7 @@ def test_an_already_finished_job_opens_no_stream(play):
 
 
 @pytest.mark.parametrize("timeout", [0.0, 0.5, 20.0, 100.0])
-def test_the_time_to_wait_is_kept_although_the_service_only_says_it_is_alive(play, timeout):
+def test_the_timeout_holds_even_if_the_service_sends_only_keep_alive_comments(play, timeout):
     # the stream's comments would keep a plain read waiting for ever
     service = play(*[[15.0, ": ping"] * 100] * 9)
     with pytest.raises(errors.WaitTimeout) as caught:
@@ -158,7 +158,7 @@ def test_the_time_to_wait_is_kept_although_the_service_only_says_it_is_alive(pla
     assert service.script.now == pytest.approx(1000 + timeout)
 
 
-def test_plenty_of_time_is_spent_on_the_stream_not_on_polling(play):
+def test_with_a_long_timeout_the_stream_is_followed_and_not_polled(play):
     service = play([*event(1), *([15.0, ": ping"] * 30), *END])
     service.follow(3600.0)
     assert len(service.opened) == 1

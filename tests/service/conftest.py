@@ -67,7 +67,7 @@ def client(serve: Serve) -> TestClient:
 
 @contextmanager
 def running(settings: Settings, **bounds: Any) -> Iterator[str]:
-    """A service behind a real socket; gives its base URL."""
+    """Serve on a real socket and return the base URL."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         config = uvicorn.Config(
             create_app(settings), http=bounded(**bounds), log_config=None, timeout_graceful_shutdown=1

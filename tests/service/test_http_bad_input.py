@@ -199,7 +199,7 @@ def test_bad_values_are_named(
         ({**TRAJECTORY, "initial": {"phas": 1}}, "/initial", "Unknown field; did you mean phase"),
     ],
 )
-def test_of_an_unknown_field_the_known_name_next_to_it_is_said_and_not_its_own(
+def test_the_error_of_an_unknown_field_names_the_most_similar_one_and_not_its_own(
     client: TestClient, body: Any, pointer: str, detail: str
 ) -> None:
     answer = client.post("/v1/trajectories", json=body)
@@ -209,7 +209,7 @@ def test_of_an_unknown_field_the_known_name_next_to_it_is_said_and_not_its_own(
 
 
 @pytest.mark.parametrize("number", ["1e999", "-1e999", "NaN", "-Infinity"])
-def test_numbers_that_are_none_are_named(client: TestClient, store: Store, number: str) -> None:
+def test_values_that_are_not_numbers_are_named(client: TestClient, store: Store, number: str) -> None:
     answer = client.post("/v1/grazing-curves", content=f'{{"omega": [0.1, {number}]}}', headers=JSON)
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["pointer"] == "/omega/1"
@@ -302,7 +302,7 @@ WORK: list[tuple[str, Any, str]] = [
 
 
 @pytest.mark.parametrize(("process", "body", "quantity"), WORK)
-def test_too_much_work_says_estimate_and_limit(
+def test_too_much_work_gives_the_estimate_and_the_limit(
     client: TestClient, store: Store, process: str, body: Any, quantity: str
 ) -> None:
     answer = client.post(f"/v1/{process}", json=body)
@@ -330,7 +330,7 @@ def test_too_much_work_says_estimate_and_limit(
         ("trajectories", {**TRAJECTORY, "periods": 10**6, "samples_per_period": 2}, "/samples_per_period"),
     ],
 )
-def test_too_many_points_are_pointed_at(client: TestClient, process: str, body: Any, pointer: str) -> None:
+def test_the_error_of_too_many_points_has_a_pointer(client: TestClient, process: str, body: Any, pointer: str) -> None:
     assert [e["pointer"] for e in client.post(f"/v1/{process}", json=body).json()["errors"]] == [pointer]
 
 
@@ -400,7 +400,7 @@ def test_other_media_types_are_415(client: TestClient, store: Store, media_type:
     assert store.jobs.page() == ([], None)
 
 
-def test_json_dialects_are_taken(client: TestClient) -> None:
+def test_media_types_with_suffix_json_are_accepted(client: TestClient) -> None:
     headers = {"Content-Type": "application/vnd.example+json; charset=utf-8"}
     assert client.post("/v1/grazing-curves", content=b'{"omega": [0.1, 0.2]}', headers=headers).status_code == 201
 
@@ -427,9 +427,7 @@ def test_json_dialects_are_taken(client: TestClient) -> None:
         ("GET", f"/v1/jobs?limit={MARKER}", 422, "invalid-request"),
     ],
 )
-def test_addresses_that_are_none_are_problems(
-    client: TestClient, method: str, path: str, status: int, kind: str
-) -> None:
+def test_unknown_addresses_are_problems(client: TestClient, method: str, path: str, status: int, kind: str) -> None:
     answer = client.request(method, path)
     assert answer.status_code == status
     assert answer.headers["content-type"] == "application/problem+json"

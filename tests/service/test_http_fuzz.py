@@ -1,4 +1,4 @@
-"""Whatever JSON is posted: an answer below 500 that repeats nothing, and a job only when the models take it."""
+"""For any JSON the answer is below 500 and repeats nothing, and there is a job only if the models accept it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ REQUESTS = st.fixed_dictionaries(
 
 
 @pytest.mark.parametrize("process", PROCESSES)
-def test_any_json_is_answered(client: TestClient, store: Store, process: str) -> None:
+def test_any_json_gets_an_answer(client: TestClient, store: Store, process: str) -> None:
     @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
     @given(body=st.one_of(REQUESTS, JSON))
     def answered(body: Any) -> None:
@@ -80,7 +80,7 @@ def test_any_json_is_answered(client: TestClient, store: Store, process: str) ->
 
 
 @pytest.mark.parametrize("process", PROCESSES)
-def test_what_the_models_refuse_is_never_taken(client: TestClient, process: str) -> None:
+def test_requests_that_the_models_refuse_are_never_accepted(client: TestClient, process: str) -> None:
     @settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
     @given(body=REQUESTS)
     def refused(body: Any) -> None:

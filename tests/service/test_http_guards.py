@@ -1,4 +1,4 @@
-"""Who is let in: keys, hosts, origins, bodies within the limit; and what a browser is told."""
+"""Access control: keys, hosts, origins, limits of bodies, and the headers for browsers."""
 
 from __future__ import annotations
 

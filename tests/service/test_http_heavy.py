@@ -1,4 +1,4 @@
-"""Large questions, large results, slow clients: the service goes on answering, and its memory is bounded."""
+"""Large requests, large results, slow clients: the service continues to answer, and its memory is bounded."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_lists_of_jobs_leave_out_long_requests(client: TestClient) -> None:
     assert len(client.get(f"/v1/jobs/{jobs[1]['id']}").json()["request"]["omega"]) == 4000
 
 
-def test_an_event_stream_does_not_read_the_question_again_and_again(
+def test_an_event_stream_does_not_read_the_request_repeatedly(
     serve: Any, worker: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     client = serve()
@@ -53,7 +53,7 @@ def test_an_event_stream_does_not_read_the_question_again_and_again(
     assert len(reads) == 1
 
 
-def test_one_rendering_serves_all_who_ask_at_once(
+def test_simultaneous_requests_share_one_rendering(
     client: TestClient, worker: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
@@ -90,7 +90,7 @@ def test_a_large_result_is_streamed_as_json(client: TestClient, worker: Any, mon
     assert client.get(path, headers={"If-None-Match": large.headers["etag"]}).status_code == 304
 
 
-def test_looking_at_a_result_keeps_it(client: TestClient, worker: Any) -> None:
+def test_fetching_a_result_delays_its_eviction(client: TestClient, worker: Any) -> None:
     small = Store(worker.store.redis, result_bytes=2500)
     ids = []
     for points in (5, 6, 7):

@@ -37,7 +37,7 @@ def test_jobs_are_listed_newest_first_in_pages(client: TestClient) -> None:
     assert (seen, pages) == (ids[::-1], 3)
 
 
-def test_the_list_can_be_narrowed(client: TestClient, worker: Any) -> None:
+def test_the_list_can_be_filtered(client: TestClient, worker: Any) -> None:
     curve, other = post(client, 2), post(client, 3)
     whole = client.post("/v1/unfolding-maps", json=MAP).json()["id"]
     worker.finish(curve)
@@ -83,7 +83,7 @@ def parse(text: str) -> Events:
     return events
 
 
-def test_events_tell_a_map_to_its_end(client: TestClient, store: Store, worker: Any) -> None:
+def test_events_follow_a_map_to_its_end(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
     path, total = f"/v1/jobs/{job['id']}/events", job["estimate"]["tiles"]
     data = encode_npz({"kind": np.zeros((2, 2), np.int8)}, {})

@@ -1,4 +1,4 @@
-"""A data folder of version 0.1.0: its jobs are listed, and computed anew when they are asked for."""
+"""A data folder of version 0.1.0: its jobs are listed, and computed again when they are fetched."""
 
 from __future__ import annotations
 
@@ -92,7 +92,9 @@ def test_an_unfinished_job_is_computed_anew_when_it_is_posted_again(client_of_ol
     assert answer.json()["id"] != QUEUED
 
 
-def test_a_request_that_is_not_taken_any_more_says_so(client_of_older: TestClient, older: Store) -> None:
+def test_a_request_that_is_no_longer_accepted_is_a_problem_of_its_own(
+    client_of_older: TestClient, older: Store
+) -> None:
     older.redis.hset(f"grazemap:2:job:{FINISHED}", "request", '{"a field of then": 1}')
     answer = client_of_older.get(f"/v1/jobs/{FINISHED}/result")
     assert answer.status_code == 409

@@ -1,4 +1,4 @@
-"""The OpenAPI document says what the service does, and its examples work."""
+"""The OpenAPI document describes the service, and its examples work."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_examples_can_be_posted(client: TestClient, document: dict[str, Any], pr
         assert answer.json()["estimate"]["seconds"] < 5
 
 
-def test_keys_are_documented_where_they_are_asked_for(client: TestClient, serve: Any) -> None:
+def test_keys_are_documented_where_they_are_required(client: TestClient, serve: Any) -> None:
     assert "securitySchemes" not in client.get("/openapi.json").json()["components"]
     document = serve(api_keys="key").get("/openapi.json").json()
     assert document["components"]["securitySchemes"]["key"]["scheme"] == "bearer"

@@ -85,7 +85,7 @@ def test_metrics_count_by_route(client: TestClient, worker: Any) -> None:
     assert job["id"] not in text
 
 
-def test_every_address_that_can_be_read_can_be_looked_at(client: TestClient, worker: Any, store: Store) -> None:
+def test_every_address_that_accepts_get_accepts_head(client: TestClient, worker: Any, store: Store) -> None:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
     path = f"/v1/jobs/{job['id']}"
     worker.begin(job["id"], 1)
@@ -103,7 +103,7 @@ def test_every_address_that_can_be_read_can_be_looked_at(client: TestClient, wor
 @pytest.mark.parametrize(
     "code", ["MISCONF", "OOM", "LOADING", "READONLY", "BUSY", "ERR Error running script: @x:1: -OOM"]
 )
-def test_a_redis_that_takes_nothing_is_503(client: TestClient, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+def test_a_redis_that_refuses_commands_is_503(client: TestClient, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError(f"{code} of some reason")
 
@@ -113,7 +113,7 @@ def test_a_redis_that_takes_nothing_is_503(client: TestClient, monkeypatch: pyte
     assert answer.json()["type"] == "urn:grazemap:problem:store-unavailable"
 
 
-def test_a_redis_that_refuses_the_password_is_said_so_in_the_log(
+def test_a_redis_that_refuses_the_password_is_named_in_the_log(
     client: TestClient, monkeypatch: pytest.MonkeyPatch, logs: list[Any]
 ) -> None:
     def refuse(*_: object) -> None:
@@ -124,7 +124,7 @@ def test_a_redis_that_refuses_the_password_is_said_so_in_the_log(
     assert "Redis refuses the password" in [entry["event"] for entry in logs]
 
 
-def test_another_error_of_redis_is_ours(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_error_of_redis_is_an_internal_error(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise redis.exceptions.ResponseError("WRONGTYPE Operation against a key holding the wrong kind of value")
 
@@ -162,7 +162,7 @@ def test_a_redis_that_hangs_keeps_no_page_waiting(live: Any, own_redis_server: R
             os.kill(own_redis_server.pid, signal.SIGCONT)
 
 
-def test_redis_may_go_and_come_back(serve: Any, own_redis_server: RedisServer) -> None:
+def test_the_service_recovers_when_redis_returns(serve: Any, own_redis_server: RedisServer) -> None:
     client = serve(redis_url=own_redis_server.url)
     before = client.post("/v1/grazing-curves", json=CURVE)
     assert before.status_code == 201
@@ -292,7 +292,7 @@ def test_it_refuses_an_exposed_inherited_socket_without_keys() -> None:
         assert started.wait(30) == 2
 
 
-def test_a_taken_port_is_said() -> None:
+def test_a_port_in_use_is_reported() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as listener,
         process({"GRAZEMAP_PORT": str(listener.getsockname()[1])}) as started,

@@ -1,4 +1,4 @@
-"""Results: forms by Accept, caching, conditions, tiles, and what there is instead of a result."""
+"""Results: formats by Accept, caching, conditions, tiles, and the answers without a result."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_json_is_the_same_result(client: TestClient, finished: tuple[str, bytes]
         (None, "pickle", None),
     ],
 )
-def test_the_form_follows_accept_and_f(
+def test_the_format_follows_accept_and_f(
     client: TestClient, finished: tuple[str, bytes], accept: str | None, form: str | None, expected: str | None
 ) -> None:
     query = f"?f={form}" if form else ""
@@ -112,7 +112,7 @@ def test_results_are_immutable_to_caches(
     assert head.headers.get("content-length", whole.headers["content-length"]) == whole.headers["content-length"]
 
 
-def test_conditions_and_wishes_may_come_in_lines(client: TestClient, finished: tuple[str, bytes]) -> None:
+def test_if_none_match_and_accept_may_be_repeated_headers(client: TestClient, finished: tuple[str, bytes]) -> None:
     path, _ = finished
     etag = client.get(path).headers["etag"]
     assert client.get(path, headers=[("If-None-Match", '"other"'), ("If-None-Match", etag)]).status_code == 304
@@ -120,7 +120,7 @@ def test_conditions_and_wishes_may_come_in_lines(client: TestClient, finished: t
     assert (answer.status_code, answer.headers["content-type"]) == (200, NPZ)
 
 
-def test_each_form_has_its_own_etag(client: TestClient, finished: tuple[str, bytes]) -> None:
+def test_each_format_has_its_own_etag(client: TestClient, finished: tuple[str, bytes]) -> None:
     etags = {client.get(f"{finished[0]}?f={form}").headers["etag"] for form in ("json", "npz")}
     assert len(etags) == 2
     answer = client.get(f"{finished[0]}?f=json", headers={"If-None-Match": etags.pop()})
@@ -169,7 +169,7 @@ def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
     assert client.get(path, headers={"Accept": NPZ}).content == data
 
 
-def test_nothing_is_computed_for_who_has_it_or_only_looks(client: TestClient, worker: Any) -> None:
+def test_nothing_is_computed_for_a_matching_etag_or_a_head(client: TestClient, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     path = f"/v1/jobs/{job['id']}/result"
     worker.finish(job["id"])

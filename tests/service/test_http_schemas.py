@@ -1,4 +1,4 @@
-"""Results and jobs in the API's document: valid OpenAPI 3.1, typed throughout, and true of what is answered."""
+"""Results and jobs in the API's document: valid OpenAPI 3.1, typed throughout, and in agreement with the answers."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_no_object_is_without_fields(described: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("process", list(REQUESTS))
-def test_every_result_is_as_described_and_told_by_its_process(described: dict[str, Any], process: str) -> None:
+def test_every_result_is_as_described_and_identified_by_its_process(described: dict[str, Any], process: str) -> None:
     answer = in_json(process)
     assert (answer["process"], answer["schema"], answer["meta"]["schema"]) == (process.split()[0], VERSION, VERSION)
     result = validator(described, "Result")
@@ -103,7 +103,7 @@ def test_jobs_have_typed_requests(client: TestClient) -> None:
     assert posted["content"]["application/json"]["schema"] == {"$ref": "#/components/schemas/GrazingCurvesJob"}
 
 
-def test_deprecated_names_are_said_to_be(described: dict[str, Any]) -> None:
+def test_deprecated_names_are_marked_as_deprecated(described: dict[str, Any]) -> None:
     schemas = described["components"]["schemas"]
     for name in ("UnfoldingMapResult", "PeriodicOrbitResult", "OrbitBranchResult", "Attractor", "Motion"):
         properties = schemas[name]["properties"]

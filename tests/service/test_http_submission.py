@@ -1,4 +1,4 @@
-"""The same question is one job, however it is written and however often it is asked."""
+"""The same request is one job, in any form and at any number of repetitions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ EVERY_PROCESS = {
 
 
 @pytest.mark.parametrize("process", EVERY_PROCESS)
-def test_a_new_question_is_201_with_its_job(client: TestClient, process: str) -> None:
+def test_a_new_request_is_201_with_its_job(client: TestClient, process: str) -> None:
     answer = client.post(f"/v1/{process}", json=EVERY_PROCESS[process])
     assert answer.status_code == 201
     job = answer.json()
@@ -57,7 +57,7 @@ def test_a_new_question_is_201_with_its_job(client: TestClient, process: str) ->
     assert client.get(answer.headers["location"]).json() == job
 
 
-def test_the_same_question_in_other_words_is_the_same_job(client: TestClient) -> None:
+def test_the_same_request_in_another_form_is_the_same_job(client: TestClient) -> None:
     full = {
         "oscillator": {
             "units": "nondimensional",
@@ -87,7 +87,7 @@ def test_the_same_question_in_other_words_is_the_same_job(client: TestClient) ->
     assert other.json()["id"] != answers[0].json()["id"]
 
 
-def test_rest_written_out_is_the_same_question(client: TestClient) -> None:
+def test_rest_written_out_is_the_same_request(client: TestClient) -> None:
     body = {"omega": 0.29, "clearance": 1.6, "periods": 5}
     zeros = [0, 0.0, -0.0]
     initials = [{}, {"phase": 0}, {"displacement": zeros}, {"displacement": zeros, "velocity": zeros, "phase": 0.0}]
@@ -138,7 +138,7 @@ def test_prefer_wait_answers_at_the_end(client: TestClient, worker: Any) -> None
     assert answer.headers["preference-applied"] == "wait=20"
 
 
-def test_waiting_does_not_read_the_question_again_and_again(
+def test_waiting_does_not_read_the_request_repeatedly(
     client: TestClient, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reads = []
@@ -156,7 +156,7 @@ def test_prefer_wait_gives_up_after_its_time(client: TestClient) -> None:
     assert answer.headers["preference-applied"] == "wait=1"
 
 
-def test_prefer_may_come_in_lines(serve: Any) -> None:
+def test_prefer_may_be_a_repeated_header(serve: Any) -> None:
     headers = [("Prefer", "respond-async"), ("Prefer", "wait=7")]
     answer = serve(max_wait_seconds=0).post("/v1/grazing-curves", json=CURVE, headers=headers)
     assert answer.headers["preference-applied"] == "wait=0"
@@ -182,7 +182,7 @@ def test_a_full_queue_is_429_and_leaves_nothing(serve: Any, store: Store) -> Non
     assert client.post("/v1/grazing-curves", json=CURVE).status_code == 200
 
 
-def test_a_finished_question_is_200_with_its_result(client: TestClient, worker: Any) -> None:
+def test_a_finished_request_is_200_with_its_result(client: TestClient, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     worker.finish(job["id"])
     answer = client.post("/v1/grazing-curves", json=CURVE)
@@ -191,7 +191,7 @@ def test_a_finished_question_is_200_with_its_result(client: TestClient, worker: 
     assert {client.get(link["href"]).headers["content-type"] for link in results} == {link["type"] for link in results}
 
 
-def test_a_dismissed_question_is_started_again(client: TestClient) -> None:
+def test_a_dismissed_request_is_started_again(client: TestClient) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     assert client.delete(f"/v1/jobs/{job['id']}").json()["status"] == "dismissed"
     answer = client.post("/v1/grazing-curves", json=CURVE)

@@ -1,4 +1,4 @@
-"""A long backlog: what one request or one tile costs does not grow with the jobs that wait."""
+"""A long backlog: the cost of one request or one tile does not grow with the number of waiting jobs."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Stor
     assert list(store.redis.scan_iter("grazemap:2:held*")) == []
 
 
-def test_a_claim_that_another_took_over_is_no_longer_ones_own(store: Store) -> None:
+def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
     job = submit(store, 0)
     store.tiles.claim(job.id, 0, "one", "f", LEASE)
     store.workers.remove("one")
@@ -96,7 +96,7 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
     assert store.counts().pending_tiles == 0
 
 
-def test_forgetting_old_records_does_not_look_through_those_that_wait(
+def test_removing_old_records_does_not_scan_the_waiting_ones(
     store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = commands(store, lambda: submit(store, 999))
@@ -107,7 +107,7 @@ def test_forgetting_old_records_does_not_look_through_those_that_wait(
     assert store.jobs.get(backlog[0].id) is None
 
 
-def test_a_round_looks_at_some_of_the_jobs_and_the_next_ones_at_the_others(
+def test_a_round_checks_some_of_the_jobs_and_the_next_rounds_check_the_others(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("grazemap_worker.supervision.reconciler.JOBS_A_ROUND", 300)

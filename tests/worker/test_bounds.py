@@ -1,4 +1,4 @@
-"""Bounds of what the store takes and of what one try may cost: refused by name, never tried for ever."""
+"""Bounds of the store and of one attempt: refused by name, and not retried without end."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_unfinished_requests_over_the_byte_budget_are_refused(store: Store, monk
     assert submit(store, curve(20, 1000)).status == "accepted"
 
 
-def test_a_question_asked_again_counts_once(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_repeated_request_counts_once(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORD_BYTES", 20_000)
     other = submit(store)
     for _ in range(10):
@@ -171,7 +171,7 @@ def test_a_page_of_jobs_costs_what_it_shows(store: Store) -> None:
     assert store.jobs.page(process="trajectories") == ([], None)
 
 
-def test_looking_at_a_result_makes_it_the_last_to_go(store: Store) -> None:
+def test_fetching_a_result_makes_it_the_last_to_be_evicted(store: Store) -> None:
     small = Store(store.redis, result_bytes=250)
     jobs = [submit(small, curve(number)) for number in (1, 2, 3)]
     for job in jobs[:2]:

@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: private, and mended when it is broken."""
+"""The cache of compiled kernels: private, and rebuilt when it is broken."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def broken_index(folder: Path) -> Path:
     return index
 
 
-def test_the_folder_is_private_and_numba_is_told(folder: Path) -> None:
+def test_the_folder_is_private_and_is_set_for_numba(folder: Path) -> None:
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
     assert os.environ["NUMBA_CACHE_DIR"] == str(folder / "numba")
 
 
-def test_a_link_to_elsewhere_is_refused(tmp_path: Path) -> None:
+def test_a_link_to_another_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "kernels").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(kernel_cache.CacheFolderError):
@@ -51,7 +51,7 @@ def test_a_cache_that_raises_is_wiped_and_compiled_again(folder: Path) -> None:
     assert tries == [True, False]
 
 
-def test_kernels_that_do_not_compile_are_not_the_caches_fault(folder: Path) -> None:
+def test_kernels_that_do_not_compile_do_not_wipe_the_cache(folder: Path) -> None:
     def compile_kernels() -> None:
         raise TypeError("no such kernel")
 
@@ -59,7 +59,7 @@ def test_kernels_that_do_not_compile_are_not_the_caches_fault(folder: Path) -> N
         kernel_cache.warm_up(folder, compile_kernels)
 
 
-def test_a_cache_that_two_warm_ups_did_not_survive_is_wiped(folder: Path) -> None:
+def test_a_cache_with_which_two_warm_ups_died_is_wiped(folder: Path) -> None:
     index = broken_index(folder)
     seen = []
 

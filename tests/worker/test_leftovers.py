@@ -1,4 +1,4 @@
-"""What is left in Redis when jobs and workers are gone, and what a large result needs while it is stored."""
+"""Leftovers in Redis of jobs and workers that are gone, and the memory for storing a large result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def submit(store: Store, number: int = 0) -> Job:
 
 
 @pytest.mark.parametrize("end", ["successful", "dismissed"])
-def test_the_events_of_a_finished_job_go_after_a_while(store: Store, end: str) -> None:
+def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
     job = submit(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
     events = f"grazemap:2:job:{job.id}:events"
@@ -37,7 +37,7 @@ def test_the_events_of_a_finished_job_go_after_a_while(store: Store, end: str) -
         assert store.redis.ttl(events) == -1
 
 
-def test_workers_that_are_gone_leave_rqs_lists(store: Store) -> None:
+def test_workers_that_are_gone_are_removed_from_the_lists_of_rq(store: Store) -> None:
     for name in ("rq:workers", "rq:workers:grazemap:2:f", "rq:workers:grazemap:2:g"):
         store.redis.sadd(name, "rq:worker:gone", "rq:worker:here")
     store.redis.hset("rq:worker:here", "birth", "now")
@@ -50,7 +50,7 @@ def test_workers_that_are_gone_leave_rqs_lists(store: Store) -> None:
     assert store.redis.scard("rq:workers:of somebody else") == 1
 
 
-def test_the_queue_of_numerics_that_are_gone_goes_too(store: Store) -> None:
+def test_the_queue_of_numerics_that_are_gone_is_removed(store: Store) -> None:
     store.workers.register("w", "here", LEASE, "1")
     for fingerprint in ("here", "gone", "f"):
         entries.enqueue(store.redis, ID, range(3), fingerprint)
@@ -66,13 +66,13 @@ def test_the_queue_of_numerics_that_are_gone_goes_too(store: Store) -> None:
     assert list(store.redis.scan_iter("*gone*")) == []
 
 
-def test_a_worker_of_a_later_release_may_say_more_of_itself(store: Store) -> None:
+def test_a_worker_of_a_later_release_may_have_more_fields(store: Store) -> None:
     store.workers.register("w", "f", LEASE, "1")
     store.redis.hset("grazemap:2:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
     assert [asdict(worker) for worker in store.workers.live()] == [asdict(WorkerInfo("w", "f", "2"))]
 
 
-def test_room_is_made_before_a_result_is_stored(own_redis_server: RedisServer) -> None:
+def test_memory_is_freed_before_a_result_is_stored(own_redis_server: RedisServer) -> None:
     client = connect(own_redis_server.url)
     size = 16 << 20
     store = Store(client, result_bytes=size + 1000)

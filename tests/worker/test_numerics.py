@@ -1,4 +1,4 @@
-"""What a result says of the machine that computed it, and that machines with other instructions are told apart."""
+"""The description of the machine in a result distinguishes machines with different instructions."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_extensions_that_are_switched_off_are_not_named_and_another_fingerprint(
     assert without["fingerprint"] != here["fingerprint"]
 
 
-def test_uncompiled_kernels_say_so(here: dict[str, str]) -> None:
+def test_uncompiled_kernels_are_reported(here: dict[str, str]) -> None:
     slow = meta(NUMBA_DISABLE_JIT="1")
     assert (slow["cpu"], slow["cpu_features"]) == ("interpreted", "")
     assert slow["fingerprint"] != here["fingerprint"]

@@ -1,4 +1,4 @@
-"""Branches, what lies beyond their special points, curves of motions, and motions with rests, as documents."""
+"""Branches, orbits beyond their special points, curves of motions, and motions with rests, as documents."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def special(document: dict[str, Any], kind: str, near: float) -> dict[str, Any]:
         ({**ORBIT, **ONE}, (1.8, 1.9), "SN", 1.86834, []),
     ],
 )
-def test_what_lies_beyond_a_special_point_is_a_request(
+def test_an_orbit_beyond_a_special_point_is_a_request(
     body: dict[str, Any], window: tuple[float, float], kind: str, near: float, labels: list[str]
 ) -> None:
     bounds = {"range": dict(zip(("start", "stop"), window, strict=True))}
@@ -67,7 +67,7 @@ def test_a_branch_over_restitution_is_the_closed_form_s() -> None:
     assert same.clearance == pytest.approx(1.866, rel=1e-10)
 
 
-def test_what_lies_beyond_a_point_of_a_branch_over_restitution_has_its_own() -> None:
+def test_an_orbit_beyond_a_point_of_a_branch_over_restitution_has_its_own_restitution() -> None:
     body = {**SYMMETRIC, "clearance": 1.63, "vary": "restitution", "range": {"start": 0.0, "stop": 1.0}}
     (graze,) = [point for point in whole("orbit-branches", body)["special_points"] if point["type"] == "GR"]
     for beyond in graze["beyond"]:
@@ -141,7 +141,7 @@ def test_curves_of_motions_are_pieces_whose_points_are_orbits() -> None:
     assert compared == {"SN", "PD", "GR"}
 
 
-def test_an_orbit_that_does_not_converge_or_a_window_without_the_motion_is_an_honest_nothing() -> None:
+def test_without_convergence_or_without_the_motion_in_the_window_the_result_is_empty_with_a_reason() -> None:
     nowhere = {"period": 1, "stops": [1, 1], "phases": [0.1, 3.0], "velocities": [5.0, 0.01]}
     motions = [{**nowhere, "omega": 0.27, "clearance": 1.85}, {"period": 1, "stops": [1]}]
     window = {"omega": {"start": 0.265, "stop": 0.275}, "clearance": {"start": 2.2, "stop": 2.3}}

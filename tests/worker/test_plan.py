@@ -53,7 +53,7 @@ def test_tiles_cover_the_grid_exactly_once(columns: int, rows: int, max_periods:
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(512, 512), (2000, 3), (3, 2000), (128, 128)])
-def test_tiles_of_a_large_map_take_about_the_time_aimed_at(columns: int, rows: int) -> None:
+def test_tiles_of_a_large_map_take_about_the_intended_time(columns: int, rows: int) -> None:
     cut = plan("unfolding-maps", map_request(columns, rows))
     seconds = cut.tile_rows * cut.tile_columns * cut.estimate.seconds / (rows * columns)
     assert 0.3 * TILE_SECONDS < seconds <= 1.2 * TILE_SECONDS
@@ -96,7 +96,7 @@ def test_a_branch_costs_as_the_square_of_many_impacts() -> None:
 
 
 @pytest.mark.parametrize(("title", "process", "body"), QUESTIONS)
-def test_what_is_measured_is_planned(title: str, process: str, body: dict[str, Any]) -> None:
+def test_estimates_agree_with_measured_times(title: str, process: str, body: dict[str, Any]) -> None:
     assert 0.05 < plan(process, parse_request(process, body)).estimate.seconds < 200.0
     json.dumps(body)
 
@@ -148,7 +148,7 @@ def test_a_preview_is_expected_sooner(kind: dict[str, object]) -> None:
 
 
 @pytest.mark.parametrize("max_periods", [10_000, 1_000_000])
-def test_a_strip_is_cut_where_it_might_take_longer_than_a_tile_may(max_periods: int) -> None:
+def test_a_strip_that_may_exceed_the_time_limit_of_a_tile_is_cut(max_periods: int) -> None:
     cut = plan("unfolding-maps", adaptive(128, 4096, max_periods=max_periods))
     assert cut.tile_rows * cut.tile_columns * max_periods / MAP_PERIODS_PER_SECOND < 1.2 * WORST_TILE_SECONDS
     assert cut.tile_rows < 4096
@@ -206,7 +206,7 @@ def test_there_is_no_tile_outside_the_plan() -> None:
 @pytest.mark.parametrize(
     ("mass", "stiffness", "damping"), [(1e-60, 1e60, 0.0), (1e-60, 1e60, 1e60), (1e60, 1e-60, 0.0)]
 )
-def test_absurd_numbers_cost_much_or_little_but_always_something(mass: float, stiffness: float, damping: float) -> None:
+def test_extreme_numbers_have_a_finite_positive_estimate(mass: float, stiffness: float, damping: float) -> None:
     oscillator = Oscillator(masses=[mass], stiffnesses=[stiffness], damping=damping, forcing=[1.0])
     request = map_request(8, 8).model_copy(update={"oscillator": oscillator})
     estimate = plan("unfolding-maps", request).estimate

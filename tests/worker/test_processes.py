@@ -71,7 +71,7 @@ def test_codimension_two_points_are_records_of_plain_values() -> None:
     assert {point["bifurcation"] for point in resonant} >= {"SN", "PD"}
 
 
-def test_a_resonant_point_says_what_leaves_the_grazing_curve_there() -> None:
+def test_a_resonant_point_has_the_curve_that_leaves_the_grazing_curve_there() -> None:
     points = whole("codimension-two-points", {"omega": {"start": 0.275, "stop": 0.285}, "max_multiple": 1})["points"]
     unfoldings = {point["bifurcation"]: point["unfolding"] for point in points if point["kind"] == "resonant"}
     assert unfoldings["SN"]["quadratic"] == pytest.approx(122.4553, abs=1e-4)
@@ -79,7 +79,7 @@ def test_a_resonant_point_says_what_leaves_the_grazing_curve_there() -> None:
     assert {point.get("unfolding") for point in points if point["kind"] == "recurrence"} == {None}
 
 
-def test_a_grazing_curve_has_the_sequence_where_it_is_asked_for() -> None:
+def test_a_grazing_curve_has_the_sequence_where_it_is_requested() -> None:
     body = {"omega": {"start": 0.275, "stop": 0.285, "points": 5}, "max_order": 3}
     document = whole("grazing-curves", {**body, "sequence": True})
     recurs = (-1.0) ** np.arange(1, 4) * document["xi"] < 0.0
@@ -153,7 +153,7 @@ ORBIT = {"omega": 0.27, "clearance": 1.85}
         {},
     ],
 )
-def test_a_periodic_orbit_is_the_same_wherever_it_is_looked_for(beginning: dict[str, Any]) -> None:
+def test_a_periodic_orbit_is_the_same_from_every_kind_of_guess(beginning: dict[str, Any]) -> None:
     document = whole("periodic-orbits", {**ORBIT, **beginning})
     assert document["converged"]
     assert document["isolated"]
@@ -179,7 +179,7 @@ def test_a_periodic_orbit_is_the_same_wherever_it_is_looked_for(beginning: dict[
     np.testing.assert_allclose(np.abs(run["impacts"]["velocity"]), np.abs(document["velocities"][0]), rtol=1e-9)
 
 
-def test_an_orbit_that_is_not_there_says_why() -> None:
+def test_an_orbit_that_does_not_exist_has_a_reason() -> None:
     for motion, said in (
         ({"period": 1, "stops": [1, 1, 1]}, "no motion with these stops"),
         ({"period": 1, "stops": [1, 1], "phases": [0.1, 3.0], "velocities": [5.0, 0.01]}, ""),
@@ -260,7 +260,7 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
     assert planned.estimate.seconds > 0.0
 
 
-def test_a_diagram_has_what_its_parts_would_give_and_explains_its_borders() -> None:
+def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> None:
     body = {
         "omega": {"start": 0.27, "stop": 0.272, "points": 4},
         "clearance": {"start": 1.84, "stop": 1.87, "points": 6},
@@ -308,7 +308,7 @@ def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
     assert document["final"]["phase"] == 0.0
 
 
-def test_a_trajectory_goes_on_from_its_end_in_another_question() -> None:
+def test_a_trajectory_continues_from_its_final_state_in_another_request() -> None:
     body = {"omega": 0.29, "clearance": 1.6, "periods": 3, "initial": {"phase": 2.0}, "samples_per_period": 8}
     end = whole("trajectories", body)["final"]
     again = whole("trajectories", {**body, "initial": {name: np.asarray(end[name]).tolist() for name in end}})
@@ -343,7 +343,7 @@ def test_a_list_of_states_has_a_record_for_each_as_alone() -> None:
         np.testing.assert_array_equal(one["final"]["velocity"], alone["final"]["velocity"])
 
 
-def test_a_refusal_of_the_core_points_at_the_state_it_means() -> None:
+def test_an_error_of_the_core_has_a_pointer_to_the_state_concerned() -> None:
     request = parse_request("trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 3, "initial": [{}, {}]})
     assert request_pointer(request, "states[1].velocity") == "/initial/1/velocity"
     assert request_pointer(request, "times") == "/times"
@@ -404,7 +404,7 @@ def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> Non
     assert same == (policy != "ensemble")
 
 
-def test_a_map_as_it_always_was_is_the_question_that_it_was() -> None:
+def test_adaptive_and_preview_set_to_false_do_not_change_the_id_of_a_map() -> None:
     def asked(**changes: object) -> str:
         return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
 
@@ -425,7 +425,7 @@ def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> 
         assert whole["at_computed"].keys() == preview["at_computed"].keys() | left_out
 
 
-def test_what_an_ensemble_is_drawn_from_is_part_of_its_question_only() -> None:
+def test_the_fields_of_an_ensemble_are_part_of_its_request_only() -> None:
     def asked(**changes: object) -> str:
         return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
 

@@ -1,4 +1,4 @@
-"""Entries in RQ's queues: what is queued, found again, taken out, swept."""
+"""Entries in RQ's queues: queueing, finding, removing and cleaning up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grazemap_worker.store import Store
 ID, OTHER = "a" * 64, "b" * 64
 
 
-def test_what_is_queued_is_found_and_taken_out_again(store: Store) -> None:
+def test_queued_entries_are_found_and_removed(store: Store) -> None:
     assert entries.enqueue(store.redis, ID, [0, 5, -1], "f") == 3
     assert entries.enqueue(store.redis, OTHER, [7], "f") == 1
     assert entries.queued(store.redis, "f") == {(ID, 0), (ID, 5), (ID, -1), (OTHER, 7)}
@@ -58,11 +58,11 @@ def test_a_huge_map_is_queued_piece_by_piece(store: Store) -> None:
 
 
 @pytest.mark.parametrize("entry", ["", "x", "-", "a-b", "a-b-c", "a-1.5-c"])
-def test_entries_of_others_are_not_mistaken_for_tiles(entry: str) -> None:
+def test_entries_of_other_programs_are_not_taken_for_tiles(entry: str) -> None:
     assert entries.parse_entry(entry) is None
 
 
-def test_sweeping_forgets_what_killed_workers_left(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cleanup_removes_what_killed_workers_left(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     queue = entries.queue(store.redis, "f")
     entries.enqueue(store.redis, ID, [0, 1], "f")
     taken, waiting = queue.get_job_ids()

@@ -1,4 +1,4 @@
-"""What an entry may hold: each field that RQ acts on is refused by name."""
+"""The allowed fields of an entry: each field that RQ acts on is refused by name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ INERT = {
 }
 
 
-def test_what_the_service_enqueues_is_performed(store: Store) -> None:
+def test_entries_that_the_service_enqueues_are_executed(store: Store) -> None:
     entries.enqueue(store.redis, ID, [0, 1, -1], "f")
     entries.enqueue(store.redis, ID, [2], "f")
     jobs = entries.queue(store.redis, "f").get_jobs()
@@ -42,7 +42,7 @@ def test_each_hostile_entry_is_refused_with_its_reason(store: Store, tmp_path: P
     assert [refusal(entry) for entry in fetched] == [reason for _, reason in hostile]
 
 
-def test_no_attribute_of_a_job_is_unheard_of(store: Store) -> None:
+def test_every_attribute_of_an_rq_job_is_known(store: Store) -> None:
     """A version of RQ with another attribute fails here: it acts, and belongs in `ACTING`, or it is inert."""
     job = entries.queue(store.redis, "f").create_job(entries.RUN_TILE, args=(ID, 0))
     acting = {name for changes, _ in ACTING for name in changes}

@@ -1,4 +1,4 @@
-"""RQ as it is installed: the methods that the worker overrides, the keys that RQ uses, what it leaves in Redis."""
+"""RQ as it is installed: the methods that the worker overrides, the keys that RQ uses, and what remains in Redis."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def differences(ours: type, theirs: type) -> list[str]:
     return [f"{name}: RQ has {their}, ours {our}" for name, (our, their) in pairs.items() if our != their]
 
 
-def test_rq_calls_the_methods_that_the_worker_overrides_as_they_are_written() -> None:
+def test_rq_calls_the_overridden_methods_of_the_worker_with_their_signatures() -> None:
     assert overridden(LeasedWorker, Worker) == [
         "__init__",
         "execute_job",
@@ -53,7 +53,7 @@ def test_rq_calls_the_methods_that_the_worker_overrides_as_they_are_written() ->
     assert differences(LeasedWorker, Worker) == []
 
 
-def test_another_argument_of_rq_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_argument_of_rq_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     def maintain_heartbeats(self: Worker, job: object, execution: object, planted: object) -> None:
         """As a later RQ might have it."""
 
@@ -63,7 +63,7 @@ def test_another_argument_of_rq_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
     assert "planted" in found.partition(", ours")[0]
 
 
-def test_a_worker_that_is_forgotten_leaves_nothing(store: Store) -> None:
+def test_a_removed_worker_leaves_nothing(store: Store) -> None:
     worker = LeasedWorker(store, NUMERICS, "w")
     worker.register_birth()  # type: ignore[no-untyped-call]
     queue = entries.queue(store.redis, NUMERICS.fingerprint)
@@ -74,7 +74,7 @@ def test_a_worker_that_is_forgotten_leaves_nothing(store: Store) -> None:
     assert [key for key in keys_of(store.redis) if "worker" in key] == []
 
 
-def test_an_execution_that_is_not_renewed_is_swept(store: Store) -> None:
+def test_an_execution_that_is_not_renewed_is_removed(store: Store) -> None:
     worker = LeasedWorker(store, NUMERICS, "w")
     queue = entries.queue(store.redis, NUMERICS.fingerprint)
     entry = queue.enqueue(entries.RUN_TILE, args=(ID, 0))

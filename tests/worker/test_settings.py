@@ -73,7 +73,7 @@ def test_a_password_may_hold_any_character(locked: RedisServer) -> None:
     client.close()
 
 
-def test_a_wrong_password_is_said_so(locked: RedisServer) -> None:
+def test_a_wrong_password_is_reported(locked: RedisServer) -> None:
     for password in ("wrong", ""):
         client = WorkerSettings(redis_url=locked.url, redis_password=password).connect()
         with pytest.raises(AuthenticationError) as caught:

@@ -1,4 +1,4 @@
-"""The store on a real Redis: who may submit, claim, commit, fail, dismiss, and what is seen from outside.
+"""The store on a real Redis: submitting, claiming, committing, failing and dismissing, and what clients see.
 
 All of it on the server that the stack starts, and on the oldest that is supported: some commands, INCRBYFLOAT among
 them, corrupt the memory of a Redis 6.2 when a script calls them.
@@ -71,7 +71,7 @@ def names(store: Store, identity: str) -> list[str]:
     return [event.name for event in store.jobs.events(identity)]
 
 
-def test_same_question_is_one_job(store: Store) -> None:
+def test_same_request_is_one_job(store: Store) -> None:
     request = parse_request("grazing-curves", {"omega": [1, 2]})
     same = parse_request("grazing-curves", {"max_order": 8, "omega": [1.0, 2.0], "oscillator": {"restitution": 0.8}})
     cut = PLANNING["grazing-curves"].plan(request)
@@ -159,7 +159,7 @@ def test_first_writer_of_a_tile_wins(store: Store) -> None:
     assert names(store, job.id).count("tile") == 1
 
 
-def test_a_held_tile_is_nobody_elses_until_the_lease_runs_out(store: Store) -> None:
+def test_no_other_worker_gets_a_claimed_tile_before_the_lease_expires(store: Store) -> None:
     job = submit_map(store)
     store.workers.register("one", "f", LEASE, "1")
     assert store.tiles.claim(job.id, 0, "one", "f", 0.15)
@@ -194,7 +194,7 @@ def test_a_job_goes_to_the_numerics_that_most_workers_have(store: Store) -> None
     assert [worker.name for worker in store.workers.live()] == ["a", "c", "d"]
 
 
-def test_a_job_whose_numerics_are_gone_starts_over_with_others(store: Store) -> None:
+def test_a_job_whose_numerics_are_gone_starts_again_with_others(store: Store) -> None:
     store.workers.register("old", "x", LEASE, "1")
     job = submit_map(store)
     store.tiles.claim(job.id, 0, "old", "x", LEASE)
@@ -263,7 +263,7 @@ def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> Non
     assert again.cpu_seconds == 2.0
 
 
-def test_lost_workers_are_counted_apart_and_only_once(store: Store) -> None:
+def test_lost_workers_are_counted_separately_and_only_once(store: Store) -> None:
     job = submit_map(store)
     for count in range(10):
         assert store.tiles.claim(job.id, 2, f"w{count}", "f", LEASE)
@@ -286,7 +286,7 @@ def test_a_problem_of_the_core_fails_the_job(store: Store) -> None:
     assert (failed.status, failed.problem) == ("failed", problem)
 
 
-def test_a_full_queue_takes_nothing_and_leaves_nothing(store: Store) -> None:
+def test_a_full_queue_accepts_nothing_and_stores_nothing(store: Store) -> None:
     store.jobs.submit("unfolding-maps", map_request(), "1", FOUR, 7)
     with pytest.raises(QueueFull) as caught:
         store.jobs.submit("unfolding-maps", map_request(5), "1", FOUR, 7)
@@ -297,7 +297,7 @@ def test_a_full_queue_takes_nothing_and_leaves_nothing(store: Store) -> None:
     assert not created  # what is there already needs no room
 
 
-def test_results_used_longest_ago_go_first(redis_server: object, store: Store) -> None:
+def test_least_recently_used_results_are_evicted_first(redis_server: object, store: Store) -> None:
     small = Store(store.redis, result_bytes=250)
     jobs = [submit_curve(small, points) for points in (5, 6, 7)]
     for job in jobs[:2]:
@@ -353,7 +353,7 @@ def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
         store.jobs.events(job.id, after="+")
 
 
-def test_steps_after_the_tiles_go_on_from_them_never_back_and_not_to_the_end(store: Store) -> None:
+def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: Store) -> None:
     cut = FOUR.model_copy(update={"after": 10})
     job, _ = store.jobs.submit("unfolding-maps", map_request(), "1", cut, 1000)
     assert (job.progress.done, job.progress.total, job.progress.unit) == (0, 14, "steps")
@@ -388,7 +388,7 @@ def test_the_record_of_old_finished_jobs_is_bounded(store: Store, monkeypatch: p
     assert store.counts().result_bytes == 4
 
 
-def test_a_restarted_redis_still_knows_everything(own_redis_server: object) -> None:
+def test_a_restarted_redis_has_kept_everything(own_redis_server: object) -> None:
     from grazemap_service.redis_server import RedisServer
 
     assert isinstance(own_redis_server, RedisServer)

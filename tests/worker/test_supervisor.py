@@ -1,4 +1,4 @@
-"""Real workers under a real supervisor on a real Redis: what is killed is made good, what is told to stop stops.
+"""Real workers, supervisor and Redis: the work of killed processes is done again, and stopped processes end.
 
 The tiles are planted (`planted.py`), so that nothing is compiled here.
 """
@@ -108,7 +108,7 @@ def test_a_job_submitted_before_any_worker_is_found(start: Start, store: Store) 
     assert entries.queued(store.redis, "planted") == set()
 
 
-def test_a_tile_of_seconds_is_computed_at_the_first_try(start: Start, store: Store, tmp_path: Path) -> None:
+def test_a_tile_of_seconds_is_computed_at_the_first_attempt(start: Start, store: Store, tmp_path: Path) -> None:
     """RQ calls the worker every second meanwhile; an exception there would kill it, and the tile would run again."""
     with (tmp_path / "log").open("wb") as log:
         supervisor = start("long", workers=1, log=log)
@@ -121,7 +121,7 @@ def test_a_tile_of_seconds_is_computed_at_the_first_try(start: Start, store: Sto
     assert [record["event"] for record in records] == ["supervisor started"]
 
 
-def test_a_killed_work_horse_loses_only_its_try(start: Start, store: Store) -> None:
+def test_a_killed_work_horse_loses_only_its_attempt(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
     until(lambda: horses(supervisor), 5)
@@ -129,7 +129,7 @@ def test_a_killed_work_horse_loses_only_its_try(start: Start, store: Store) -> N
     assert_whole(store, job.id)
 
 
-def test_a_killed_worker_takes_its_work_horse_and_its_tile_runs_again(start: Start, store: Store) -> None:
+def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
     until(lambda: horses(supervisor), 5)
@@ -142,7 +142,7 @@ def test_a_killed_worker_takes_its_work_horse_and_its_tile_runs_again(start: Sta
     assert_whole(store, job.id)
 
 
-def test_tiles_of_a_machine_that_vanishes_are_done_elsewhere(start: Start, store: Store) -> None:
+def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, store: Store) -> None:
     first = start("endless")
     job = submit(store)
     until(lambda: len(horses(first)) == 2, 5)
@@ -216,7 +216,7 @@ def test_redis_may_restart_under_a_running_map(start: Start, own_redis_server: R
     client.close()
 
 
-def test_a_supervisor_that_is_told_to_stop_gives_its_tiles_back(start: Start, store: Store) -> None:
+def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: Store) -> None:
     supervisor = start("endless")
     job = submit(store)
     until(lambda: len(horses(supervisor)) == 2, 5)
@@ -229,7 +229,7 @@ def test_a_supervisor_that_is_told_to_stop_gives_its_tiles_back(start: Start, st
     assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
 
 
-def test_what_is_not_ours_is_not_performed(start: Start, store: Store, tmp_path: Path) -> None:
+def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, tmp_path: Path) -> None:
     queue = entries.queue(store.redis, "planted")
     hostile = [entry for entry, _ in hostile_entries(tmp_path, queue)]
     for entry in hostile:

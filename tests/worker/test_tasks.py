@@ -1,4 +1,4 @@
-"""`run_tile` with planted processes: who computes what, what is said when it cannot be done."""
+"""`run_tile` with planted processes: which worker computes what, and the problem when that fails."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def whole(store: Store, identity: str) -> bytes:
     return data
 
 
-def test_the_last_tile_puts_the_map_together(worker: object, store: Store) -> None:
+def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Store) -> None:
     job = submit(store)
     tasks.run_tile(job.id, 1)
     assert store.results.data(job.id) is None
@@ -90,7 +90,7 @@ def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> Non
     assert whole(store, job.id) == cut_in_two
 
 
-def test_when_the_assembler_dies_another_assembles(worker: object, store: Store) -> None:
+def test_when_the_assembling_worker_dies_another_assembles(worker: object, store: Store) -> None:
     job = submit(store)
     tasks.run_tile(job.id, 0)
     assert store.tiles.claim(job.id, 1, "dead", "planted", 5)
@@ -104,7 +104,7 @@ def test_when_the_assembler_dies_another_assembles(worker: object, store: Store)
     assert whole(store, job.id)
 
 
-def test_a_doubled_entry_does_nothing(worker: pytest.MonkeyPatch, store: Store) -> None:
+def test_a_duplicate_entry_does_nothing(worker: pytest.MonkeyPatch, store: Store) -> None:
     job = submit(store)
     tasks.run_tile(job.id, 0)
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("raises")})
@@ -113,7 +113,7 @@ def test_a_doubled_entry_does_nothing(worker: pytest.MonkeyPatch, store: Store) 
     assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
 
 
-def test_what_the_core_refuses_is_the_clients_to_mend(worker: pytest.MonkeyPatch, store: Store) -> None:
+def test_an_error_of_the_core_is_a_problem_of_the_request(worker: pytest.MonkeyPatch, store: Store) -> None:
     def refuse(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
         raise ParameterError("damping", "must be greater than 0 at a resonance")
 
@@ -154,7 +154,7 @@ def counting(*said: tuple[int, int]) -> Process:
     return Process(tile=plain.tile, assembled=assembled)
 
 
-def test_an_assembly_fills_the_steps_behind_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
+def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
     said = [(k, 1000) for k in range(1000)]
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": counting(*said)})
     job = submit(store, TWO.model_copy(update={"after": 10}))
@@ -172,7 +172,7 @@ def test_an_assembly_fills_the_steps_behind_the_tiles(worker: pytest.MonkeyPatch
     assert units == {"tiles"}
 
 
-def test_what_nobody_waits_for_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store) -> None:
+def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store) -> None:
     reached: list[str] = []
 
     def steps(request: GrazingCurvesRequest, report: Report) -> Document:

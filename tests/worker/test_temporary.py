@@ -1,4 +1,4 @@
-"""Temporary folders and locks: what a killed stack leaves is tidied by the next one, and by nobody too early."""
+"""Temporary folders and locks: the next stack removes what a killed one left, and no stack removes what is in use."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def age(folder: Path) -> None:
     os.utime(folder, (1, 1))
 
 
-def test_only_what_is_abandoned_is_removed(base: Path) -> None:
+def test_only_abandoned_folders_are_removed(base: Path) -> None:
     used, closed, abandoned, young = (TemporaryFolder(name) for name in ("used", "closed", "abandoned", "young"))
     closed.close()
     assert not closed.path.exists()

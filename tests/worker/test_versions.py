@@ -43,7 +43,7 @@ def test_a_worker_claims_only_jobs_of_its_own_version(store: Store) -> None:
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE, "1")
 
 
-def test_a_job_of_a_version_that_nobody_runs_fails_after_a_minute(store: Store) -> None:
+def test_a_job_of_a_version_without_workers_fails_after_a_minute(store: Store) -> None:
     store.workers.register("new", "y", LEASE, "2")
     job = submit(store, "1")
     assert store.jobs.bind("y", "2") == []
@@ -80,7 +80,7 @@ def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> 
     assert [found.status for found in store.jobs.page()[0]] == ["failed"]
 
 
-def test_a_worker_whose_lease_ran_out_is_seen_again(store: Store) -> None:
+def test_a_worker_whose_lease_expired_is_registered_again(store: Store) -> None:
     store.workers.register("w", "f", LEASE, "1")
     store.redis.delete("grazemap:2:worker:w")
     assert store.workers.live() == []

@@ -17,7 +17,7 @@ from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.schema import VERSION, schema_of
-from grazemap.schema.documents import with_deprecated
+from grazemap.schema.documents import add_deprecated
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
@@ -119,8 +119,8 @@ def _compute(claim: Claim, context: Context) -> int:
     began = time.thread_time()
     document = compute()
     took = time.thread_time() - began
-    full = with_deprecated(schema_of(claim.process, document), document)
-    store.results.commit(claim.job_id, encode_npz(full, _meta(claim, context)), claim.fingerprint, took)
+    add_deprecated(schema_of(claim.process, document), document)
+    store.results.commit(claim.job_id, encode_npz(document, _meta(claim, context)), claim.fingerprint, took)
     return -1
 
 

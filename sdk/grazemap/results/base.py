@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode_npz
 from grazemap.errors import ResultFormatError
 from grazemap.results.records import ARRAY_TYPES, RECORDS, ComplexArray, with_attributes
-from grazemap.schema import SCHEMAS, Field, Record, Request, ResultSchema, schema_of
+from grazemap.schema import SCHEMAS, VERSION, Field, Record, Request, ResultSchema, schema_of
 from grazemap.schema.documents import from_json, upgraded
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ class Result:
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
-        return _decoded(cls.schema, upgraded(cls.schema, document, int(meta.get("schema", 1))))
+        if int(meta.get("schema", 1)) < VERSION:
+            document = upgraded(cls.schema, document)
+        return _decoded(cls.schema, document)
 
     @property
     def units(self) -> str:

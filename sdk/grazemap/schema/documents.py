@@ -7,35 +7,32 @@ from typing import Any
 
 import numpy as np
 
-from grazemap.schema.fields import VERSION, Field, Record, Request
+from grazemap.schema.fields import Field, Record, Request
 
 Document = dict[str, Any]
 _DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "complex": "float64"}
 
 
-def with_deprecated(record: Record, document: Mapping[str, Any]) -> Document:
-    """Return a document with the deprecated names of its fields beside the names that replace them."""
-    full: Document = {}
-    for name, value in document.items():
-        one = _field(record, name)
-        full[name] = _each(one, value, lambda item, inside: with_deprecated(inside, item))
+def add_deprecated(record: Record, document: Document) -> None:
+    """Add the deprecated names of fields beside the names that replace them, in place, also in the records inside."""
     for one in record:
+        value = document.get(one.name)
+        if isinstance(one.type, Record) and value is not None:
+            for item in value if one.dims else [value]:
+                add_deprecated(one.type, item)
         if one.replaces in document:
-            full[one.name] = document[one.replaces]
-    return full
+            document[one.name] = document[one.replaces]
 
 
-def upgraded(record: Record, document: Mapping[str, Any], version: int) -> Document:
-    """Return a document that was written with a layout of a version in the layout of this one.
+def upgraded(record: Record, document: Mapping[str, Any]) -> Document:
+    """Return a document of the layout of version 1 in the layout of this version.
 
     Version 1 had `certified` alone: of a periodic orbit it said that the orbit is isolated, elsewhere that the motion
     is verified.
     """
-    if version >= VERSION:
-        return dict(document)
     new: Document = {}
     for name, value in document.items():
-        new[name] = _each(_field(record, name), value, lambda item, inside: upgraded(inside, item, version))
+        new[name] = _each(_field(record, name), value, lambda item, inside: upgraded(inside, item))
     if "certified" in document and "verified" not in document:
         new["verified"] = document["certified"]
     if record.name == "PeriodicOrbit":
