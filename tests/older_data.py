@@ -20,5 +20,7 @@ PREFIX = "grazemap:"
 def unpack(folder: Path) -> Path:
     """Unpack the data folder into `folder`, which it returns."""
     with tarfile.open(Path(__file__).parent / "data" / "folder-0.1.0.tar.xz") as archive:
-        archive.extractall(folder, filter="data")
+        # the filter of archives is missing before Python 3.11.4
+        archive.extraction_filter = getattr(tarfile, "data_filter", lambda member, path: member)
+        archive.extractall(folder)
     return folder
