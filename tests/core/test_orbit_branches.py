@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from impact_orbit_oracle import solved
+from one_impact_oracle import orbit_at
 from oracles import digits
 from test_one_impact_orbits import mismatch, random_families
 from test_periodic_orbits import DEFAULT, default_orbit, guess_of
@@ -24,7 +25,6 @@ from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbit_at
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory

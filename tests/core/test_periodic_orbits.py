@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from impact_orbit_oracle import solved
+from one_impact_oracle import orbit_at
 from oracles import digits
 from random_chains import random_oscillator
 from scipy.linalg import expm
@@ -26,7 +27,6 @@ from grazemap_core.orbits.kernels.admissibility import CLEAR
 from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbit_at
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
 from grazemap_core.simulation.monodromy import monodromy

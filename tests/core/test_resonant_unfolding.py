@@ -13,6 +13,7 @@ from orbit_oracle import Family, polynomial
 
 from grazemap_core.grazing import codimension_two
 from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.one_impact_curves import one_impact_curves
@@ -194,6 +195,6 @@ def test_curves_begin_at_their_points(default_points):
     side = saddle.unfolding.curve_omega
     omega = saddle.omega + np.array([side, -side]) * 1e-6
     curves = one_impact_curves(DEFAULT, omega)
-    rise = curves.saddle_node.clearance - curves.grazing_clearance
+    rise = curves.saddle_node.clearance - grazing_curve(DEFAULT, omega).clearance
     assert rise[0] == pytest.approx(saddle.unfolding.quadratic * 1e-12, rel=1e-3)
     assert np.isnan(rise[1])

@@ -7,6 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from one_impact_oracle import orbit_at
+from test_branch_switching import orbit_of
 from test_one_impact_orbits import mismatch
 from test_orbit_branches import start
 from test_periodic_orbits import DEFAULT, default_orbit
@@ -16,7 +18,6 @@ from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.errors import ParameterError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbit_at
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.monodromy import monodromy
 
@@ -93,7 +94,7 @@ def test_what_is_beyond_a_special_point_has_its_restitution():
     (beyond,) = starts_beyond(DEFAULT, point, "restitution")
     assert 0.0 < abs(beyond.restitution - point.restitution) < 1e-2
     assert (beyond.clearance, beyond.omega) == (point.clearance, point.omega)
-    orbit = beyond.orbit(DEFAULT)
+    orbit = orbit_of(beyond)
     assert (orbit.label, orbit.isolated) == ("2-2r-(-1)l", True)
     low, high = beyond.restitution - 0.01, beyond.restitution + 0.01
     doubled = orbit_branch(chain(beyond.restitution), orbit, low, high, "restitution")

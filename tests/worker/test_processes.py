@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from one_impact_oracle import orbits_at_clearance
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.schema import schema_of
@@ -13,7 +14,6 @@ from grazemap.schema.maps import TILE_OF_BASINS
 from grazemap.wire import Oscillator, ProcessRequest, canonical, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import orbits_at_clearance
 from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer

@@ -102,11 +102,7 @@ def flow_jacobian(point: GrazingPoint) -> Floats:
     """
     count = point.oscillator.size
     model, mixed = point.model, point.masses_first
-    through = np.zeros((2 * count, 2 * count))
-    for j in range(count):
-        decay, discriminant = float(model.decay[j]), float(model.discriminant[j])
-        entries = block_flow(decay, discriminant, float(model.frequency_squared[j]), point.half_period)
-        through[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = np.reshape(entries, (2, 2))
+    through = flow_of_blocks(model, point.half_period)
     jacobian = np.zeros((2 * count + 1, 2 * count + 1))
     jacobian[np.ix_(mixed, mixed)] = model.from_modal @ through @ model.to_modal
     # a change of theta shifts the steady motion in time; the rest of the change flows freely
@@ -138,6 +134,15 @@ def half_period_jacobian(point: GrazingPoint) -> Floats:
         Maps the vector field to zero, equations (49) and (50).
     """
     return surface_projection(point.opposite()) @ flow_jacobian(point)
+
+
+def flow_of_blocks(model: ModalModel, time: float) -> Floats:
+    """Return the flow of all blocks over a time, shape (2N, 2N)."""
+    flow = np.zeros((2 * model.size, 2 * model.size))
+    for j in range(model.size):
+        entries = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], time)
+        flow[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = np.reshape(entries, (2, 2))
+    return flow
 
 
 def advanced(model: ModalModel, free: Floats, time: float) -> Floats:

@@ -17,6 +17,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN
+from grazemap_core.model.modal import ModalModel
 
 
 @dataclass(frozen=True)
@@ -79,33 +80,33 @@ class PeriodicSums:
     state: Floats
 
 
+def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse: Floats, span: float) -> Floats:
+    """Return the blocks' state (N, 2) just before an impulse from all earlier ones, one per span.
+
+    `unit_impulse` (N, 2) is the effect of one of them; `kind` is SAME_SIGN or ALTERNATING.
+    """
+    first, second = np.ascontiguousarray(unit_impulse[:, 0]), np.ascontiguousarray(unit_impulse[:, 1])
+    state = state_before_impulse(kind, blocks.decay, blocks.discriminant, blocks.frequency_squared, first, second, span)
+    return np.asarray(state)
+
+
 def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> PeriodicSums:
     """Return the sums of a family."""
     tau = pattern.spacing(omega)
-    before, accelerations = [], []
-    for kind in pattern.kinds:
-        state = state_before_impulse(
-            kind,
-            response.decay,
-            response.discriminant,
-            response.frequency_squared,
-            response.value,
-            response.slope,
-            tau,
-        )
-        before.append(state)
-        accelerations.append(
-            float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
-        )
-    same, doubled = before
+    unit_impulse = np.stack([response.value, response.slope], axis=1)
+    same, doubled = (before_impulse(kind, response, unit_impulse, tau) for kind in pattern.kinds)
+    acceleration, doubled_acceleration = (
+        float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
+        for state in (same, doubled)
+    )
     return PeriodicSums(
         displacement=float(np.sum(same[:, 0])),
         velocity=float(np.sum(same[:, 1])),
-        acceleration=accelerations[0],
+        acceleration=acceleration,
         doubled_displacement=float(np.sum(doubled[:, 0])),
         doubled_velocity=float(np.sum(doubled[:, 1])),
-        doubled_acceleration=accelerations[1],
-        state=same + np.stack([response.value, response.slope], axis=1),
+        doubled_acceleration=doubled_acceleration,
+        state=same + unit_impulse,
     )
 
 

@@ -1,6 +1,6 @@
 """Periodic orbits with impacts: equations, Newton's method, error bounds, multipliers and contacts of single orbits.
 
-`one_impact_branches`, `one_impact_curves`, `one_impact_orbits` : motions with one impact a period, in closed form.
+`one_impact_branches`, `one_impact_curves` : motions with one impact a period, in closed form.
 `window_curves` : their bifurcation curves in a window of the plane of frequency and clearance.
 `impact_sequences` : the impacts of a period, which identify an orbit and start Newton's method.
 `periodic_orbits` : one orbit with everything that is computed for it; `batches` : many orbits at once.

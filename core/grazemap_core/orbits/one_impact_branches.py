@@ -1,24 +1,27 @@
 """Branches of periodic motions with one impact, or one on either stop, at one forcing frequency, in closed form.
 
 A branch runs over all clearances. Its special points are where it turns (SN), doubles its period (PD) or loses its
-symmetry (SB), and where mass 1 touches a stop between its impacts (GR). Its single orbits are in
-`grazemap_core.orbits.one_impact_orbits`. See theory, "One impact a period".
+symmetry (SB), and where mass 1 touches a stop between its impacts (GR). See theory, "One impact a period".
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from grazemap_core.arrays import Complexes
+from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, TOO_MANY_CELLS, KickedMotion, contact_angle
 from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
 from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
-from grazemap_core.model.modal import ModalModel, modal_model
+from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 
 Special = Literal["SN", "PD", "SB", "GR"]
@@ -74,7 +77,6 @@ class OneImpactBranch:
         ``c = (1 + R) H``, a time.
     velocity_coefficient : float
         ``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``.
-    sums : PeriodicSums
     lowest : float
         Angle at which the clearance is 0, where the branch ends if it does not end before.
     admissible_above : float
@@ -85,22 +87,19 @@ class OneImpactBranch:
         `admissible_above` is pi/2 then too.
     special_points : tuple of BranchPoint
         In the order of the branch, by decreasing angle. The first is the graze at which it begins.
-    model : ModalModel
     """
 
     oscillator: Oscillator
     omega: float
     pattern: Pattern
     amplitude: float
-    steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
+    steady: Complexes
     position_coefficient: float
     velocity_coefficient: float
-    sums: PeriodicSums
     lowest: float
     admissible_above: float
     admissibility: Admissibility
     special_points: tuple[BranchPoint, ...]
-    model: ModalModel
 
     def clearance(self, angle: float) -> float:
         """Return b at an angle."""
@@ -155,23 +154,26 @@ def one_impact_branch(
     ConditioningError
         The modal model would lose digits.
     """
+    return next(one_impact_branches(oscillator, [omega], multiple, symmetric))
+
+
+def one_impact_branches(
+    oscillator: Oscillator, omega: ArrayLike, multiple: int, symmetric: bool
+) -> Iterator[OneImpactBranch]:
+    """Yield `one_impact_branch` for each forcing frequency of a list."""
     require_forced(oscillator)
     require_damped(oscillator)
     pattern = Pattern(multiple, symmetric)
-    steady = steady_response(oscillator, [omega])[0]
-    model = modal_model(oscillator)
-    return branch_of(oscillator, model, impulse_response(model), float(omega), pattern, steady)
+    values = checked_omega(omega)
+    steady = steady_response(oscillator, values)
+    response = impulse_response(modal_model(oscillator))
+    for frequency, amplitudes in zip(values.tolist(), steady, strict=True):
+        yield _branch(oscillator, response, frequency, pattern, amplitudes)
 
 
-def branch_of(
-    oscillator: Oscillator,
-    model: ModalModel,
-    response: ImpulseResponse,
-    omega: float,
-    pattern: Pattern,
-    steady: np.ndarray[tuple[int, ...], np.dtype[np.complex128]],
+def _branch(
+    oscillator: Oscillator, response: ImpulseResponse, omega: float, pattern: Pattern, steady: Complexes
 ) -> OneImpactBranch:
-    """Return a branch from a model and a steady motion that have been computed."""
     amplitude = float(np.abs(steady[0]))
     if not (math.isfinite(amplitude) and amplitude > 0.0):
         raise ParameterError("omega", "is a frequency at which the amplitude of mass 1 overflows or underflows")
@@ -191,12 +193,10 @@ def branch_of(
         steady=steady,
         position_coefficient=c,
         velocity_coefficient=d,
-        sums=sums,
         lowest=math.atan2(c, d),
         admissible_above=contact.angle,
         admissibility=admissibility,
         special_points=points,
-        model=model,
     )
 
 

@@ -13,13 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.checks import checked_omega
-from grazemap_core.grazing.one_impact_family import Pattern
-from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
-from grazemap_core.model.impulse_response import impulse_response
-from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_branches import branch_of
+from grazemap_core.orbits.one_impact_branches import one_impact_branches
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +43,6 @@ class OneImpactCurves:
     Attributes
     ----------
     omega : ndarray of shape (n,)
-    grazing_clearance : ndarray of shape (n,)
-        A(omega), where the branches begin.
     saddle_node : OneImpactCurve
     doubling : OneImpactCurve
         Period doubling (PD), or symmetry breaking (SB) for symmetric motions.
@@ -58,7 +51,6 @@ class OneImpactCurves:
     """
 
     omega: Floats
-    grazing_clearance: Floats
     saddle_node: OneImpactCurve
     doubling: OneImpactCurve
     contact: OneImpactCurve
@@ -88,15 +80,8 @@ def one_impact_curves(
     ConditioningError
         The modal model would lose digits.
     """
-    require_forced(oscillator)
-    require_damped(oscillator)
-    pattern = Pattern(multiple, symmetric)
-    values = checked_omega(omega)
-    steady = steady_response(oscillator, values)
-    model = modal_model(oscillator)
-    response = impulse_response(model)
-    size = len(values)
-    amplitudes = np.empty(size)
+    branches = list(one_impact_branches(oscillator, omega, multiple, symmetric))
+    size = len(branches)
 
     def empty() -> OneImpactCurve:
         return OneImpactCurve(
@@ -104,9 +89,7 @@ def one_impact_curves(
         )
 
     curves = {"SN": empty(), "PD": empty(), "SB": empty(), "GR": empty()}
-    for i in range(size):
-        branch = branch_of(oscillator, model, response, float(values[i]), pattern, steady[i])
-        amplitudes[i] = branch.amplitude
+    for i, branch in enumerate(branches):
         for point in branch.special_points[1:]:
             curve = curves[point.type]
             curve.clearance[i] = point.clearance
@@ -114,8 +97,7 @@ def one_impact_curves(
             curve.admissible[i] = point.admissible
             curve.stop[i] = point.stop or 0
     return OneImpactCurves(
-        omega=values,
-        grazing_clearance=amplitudes,
+        omega=np.array([branch.omega for branch in branches]),
         saddle_node=curves["SN"],
         doubling=curves["SB" if symmetric else "PD"],
         contact=curves["GR"],

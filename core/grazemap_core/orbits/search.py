@@ -16,8 +16,7 @@ from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_orbits import OneImpactOrbit, orbits_at_clearance
+from grazemap_core.orbits.one_impact_branches import OneImpactBranch, one_impact_branch
 from grazemap_core.simulation.trajectories import trajectory
 
 RANDOM_STATES = 24
@@ -57,9 +56,9 @@ def sequence_of_stops(
     one_a_period = wanted.size == 1 or (wanted.size == 2 and wanted[0] == -wanted[1] and period % 2 == 1)
     if one_a_period:
         branch = one_impact_branch(oscillator, omega, period, symmetric=wanted.size == 2)
-        found = orbits_at_clearance(branch, clearance, int(wanted[0]))
-        if found:
-            return _of_closed_form(found[-1])
+        angles = branch.angles(clearance)
+        if angles:
+            return _of_closed_form(branch, angles[-1], int(wanted[0]))
     for sequence in _settled(oscillator, omega, clearance, seed):
         for candidate in (sequence.whole, _mirrored(sequence.whole)):
             turned = _turned_to(candidate, period, wanted)
@@ -68,9 +67,17 @@ def sequence_of_stops(
     return None
 
 
-def _of_closed_form(orbit: OneImpactOrbit) -> ImpactSequence:
+def _of_closed_form(branch: OneImpactBranch, angle: float, stop: int) -> ImpactSequence:
+    """Return the impacts of the orbit at an angle of a branch whose first impact is on this stop."""
+    phase = angle - float(np.angle(branch.steady[0])) + (math.pi if stop < 0 else 0.0)
+    phase = math.remainder(phase, 2.0 * math.pi)
+    pattern = branch.pattern
     return ImpactSequence.create(
-        orbit.multiple, [orbit.stop], [orbit.phase], [orbit.stop * orbit.impact_velocity], orbit.symmetric
+        pattern.multiple,
+        [stop],
+        [phase if phase > -math.pi else math.pi],
+        [stop * branch.impact_velocity(angle)],
+        pattern.symmetric,
     )
 
 

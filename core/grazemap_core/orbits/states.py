@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
+from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -24,11 +24,8 @@ def state_at(
     `sequence` is what was solved for: half of a symmetric motion.
     """
     model, count = family.model, family.model.size
-    first, second = np.ascontiguousarray(model.unit_impulse[:, 0]), np.ascontiguousarray(model.unit_impulse[:, 1])
     span = family.pattern.spacing(omega)
-    periodic_impulse = model.unit_impulse + state_before_impulse(
-        family.pattern.kinds[0], model.decay, model.discriminant, model.frequency_squared, first, second, span
-    )
+    periodic_impulse = model.unit_impulse + before_impulse(family.pattern.kinds[0], model, model.unit_impulse, span)
     state = np.zeros((count, 2))
     for impact, speed in zip(sequence.phases, sequence.velocities, strict=True):
         spans = math.ceil((phase - impact) / family.turn) - 1

@@ -1,4 +1,4 @@
-"""Single orbits on a branch of one-impact motions: a state to start from, and every Floquet multiplier.
+"""Single orbits on a branch of one-impact motions in closed form: a state to start from, and every Floquet multiplier.
 
 An orbit is chosen by its angle on the branch, or by its clearance (theory, "One impact a period").
 """
@@ -13,9 +13,10 @@ from scipy.linalg import eigvals
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
-from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.model.modal import ModalModel
+from grazemap_core.grazing.half_period_maps import flow_of_blocks
+from grazemap_core.grazing.one_impact_family import before_impulse, periodic_sums
+from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.modal import modal_model
 from grazemap_core.orbits.one_impact_branches import OneImpactBranch
 
 
@@ -110,7 +111,9 @@ def _orbit(branch: OneImpactBranch, angle: float, clearance: float, speed: float
     phase = angle - float(np.angle(branch.steady[0]))
     turned = branch.steady * np.exp(1j * phase)
     count = branch.oscillator.size
-    kicks = -(1.0 + branch.oscillator.restitution) * speed * (branch.model.from_modal @ _before(branch).ravel())
+    span, model = branch.pattern.spacing(branch.omega), modal_model(branch.oscillator)
+    before = before_impulse(branch.pattern.kinds[0], model, model.unit_impulse, span)
+    kicks = -(1.0 + branch.oscillator.restitution) * speed * (model.from_modal @ before.ravel())
     displacement = turned.imag + kicks[:count]
     velocity = branch.omega * turned.real + kicks[count:]
     # mass 1 is on its stop, and strikes it with that speed, exactly
@@ -140,22 +143,6 @@ def _orbit(branch: OneImpactBranch, angle: float, clearance: float, speed: float
     )
 
 
-def _before(branch: OneImpactBranch) -> Floats:
-    """Return the blocks' state just before an impact from all earlier ones, each a unit impulse on mass 1."""
-    model = branch.model
-    return np.asarray(
-        state_before_impulse(
-            branch.pattern.kinds[0],
-            model.decay,
-            model.discriminant,
-            model.frequency_squared,
-            np.ascontiguousarray(model.unit_impulse[:, 0]),
-            np.ascontiguousarray(model.unit_impulse[:, 1]),
-            branch.pattern.spacing(branch.omega),
-        )
-    )
-
-
 def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> Complexes:
     """Return the eigenvalues of flow times saltation matrix, by decreasing modulus.
 
@@ -164,12 +151,13 @@ def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> Complex
     whose entries remain of comparable size, so small ones keep their digits beside one that tends to infinity. The
     second infinite eigenvalue of the pencil belongs to the additional unknown.
     """
-    model, omega = branch.model, branch.omega
+    model, omega = modal_model(branch.oscillator), branch.omega
+    sums = periodic_sums(impulse_response(model), branch.pattern, omega)
     rebound = 1.0 + branch.oscillator.restitution
     count = model.size
     frequency = np.sqrt(model.frequency_squared)
     weight = np.stack([frequency, np.ones(count)], axis=1).ravel()  # energy coordinates: entries of one kind
-    flow, rates = _flow(model, branch.pattern.spacing(omega)), np.zeros((2 * count, 2 * count))
+    flow, rates = flow_of_blocks(model, branch.pattern.spacing(omega)), np.zeros((2 * count, 2 * count))
     if branch.pattern.symmetric:
         flow = -flow
     for j in range(count):
@@ -182,24 +170,15 @@ def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> Complex
     flow = flow * weight[:, None] / weight
 
     top_speed = omega * branch.amplitude
-    acceleration = -omega * top_speed * math.sin(angle) - rebound * speed * branch.sums.acceleration
+    acceleration = -omega * top_speed * math.sin(angle) - rebound * speed * sums.acceleration
     size = 2 * count
-    left, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1))
+    left = np.zeros((size + 1, size + 1))
     left[:size, :size] = flow @ (np.eye(size) - rebound * (np.outer(unit_impulse, rate) + np.outer(drift, place)))
     left[:size, size] = flow @ unit_impulse * (rebound * acceleration / (omega * top_speed))
     left[size, :size] = omega * place
     left[size, size] = -speed / top_speed
-    right[:size, :size] = np.eye(size)
+    right = np.diag(np.append(np.ones(size), 0.0))
     above, below = eigvals(left, right, homogeneous_eigvals=True)
     finite = np.argsort(np.abs(below) / np.hypot(np.abs(above), np.abs(below)))[1:]
-    multipliers: Complexes = (above[finite] / below[finite]).astype(np.complex128)
+    multipliers = (above[finite] / below[finite]).astype(np.complex128)
     return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-
-
-def _flow(model: ModalModel, time: float) -> Floats:
-    """Return the flow of all blocks over a time, (2N, 2N)."""
-    flow = np.zeros((2 * model.size, 2 * model.size))
-    for j in range(model.size):
-        entries = block_flow(model.decay[j], model.discriminant[j], model.frequency_squared[j], time)
-        flow[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = np.reshape(entries, (2, 2))
-    return flow
