@@ -46,9 +46,10 @@ def problem_of(chain: Oscillator, orbit: PeriodicOrbit) -> tuple[OrbitProblem, S
     problem = family.problem(orbit.omega, max(abs(steady[0]), orbit.clearance), steady)
     room = shooting(len(impacts.stops), chain.size)
     kind = ALTERNATING if impacts.symmetric else SAME_SIGN
+    span = family.pattern.spacing(orbit.omega)
     for j in range(chain.size):
         room.closing[j] = block_sum(
-            kind, problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], 0.0, problem.span
+            kind, problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], 0.0, span
         )[:2]
     return problem, room
 

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Complexes
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
-from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.grazing.one_impact_family import Pattern, before_impulse
 from grazemap_core.model.harmonic_response import require_damped, require_forced, steady_response
 from grazemap_core.model.impulse_response import ImpulseResponse, impulse_response
 from grazemap_core.model.modal import ModalModel, modal_model
@@ -78,8 +77,9 @@ class OrbitFamily:
         blocks = self.response
         span = self.pattern.spacing(omega)
         unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)
-        periodic, doubled = (self._before(kind, unit_impulse, span) + unit_impulse for kind in self.pattern.kinds)
-        periodic_impulse_by_span = span * self._before(self.pattern.kinds[0], periodic, span)
+        kinds = self.pattern.kinds
+        periodic, doubled = (before_impulse(kind, blocks, unit_impulse, span) + unit_impulse for kind in kinds)
+        periodic_impulse_by_span = span * before_impulse(kinds[0], blocks, periodic, span)
         slope = self._slope(omega, steady) / length
         steady_table = steady[0] / length
         return OrbitProblem(
@@ -99,23 +99,8 @@ class OrbitFamily:
             length=float(length),
             restitution=self.oscillator.restitution,
             rebound=1.0 + self.oscillator.restitution,
-            span=span,
             turn=self.turn,
             sign=-1.0 if self.pattern.symmetric else 1.0,
-        )
-
-    def _before(self, kind: int, unit_impulse: Floats, span: float) -> Floats:
-        blocks = self.response
-        return np.asarray(
-            state_before_impulse(
-                kind,
-                blocks.decay,
-                blocks.discriminant,
-                blocks.frequency_squared,
-                np.ascontiguousarray(unit_impulse[:, 0]),
-                np.ascontiguousarray(unit_impulse[:, 1]),
-                span,
-            )
         )
 
     def _slope(self, omega: float, steady: Complexes) -> complex:

@@ -8,7 +8,7 @@ tangent flow are returned. The orbit is not verified.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -133,15 +133,7 @@ def simulated_orbit(
     return SimulatedOrbit(
         omega=omega,
         clearance=clearance,
-        motion=Motion(
-            kind="periodic",
-            period=motion.period,
-            impacts_right=motion.impacts_right,
-            impacts_left=motion.impacts_left,
-            symmetric=motion.symmetric,
-            sticking=True,
-            reason=REASON,
-        ),
+        motion=replace(motion, reason=REASON),
         start=start,
         impacts=period.impacts,
         sticking=period.sticking,

@@ -222,8 +222,8 @@ class Maximum(NamedTuple):
 
 
 @kernel
-def _apply(flow: Floats, start: Floats, end: Floats) -> None:
-    """Write into end (N, 2) the state of the blocks after a flow (N, 4) from start (N, 2)."""
+def apply_flow(flow: Floats, start: Floats, end: Floats) -> None:
+    """Write the state of the blocks (N, 2) after a flow (N, 4) from start into end, which may be the same array."""
     for j in range(start.shape[0]):
         y, rate = start[j, 0], start[j, 1]
         end[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
@@ -362,7 +362,7 @@ def _search_interval(
     sine, cosine = math.sin(interval.phase + 0.5 * angle), math.cos(interval.phase + 0.5 * angle)
     turn_sine, turn_cosine = math.sin(angle), math.cos(angle)
     for part in range(parts):
-        _apply(flow, left_state, middle_state)
+        apply_flow(flow, left_state, middle_state)
         stack[0, 0] = part * end / parts
         stack[0, 1] = (part + 1) * end / parts if part + 1 < parts else end
         top = 1
@@ -390,7 +390,7 @@ def _search_interval(
                 whole = False
         sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
         if whole:
-            _apply(flow, middle_state, left_state)
+            apply_flow(flow, middle_state, left_state)
         else:
             _advance(problem, state, (part + 1) * end / parts, left_state)
     return cells, best
@@ -444,17 +444,11 @@ def further_contact_from(
         if cells == _TOO_MANY:
             return GIVEN_UP, math.inf, math.nan, 0
         if not last:
+            apply_flow(flow_between[i], state, state)
+            impulse = -problem.rebound * problem.omega * speeds[i + 1]
             for j in range(state.shape[0]):
-                y, rate = state[j, 0], state[j, 1]
-                impulse = -problem.rebound * problem.omega * speeds[i + 1]
-                e11, e12, e21, e22 = (
-                    flow_between[i, j, 0],
-                    flow_between[i, j, 1],
-                    flow_between[i, j, 2],
-                    flow_between[i, j, 3],
-                )
-                state[j, 0] = e11 * y + e12 * rate + impulse * problem.unit_impulse[j, 0]
-                state[j, 1] = e21 * y + e22 * rate + impulse * problem.unit_impulse[j, 1]
+                state[j, 0] += impulse * problem.unit_impulse[j, 0]
+                state[j, 1] += impulse * problem.unit_impulse[j, 1]
     excess = best.excess if best.stop != 0 else -math.inf
     status = CLEAR
     for i in range(count):

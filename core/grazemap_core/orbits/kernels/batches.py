@@ -134,14 +134,7 @@ def solve_orbits(
             continue
         found.kantorovich[i], found.radius[i] = newton_kantorovich(chain, speeds[i], terms, work)
         found.contact[i], found.excess[i], found.phase[i], found.stop[i] = further_contact(
-            chain,
-            stops,
-            clearances[i],
-            phases[i],
-            speeds[i],
-            floor,
-            scratch.flow_between,
-            scratch.contact,
+            chain, stops, clearances[i], phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
         )
         orbit_multipliers(chain, phases[i], speeds[i], work.before, scratch.matrix, found.real[i], found.imaginary[i])
         for k in range(stops.shape[0]):

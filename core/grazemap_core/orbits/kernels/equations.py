@@ -41,8 +41,8 @@ class OrbitProblem(NamedTuple):
     omega, length : float
     restitution, rebound : float
         R and 1 + R.
-    span, turn : float
-        Time after which the impacts repeat, and the phase omega span.
+    turn : float
+        Phase after which the impacts repeat; the time that it takes is the span.
     sign : float
         1 when they repeat, -1 when they do so on the other stop.
     """
@@ -63,7 +63,6 @@ class OrbitProblem(NamedTuple):
     length: float
     restitution: float
     rebound: float
-    span: float
     turn: float
     sign: float
 

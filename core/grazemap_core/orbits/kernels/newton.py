@@ -19,15 +19,8 @@ from grazemap_core.arrays import Floats
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.dense import eliminate
+from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, second_derivative_bound
-from grazemap_core.orbits.tolerances import (
-    ORBIT_EXACT,
-    ORBIT_GAP,
-    ORBIT_HALVINGS,
-    ORBIT_NEWTON_STEPS,
-    ORBIT_RESIDUAL,
-    ORBIT_SETTLED,
-)
 
 CONVERGED = 0
 """The residual is round-off."""
@@ -78,8 +71,8 @@ def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
         following = (i + 1) % count
         gap = phases[following] - phases[i] + (problem.turn if following <= i else 0.0)
         closing = step[i] - step[following]
-        if closing * share > (1.0 - ORBIT_GAP) * gap:
-            share = (1.0 - ORBIT_GAP) * gap / closing
+        if closing * share > (1.0 - tolerances.ORBIT_GAP) * gap:
+            share = (1.0 - tolerances.ORBIT_GAP) * gap / closing
     return share
 
 
@@ -111,11 +104,11 @@ def solve_orbit(
     norm = _norm(work.residual)
     shortened = 0
     settled = False
-    for steps in range(ORBIT_NEWTON_STEPS):
+    for steps in range(tolerances.ORBIT_NEWTON_STEPS):
         if not np.isfinite(norm):
             return NOT_CONVERGED, steps, norm, terms
-        if settled or norm <= ORBIT_EXACT * terms:
-            converged = norm <= ORBIT_RESIDUAL * max(1.0, terms)
+        if settled or norm <= tolerances.ORBIT_EXACT * terms:
+            converged = norm <= tolerances.ORBIT_RESIDUAL * max(1.0, terms)
             return CONVERGED if converged else NOT_CONVERGED, steps, norm, terms
         for i in range(size):
             for j in range(size):
@@ -129,11 +122,11 @@ def solve_orbit(
         share = allowed_share(problem, phases, step[0])
         if share < 1.0:
             shortened += 1
-            if shortened > ORBIT_HALVINGS:
+            if shortened > tolerances.ORBIT_HALVINGS:
                 return OUT_OF_ORDER, steps, norm, terms
         length = max(_norm(step[0]), _norm(step[1]))
         before = norm
-        for _ in range(ORBIT_HALVINGS):
+        for _ in range(tolerances.ORBIT_HALVINGS):
             for i in range(count):
                 trial[0, i] = phases[i] + share * step[0, i]
                 trial[1, i] = speeds[i] + share * step[1, i]
@@ -148,8 +141,8 @@ def solve_orbit(
             phases[i] = trial[0, i]
             speeds[i] = trial[1, i]
         # the next step would be round-off: this one is short, or the residual was round-off before it
-        settled = (share == 1.0 and length <= ORBIT_SETTLED) or before <= RESPONSE_ROUNDOFF * terms
-    return NOT_CONVERGED, ORBIT_NEWTON_STEPS, norm, terms
+        settled = (share == 1.0 and length <= tolerances.ORBIT_SETTLED) or before <= RESPONSE_ROUNDOFF * terms
+    return NOT_CONVERGED, tolerances.ORBIT_NEWTON_STEPS, norm, terms
 
 
 @kernel

@@ -303,13 +303,8 @@ def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) ->
     """
     count, blocks = speeds.shape[0], problem.decay.shape[0]
     size = 2 * blocks
-    system, places, faster, second_derivative, closed = (
-        scratch.system,
-        scratch.places,
-        scratch.speeds,
-        scratch.second_derivative,
-        scratch.closed,
-    )
+    system, second_derivative, closed = scratch.system, scratch.second_derivative, scratch.closed
+    places, faster = scratch.places, scratch.speeds
     basis, rows, of_place, of_speed = scratch.basis, scratch.rows, scratch.of_place, scratch.of_speed
     for row in range(size):
         for column in range(size):

@@ -25,21 +25,10 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import (
-    HALF,
-    IMPACT,
-    KIND,
-    OK,
-    ROWS,
-    STOP,
-    TIME,
-    VELOCITY,
-    Workspace,
-    workspace,
-)
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
@@ -47,21 +36,17 @@ from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.eigenvalues import OK as EIGENVALUES_OK
 from grazemap_core.numerics.kernels.eigenvalues import eigenvalues
-from grazemap_core.orbits.kernels.admissibility import CLEAR, ContactScratch, contact_scratch, further_contact_from
+from grazemap_core.orbits import tolerances
+from grazemap_core.orbits.kernels.admissibility import (
+    CLEAR,
+    ContactScratch,
+    apply_flow,
+    contact_scratch,
+    further_contact_from,
+)
 from grazemap_core.orbits.kernels.equations import OrbitProblem, second_derivative_bound
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
-from grazemap_core.orbits.tolerances import (
-    MAX_KANTOROVICH,
-    MAX_STABLE_MODULUS,
-    MAX_VERIFIED_IMPACTS,
-    ORBIT_FLOOR,
-    ORBIT_NEARBY,
-    ORBIT_RESIDUAL,
-    ORBIT_SETTLED,
-    REPEATED_RADII,
-    VERIFICATION_STEPS,
-)
 
 
 class ImpulseBlocks(NamedTuple):
@@ -104,7 +89,7 @@ class VerificationScratch(NamedTuple):
     """
 
     start: Floats
-    replay: Workspace
+    replay: workspace.Workspace
     stops: Floats
     guess: Floats
     found: Floats
@@ -150,10 +135,10 @@ class Verification(NamedTuple):
 
 def verification_scratch(blocks: int) -> VerificationScratch:
     """Return scratch for an oscillator of `blocks` masses."""
-    most = MAX_VERIFIED_IMPACTS
+    most = tolerances.MAX_VERIFIED_IMPACTS
     return VerificationScratch(
         start=np.zeros((blocks, 2)),
-        replay=workspace(blocks, most),
+        replay=workspace.workspace(blocks, most),
         stops=np.zeros(most),
         guess=np.zeros((2, most)),
         found=np.zeros((2, most)),
@@ -200,11 +185,11 @@ def _as_guess(
     unit = unit_of_speeds(problem, clearance)
     for i in range(count):
         event = events[first + i]
-        if event[KIND] != IMPACT:
+        if event[workspace.KIND] != workspace.IMPACT:
             return 0
-        scratch.stops[i] = sign * event[STOP]
-        scratch.guess[0, i] = math.pi * (event[HALF] - half) + problem.omega * event[TIME]
-        scratch.guess[1, i] = sign * event[VELOCITY] / (problem.omega * unit)
+        scratch.stops[i] = sign * event[workspace.STOP]
+        scratch.guess[0, i] = math.pi * (event[workspace.HALF] - half) + problem.omega * event[workspace.TIME]
+        scratch.guess[1, i] = sign * event[workspace.VELOCITY] / (problem.omega * unit)
     return count
 
 
@@ -226,7 +211,7 @@ def guess_from_record(
         Of the trajectory, `rows` of them, complete from half period ``half - length`` on.
     """
     first = rows
-    while first > 0 and events[first - 1, HALF] >= half - length:
+    while first > 0 and events[first - 1, workspace.HALF] >= half - length:
         first -= 1
     # half a period later the forcing has the opposite sign, so the motion is mirrored
     sign = 1.0 if length % 2 == 0 else -1.0
@@ -243,13 +228,13 @@ def guess_from_replay(
     Phases count from there. The number is 0 where an event is no impact, or there are too many.
     """
     work = scratch.replay
-    work.cursor[ROWS] = 0
+    work.cursor[workspace.ROWS] = 0
     for k in range(length):
-        if run_half(problem, held, scratch.start, clearance, half + k, work) != OK:
+        if run_half(problem, held, scratch.start, clearance, half + k, work) != workspace.OK:
             return 0
-        if work.cursor[ROWS] > scratch.stops.shape[0]:
+        if work.cursor[workspace.ROWS] > scratch.stops.shape[0]:
             return 0
-    return _as_guess(problem, scratch, clearance, work.events, plain(0), work.cursor[ROWS], half, 1.0)
+    return _as_guess(problem, scratch, clearance, work.events, plain(0), work.cursor[workspace.ROWS], half, 1.0)
 
 
 @kernel
@@ -330,7 +315,7 @@ def _least_length(
             continue
         sign = -1.0 if part % 2 == 1 else 1.0
         agree, away = _repeats(stops, phases, speeds, count * part // length, turn * part / length, sign)
-        if not agree or away > REPEATED_RADII * radius:
+        if not agree or away > tolerances.REPEATED_RADII * radius:
             continue
         # shifted by this part the motion is a solution of the same equations
         return part if away + radius < uniqueness_radius else 0
@@ -380,15 +365,11 @@ def _means(
             if i + 1 == count:
                 sign *= problem.sign
             speed = sign * speeds[(i + 1) % count]
+            apply_flow(flow_between[i], state, state)
+            strength = -problem.rebound * problem.omega * speed
             for j in range(state.shape[0]):
-                y, rate = state[j, 0], state[j, 1]
-                strength = -problem.rebound * problem.omega * speed
-                state[j, 0] = (
-                    flow_between[i, j, 0] * y + flow_between[i, j, 1] * rate + strength * problem.unit_impulse[j, 0]
-                )
-                state[j, 1] = (
-                    flow_between[i, j, 2] * y + flow_between[i, j, 3] * rate + strength * problem.unit_impulse[j, 1]
-                )
+                state[j, 0] += strength * problem.unit_impulse[j, 0]
+                state[j, 1] += strength * problem.unit_impulse[j, 1]
     return x / max(seen, 1), v / max(seen, 1)
 
 
@@ -403,10 +384,10 @@ def _solve(
     """
     count = stops.shape[0]
     settled = False
-    for _ in range(VERIFICATION_STEPS):
+    for _ in range(tolerances.VERIFICATION_STEPS):
         residual, terms = shoot(problem, stops, clearance, phases, speeds, scratch.shooting)
         step = solve_step(problem, speeds, scratch.shooting)
-        if not step < math.inf or (settled and not residual <= ORBIT_RESIDUAL * terms):
+        if not step < math.inf or (settled and not residual <= tolerances.ORBIT_RESIDUAL * terms):
             return math.inf, math.inf
         if settled:
             inverse = norm_of_inverse(problem, speeds, scratch.shooting)
@@ -419,7 +400,7 @@ def _solve(
             following = phases[i + 1] if i + 1 < count else phases[0] + problem.turn
             if not (following > phases[i] and stops[i] * speeds[i] > 0.0):
                 return math.inf, math.inf
-        settled = step <= ORBIT_SETTLED
+        settled = step <= tolerances.ORBIT_SETTLED
     return math.inf, math.inf
 
 
@@ -489,7 +470,6 @@ def _orbit_problem(
         unit,
         problem.restitution,
         1.0 + problem.restitution,
-        0.5 * length * problem.cells * problem.step,
         length * math.pi,
         1.0 if length % 2 == 0 else -1.0,
     )
@@ -530,7 +510,7 @@ def _is_admissible(
     _state_after_first_impact(problem, speeds, scratch)
     flow_between = scratch.shooting.flow[: phases.shape[0]]
     status, excess, _, _ = further_contact_from(
-        problem, stops, clearance, phases, speeds, -ORBIT_FLOOR, flow_between, scratch.contact
+        problem, stops, clearance, phases, speeds, -tolerances.ORBIT_FLOOR, flow_between, scratch.contact
     )
     return status == CLEAR and excess + _reach(problem, speeds, radius) < 0.0
 
@@ -583,14 +563,14 @@ def verify(
     kantorovich, radius = _solve(orbit, stops, clearance, phases, speeds, scratch)
     if not kantorovich < math.inf:
         return _not_verified(codes.NOT_SOLVED)
-    if not _distance_moved(phases, speeds, scratch) * orbit.length <= ORBIT_NEARBY * distance * clearance:
+    if not _distance_moved(phases, speeds, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * clearance:
         return _not_verified(codes.NOT_SOLVED)
-    if not kantorovich <= MAX_KANTOROVICH:
+    if not kantorovich <= tolerances.MAX_KANTOROVICH:
         return _not_verified(codes.NOT_ISOLATED)
     if not _is_admissible(orbit, stops, clearance, phases, speeds, radius, scratch):
         return _not_verified(codes.GRAZE_UNRESOLVED)
     multiplier = _largest_multiplier(orbit, scratch)
-    if not multiplier < MAX_STABLE_MODULUS:
+    if not multiplier < tolerances.MAX_STABLE_MODULUS:
         return _not_verified(codes.NOT_STABLE)
     # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
     uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
