@@ -53,7 +53,7 @@ PLANTS = [
     ("core/grazemap_core/contact/cell_problem.py", "from grazemap_core.simulation import motion", CORE_LAYERS),
     ("core/grazemap_core/orbits/kernels/newton.py", "from grazemap_core.maps.kernels import lanes", CORE_LAYERS),
     ("core/grazemap_core/codes.py", "from grazemap_core import checks", CORE_LAYERS),
-    ("core/grazemap_core/contact/kernels/cells.py", "from grazemap_core.contact import phase_table", KERNELS),
+    ("core/grazemap_core/contact/kernels/cells.py", "from grazemap_core.contact import held_problem", KERNELS),
     ("worker/grazemap_worker/tasks.py", "import fastapi", WORKER),
     ("worker/grazemap_worker/queue/entries.py", "import numba", STORE),
     ("worker/grazemap_worker/queue/rq_keys.py", "import grazemap_worker.tasks", STORE),

@@ -7,10 +7,9 @@ import pytest
 from sticking_oracle import StickingOracle
 
 from grazemap_core.codes import INFINITE
-from grazemap_core.contact.held_problem import held_model
+from grazemap_core.contact.cell_problem import trajectory_models
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.harmonic_response import forced_response
-from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.trajectories import trajectory
@@ -212,7 +211,7 @@ def test_the_record_may_begin_and_end_at_rest() -> None:
 @pytest.mark.parametrize("damping", [0.05, [0.1, 0.0, 0.3, 0.2]])
 def test_the_chain_held_by_a_resting_mass_has_its_own_matrices(damping: object) -> None:
     oscillator = Oscillator.create([1.0, 10.0, 0.5, 2.0], [3.0, 5.0, 1e3, 0.2], damping, [1.0, 0, 0, 0], 0.8)
-    model = held_model(oscillator, modal_model(oscillator)).held
+    model = trajectory_models(oscillator).held
     assert model is not None
     stiffness, drag = oscillator.stiffness_matrix[1:, 1:], oscillator.damping_matrix[1:, 1:]
     mass = oscillator.masses[1:, None]

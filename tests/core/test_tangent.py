@@ -31,7 +31,8 @@ from grazemap_core.simulation.kernels.lyapunov import (
     leading_multiplier,
     tangents,
 )
-from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, half_period, run_half_linearised
+from grazemap_core.simulation.kernels.recorded_run import half_period
+from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, run_half_linearised
 from grazemap_core.simulation.linearised_run import linearised_run
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory

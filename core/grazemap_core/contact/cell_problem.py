@@ -8,19 +8,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.held_problem import HeldModel, held_at_phase, held_model, held_problem
+from grazemap_core.contact import tolerances
+from grazemap_core.contact.held_problem import (
+    HeldModel,
+    half_period_phases,
+    held_at_phase,
+    held_problem,
+    real_and_imaginary,
+    whole_period,
+)
 from grazemap_core.contact.kernels.cell_factors import cell_length, shortfall, tabulate_flow
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.phase_table import half_period_phases
-from grazemap_core.contact.tolerances import (
-    CELL_REACH,
-    CHATTER_ACCURACY,
-    COMPLETE_CHATTERS,
-    MAX_CHATTER_IMPACTS,
-    MIN_CELLS_PER_PERIOD,
-)
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
 
@@ -34,7 +34,11 @@ MAX_TABLED_CELLS = 64
 
 def trajectory_models(oscillator: Oscillator) -> HeldModel:
     """Return the modal models of the whole chain and of the chain while mass 1 rests."""
-    return held_model(oscillator, modal_model(oscillator))
+    free, chain = modal_model(oscillator), oscillator.held_chain
+    try:
+        return HeldModel(oscillator, free, None if chain is None else modal_model(chain))
+    except ConditioningError:  # only trajectories that come to rest end for this reason
+        return HeldModel(oscillator, free, None)
 
 
 def cells_per_period(models: Sequence[ModalModel], omega: float) -> int:
@@ -53,12 +57,12 @@ def cells_per_period(models: Sequence[ModalModel], omega: float) -> int:
             np.sqrt(model.frequency_squared),
         )
         fastest = max(fastest, float(np.max(exponents)))
-    needed = 2.0 * math.pi * max(1.0, fastest / omega) / CELL_REACH
+    needed = 2.0 * math.pi * max(1.0, fastest / omega) / tolerances.CELL_REACH
     if not needed <= MAX_CELLS_PER_PERIOD:
         raise ParameterError(
             "omega", f"must be greater than the fastest exponent of the chain / {MAX_CELLS_PER_PERIOD // 6}"
         )
-    return 2 * math.ceil(max(needed, MIN_CELLS_PER_PERIOD) / 2)
+    return 2 * math.ceil(max(needed, tolerances.MIN_CELLS_PER_PERIOD) / 2)
 
 
 def cell_problem(
@@ -113,7 +117,7 @@ def cell_problem(
         step=step[0],
         restitution=models.oscillator.restitution,
         cells=cells,
-        chatter_impacts=COMPLETE_CHATTERS * followed_chatter_impacts(models.oscillator.restitution, cells),
+        chatter_impacts=tolerances.COMPLETE_CHATTERS * followed_chatter_impacts(models.oscillator.restitution, cells),
         damped=not bool(np.any(model.undamped)),
     )
     return problem, held_problem(models, steady, omega, cells, phase)
@@ -134,10 +138,7 @@ def at_phase(
 
 def _steady_table(steady: Complexes, cells: int, phase: float) -> Floats:
     """Return the steady motion of mass 1 at the boundaries of the cells, as (real, imaginary), shape (cells + 1, 2)."""
-    # the second half of the table mirrors the first exactly, so that symmetric motions are symmetric to the last bit
-    half = steady[0] * np.exp(1j * phase) * half_period_phases(cells)
-    steady_table = np.concatenate([half, -half, half[:1]])
-    return np.stack([steady_table.real, steady_table.imag], axis=1)
+    return real_and_imaginary(whole_period(steady[0] * np.exp(1j * phase) * half_period_phases(cells)))
 
 
 def followed_chatter_impacts(restitution: float, cells: int) -> float:
@@ -148,10 +149,10 @@ def followed_chatter_impacts(restitution: float, cells: int) -> float:
     if restitution == 0.0:
         return 1.0
     if restitution == 1.0:
-        return float(MAX_CHATTER_IMPACTS)
+        return float(tolerances.MAX_CHATTER_IMPACTS)
     return min(
-        float(MAX_CHATTER_IMPACTS),
-        1.0 + (math.log(CHATTER_ACCURACY) / 3.0 - math.log(0.5 * cells)) / math.log(restitution),
+        float(tolerances.MAX_CHATTER_IMPACTS),
+        1.0 + (math.log(tolerances.CHATTER_ACCURACY) / 3.0 - math.log(0.5 * cells)) / math.log(restitution),
     )
 
 

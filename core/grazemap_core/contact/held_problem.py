@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.phase_table import half_period_phases
-from grazemap_core.errors import ConditioningError
 from grazemap_core.model.harmonic_response import held_response
-from grazemap_core.model.modal import ModalModel, modal_model
+from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 
 
@@ -31,22 +30,6 @@ class HeldModel:
     oscillator: Oscillator
     free: ModalModel
     held: ModalModel | None
-
-    @property
-    def exists(self) -> bool:
-        """Whether the motion of the other masses is known in closed form while mass 1 rests."""
-        return self.held is not None or self.oscillator.size == 1
-
-
-def held_model(oscillator: Oscillator, free: ModalModel) -> HeldModel:
-    """Return the model of an oscillator whose mass 1 rests; `free` is the modal model of the whole chain."""
-    chain = oscillator.held_chain
-    if chain is None:
-        return HeldModel(oscillator, free, None)
-    try:
-        return HeldModel(oscillator, free, modal_model(chain))
-    except ConditioningError:  # only trajectories that come to rest end for this reason
-        return HeldModel(oscillator, free, None)
 
 
 def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: int, phase: float) -> HeldProblem:
@@ -69,7 +52,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     # the springs are in series, so the force is the same in all links
     profile = np.cumsum(compliance[::-1])[::-1][1:] / np.sum(compliance)
     steady = np.zeros(count, dtype=np.complex128)
-    exists = model.exists
+    exists = model.held is not None or count == 0  # otherwise the motion has no accurate closed form
     if model.held is not None:
         chain = oscillator.held_chain
         assert chain is not None
@@ -92,13 +75,13 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
         discriminant=empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
         frequency_squared=empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
         output_row=np.ascontiguousarray(output_row),
-        steady_table=_real_and_imaginary(_harmonic_acceleration(oscillator, steady, omega, exists) * phase_factors),
+        steady_table=real_and_imaginary(_harmonic_acceleration(oscillator, steady, omega, exists) * phase_factors),
         static_acceleration=float(1.0 / np.sum(compliance) / m1),
         viscous_term=float(c1 / m1),
         profile=np.ascontiguousarray(profile),
-        phase_factors=_real_and_imaginary(phase_factors),
-        steady=_real_and_imaginary(steady),
-        free_steady=_real_and_imaginary(free_steady),
+        phase_factors=real_and_imaginary(phase_factors),
+        steady=real_and_imaginary(steady),
+        free_steady=real_and_imaginary(free_steady),
         to_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.to_modal),
         from_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.from_modal),
         to_free=np.ascontiguousarray(model.free.to_modal),
@@ -115,8 +98,8 @@ def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int,
     phase_factors = _phase_factors(cells, phase)
     steady = held.steady[:, 0] + 1j * held.steady[:, 1]
     return held._replace(
-        phase_factors=_real_and_imaginary(phase_factors),
-        steady_table=_real_and_imaginary(
+        phase_factors=real_and_imaginary(phase_factors),
+        steady_table=real_and_imaginary(
             _harmonic_acceleration(model.oscillator, steady, omega, held.exists) * phase_factors
         ),
         state=np.zeros_like(held.state),
@@ -138,11 +121,31 @@ def _harmonic_acceleration(oscillator: Oscillator, steady: Complexes, omega: flo
 
 def _phase_factors(cells: int, phase: float) -> Complexes:
     """Return exp(i phase) at the boundaries of the cells, shape (cells + 1,)."""
-    # the second half mirrors the first exactly, as in the table of the free motion
-    half = np.exp(1j * phase) * half_period_phases(cells)
+    return whole_period(np.exp(1j * phase) * half_period_phases(cells))
+
+
+def half_period_phases(cells: int) -> Complexes:
+    """Return exp(2 pi i k / cells) for 0 <= k < cells/2, with an error of one or two roundings.
+
+    Sines and cosines are computed at angles of at most pi/4.
+    """
+    k = np.arange(cells // 2)
+    back = 4 * k > cells
+    k = np.where(back, cells // 2 - k, k)
+    steep = 8 * k > cells
+    angle = np.where(steep, cells - 4 * k, 4 * k) * (math.pi / (2 * cells))
+    c, s = np.cos(angle), np.sin(angle)
+    return np.where(back, -1.0, 1.0) * np.where(steep, s, c) + 1j * np.where(steep, c, s)
+
+
+def whole_period(half: Complexes) -> Complexes:
+    """Return a table over the cells of a period from that over half of it, shape (cells + 1,).
+
+    The second half mirrors the first exactly, so that symmetric motions are symmetric to the last bit.
+    """
     return np.concatenate([half, -half, half[:1]])
 
 
-def _real_and_imaginary(values: Complexes) -> Floats:
+def real_and_imaginary(values: Complexes) -> Floats:
     """Return complex numbers as an array of (real, imaginary), shape (n, 2)."""
     return np.ascontiguousarray(np.stack([values.real, values.imag], axis=1))

@@ -16,7 +16,8 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, Workspace
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.kernels.tangent import GRAZED, HalfPeriod, half_period, run_half_linearised
+from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
+from grazemap_core.simulation.kernels.tangent import GRAZED, run_half_linearised
 from grazemap_core.simulation.motion import REASONS
 from grazemap_core.simulation.start import forced_chain, initial_state, longer_record, start
 
@@ -74,13 +75,9 @@ class LinearisedRun:
                 )
                 if status != RECORD_FULL:
                     break
-                self.grow_record()
+                self.work = longer_record(self.work)
             self.require(status)
             self.halves += 1
-
-    def grow_record(self) -> None:
-        """Enlarge the record of events by a factor of four."""
-        self.work = longer_record(self.work)
 
     @staticmethod
     def require(status: int) -> None:

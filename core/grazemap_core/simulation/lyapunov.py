@@ -13,7 +13,6 @@ from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
 from grazemap_core.contact.kernels.workspace import RECORD_FULL
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.lyapunov import (
-    HalfPeriods,
     begin_growth,
     classify_growth,
     run_growth,
@@ -21,6 +20,7 @@ from grazemap_core.simulation.kernels.lyapunov import (
     weighted_exponent,
 )
 from grazemap_core.simulation.linearised_run import linearised_run
+from grazemap_core.simulation.start import longer_record
 from grazemap_core.simulation.tolerances import EXPONENT_BLOCKS
 
 KINDS_BY_EXPONENT: Final = {GROWTH_UNDECIDED: "unresolved", CHAOTIC: "chaotic", QUASI_PERIODIC: "quasi-periodic"}
@@ -48,8 +48,6 @@ class LyapunovExponents:
         "quasi-periodic": growth is bounded without drift, so that the first exponent is zero; the second is negative by
         as many standard errors; the extent of the stroboscopic orbit is constant.
         All other motions, periodic ones included, are "unresolved".
-    periods : int
-        Number of forcing periods of the run.
     running : (periods,)
         Mean of the first exponent over the first 1, 2, ... periods, which shows its convergence.
     """
@@ -60,7 +58,6 @@ class LyapunovExponents:
     second_error: float
     first_weighted: float
     kind: str
-    periods: int
     running: Floats
 
 
@@ -100,11 +97,10 @@ def lyapunov_exponents(
     begin_growth(run.problem, scratch)
     done = 0
     while True:
-        span = HalfPeriods(0, 2 * (transient_periods + periods), done)
-        status, done = run_growth(run.problem, run.held, run.state, clearance, span, skipped, run.work, scratch)
+        status, done = run_growth(run.problem, run.held, run.state, clearance, done, skipped, run.work, scratch)
         if status != RECORD_FULL:
             break
-        run.grow_record()
+        run.work = longer_record(run.work)
     run.require(status)
     kind, first, first_error, second, second_error = classify_growth(run.problem, clearance, skipped, scratch)
     growth = scratch.growth[skipped:, 0].reshape(periods, 2).sum(axis=1)
@@ -115,6 +111,5 @@ def lyapunov_exponents(
         second_error=second_error,
         first_weighted=weighted_exponent(scratch, skipped, 0.5 * run.period),
         kind=KINDS_BY_EXPONENT[kind],
-        periods=periods,
         running=np.cumsum(growth) / (run.period * np.arange(1, periods + 1)),
     )

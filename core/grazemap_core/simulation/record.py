@@ -15,7 +15,7 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
-from grazemap_core.simulation.start import ForcedChain, Start
+from grazemap_core.simulation.start import Start
 from grazemap_core.simulation.tolerances import END_ROUNDING
 
 
@@ -139,9 +139,7 @@ class Record:
         ParameterError
             A time lies outside the record, or the times are not a list of numbers.
         """
-        times = np.array(times, dtype=np.float64)
-        if times.ndim != 1 or not np.all((times >= 0.0) & (times <= self.end * END_ROUNDING)):
-            raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
+        times = checked_times(times, self.end)
         whole, within = split_times(times, self.problem.omega)
         # compared with the times as returned: a sample at the time of an impact is after it
         row = np.searchsorted(self.event_time[1:], times, side="right").astype(np.int64)
@@ -153,10 +151,12 @@ class Record:
         return x, v
 
 
-def record_of(chain: ForcedChain, run: Start, rows: Floats, first_half: int, end: float) -> Record:
-    """Return the record of a run that began with `rows`, shape (1 + events, EVENT_COLUMNS + 2 N)."""
-    shape = chain.models.free.shape
-    return Record(run.problem, run.held, shape, run.steady, chain.clearance, rows, first_half, end)
+def checked_times(times: Floats, end: float) -> Floats:
+    """Return times of a record as a new array. Raises ParameterError unless they are numbers from 0 to its end."""
+    values = np.array(times, dtype=np.float64)
+    if values.ndim != 1 or not np.all((values >= 0.0) & (values <= end * END_ROUNDING)):
+        raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
+    return values
 
 
 def first_row(run: Start, first_half: int) -> Floats:

@@ -14,14 +14,13 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.cells import bounds
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
 from grazemap_core.contact.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, RECORD_FULL, ROWS, TIME, UNDECIDED
-from grazemap_core.errors import ParameterError
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory
 from grazemap_core.simulation.kernels.recorded_run import run_recorded
 from grazemap_core.simulation.motion import Motion, motion_from_codes
-from grazemap_core.simulation.record import Impacts, Record, Sticking, first_row, record_of
+from grazemap_core.simulation.record import Impacts, Record, Sticking, checked_times, first_row
 from grazemap_core.simulation.start import (
     ForcedChain,
     Start,
@@ -33,7 +32,7 @@ from grazemap_core.simulation.start import (
     state_at,
     wrapped,
 )
-from grazemap_core.simulation.tolerances import END_ROUNDING, RECORD_BLOCK
+from grazemap_core.simulation.tolerances import RECORD_BLOCK
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,10 +184,7 @@ def _plan(
     ):
         checked_order(name, value, minimum)
     if times is not None:
-        times = np.array(times, dtype=np.float64)
-        end = periods * (2.0 * math.pi / omega)
-        if times.ndim != 1 or not np.all((times >= 0.0) & (times <= end * END_ROUNDING)):
-            raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
+        times = checked_times(times, periods * (2.0 * math.pi / omega))
     return Plan(periods, transient_periods, samples_per_period, times, max_period)
 
 
@@ -216,7 +212,8 @@ def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
         last = rows[-1]
         half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
         end = float((half - first_half) * (0.5 * period) + since)
-    record = record_of(chain, run, rows, first_half, end)
+    shape = chain.models.free.shape
+    record = Record(run.problem, run.held, shape, run.steady, chain.clearance, rows, first_half, end)
     if plan.times is not None:
         time = plan.times if run.status == OK else plan.times[plan.times <= end]
         x, v = record.at(time)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.sticking_flow import rotated_entry
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
@@ -83,8 +83,8 @@ class CellProblem(NamedTuple):
 
 
 @kernel
-def flow_state(problem: CellProblem, u: Floats, time: float) -> None:
-    """Carry a state over any time; u (N, 2) is changed in place."""
+def flow_state(problem: CellProblem | HeldProblem, u: Floats, time: float) -> None:
+    """Carry a free state, or a held state, over any time; u (N, 2) is changed in place."""
     for j in range(u.shape[0]):
         e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
         first, second = u[j, 0], u[j, 1]
@@ -171,49 +171,27 @@ def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
 
 @kernel
 def expand(
-    problem: CellProblem,
+    problem: CellProblem | HeldProblem,
     u: Floats,
-    steady_real: float,
-    steady_imag: float,
+    omega: float,
+    steady: tuple[float, float],
     length: float,
     taylor: Floats,
     terms: Floats,
 ) -> tuple[float, float, float]:
     """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
 
+    With the problem and state of a resting mass 1 it is the series of its acceleration.
+
     Every block's contribution obeys y'' = -square y - 2 decay y', which gives each term from the two previous ones. The
     steady motion is one more block, without decay.
 
     Parameters
     ----------
+    steady : (float, float)
+        Real and imaginary part of the steady motion at the start, of the forcing frequency `omega`.
     terms : (N + 1, 4)
         Scratch: the last two terms and the two coefficients of the recurrence of every block.
-
-    Returns
-    -------
-    size, tail, rest : as `sum_series`.
-    """
-    blocks = u.shape[0]
-    for j in range(blocks):
-        terms[j, 0] = problem.output_row[j, 0] * u[j, 0] + problem.output_row[j, 1] * u[j, 1]
-        terms[j, 1] = (problem.output_row[j, 2] * u[j, 0] + problem.output_row[j, 3] * u[j, 1]) * length
-        terms[j, 2] = 2.0 * problem.decay[j] * length
-        terms[j, 3] = problem.frequency_squared[j] * length * length
-    terms[blocks, 0] = steady_imag
-    terms[blocks, 1] = problem.omega * steady_real * length
-    terms[blocks, 2] = 0.0
-    terms[blocks, 3] = (problem.omega * length) ** 2
-    return sum_series(terms, blocks, taylor)
-
-
-@kernel
-def sum_series(terms: Floats, blocks: int, taylor: Floats) -> tuple[float, float, float]:
-    """Write the sum of the Taylor series of `blocks` blocks and of the steady motion into taylor.
-
-    Parameters
-    ----------
-    terms : (blocks + 1, 4)
-        The first two terms and the two coefficients of the recurrence of every block; overwritten.
 
     Returns
     -------
@@ -224,6 +202,16 @@ def sum_series(terms: Floats, blocks: int, taylor: Floats) -> tuple[float, float
     rest : float
         Bound of the remainder of the series on [0, 1].
     """
+    blocks = u.shape[0]
+    for j in range(blocks):
+        terms[j, 0] = problem.output_row[j, 0] * u[j, 0] + problem.output_row[j, 1] * u[j, 1]
+        terms[j, 1] = (problem.output_row[j, 2] * u[j, 0] + problem.output_row[j, 3] * u[j, 1]) * length
+        terms[j, 2] = 2.0 * problem.decay[j] * length
+        terms[j, 3] = problem.frequency_squared[j] * length * length
+    terms[blocks, 0] = steady[1]
+    terms[blocks, 1] = omega * steady[0] * length
+    terms[blocks, 2] = 0.0
+    terms[blocks, 3] = (omega * length) ** 2
     size = 0.0
     tail = 0.0
     taylor[0] = 0.0

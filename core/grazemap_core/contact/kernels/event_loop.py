@@ -20,38 +20,11 @@ from grazemap_core.contact.kernels.cells import (
     flow_state,
     steady_motion_at,
 )
-from grazemap_core.contact.kernels.events import record_event
 from grazemap_core.contact.kernels.first_contact import first_contact, gap_and_rate
-from grazemap_core.contact.kernels.workspace import Workspace
+from grazemap_core.contact.kernels.workspace import Workspace, record_event
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def apply_impact(
-    problem: CellProblem,
-    u: Floats,
-    stop: int,
-    velocity: float,
-    half: int,
-    time: float,
-    work: Workspace,
-) -> None:
-    """Apply the impact law to a state on a stop, in place, and record the impact in tally and events."""
-    jump = -(1.0 + problem.restitution) * velocity
-    for j in range(u.shape[0]):
-        for k in range(2):
-            total, lost = two_sum(u[j, k], problem.unit_impulse[j, k] * jump)
-            u[j, k] = total + (lost + problem.unit_impulse_low[j, k] * jump)
-    work.tally[workspace.RIGHT if stop > 0 else workspace.LEFT] += 1.0
-    work.tally[workspace.FOLLOWED] += 1.0
-    work.tally[workspace.MIN_SPEED] = min(work.tally[workspace.MIN_SPEED], abs(velocity))
-    record_event(work, half, time, stop, velocity, workspace.IMPACT if velocity != 0.0 else workspace.GRAZE, u)
-    work.cursor[workspace.ANCHOR] = stop
-    work.near[0] = 0.0
-    work.near[1] = problem.restitution * abs(velocity)
-    work.cursor[workspace.ROOTS] = 1 if work.near[1] > 0.0 else 2
 
 
 @kernel
@@ -80,9 +53,22 @@ def impact_at_stop(
 ) -> bool:
     """Apply the impact law to mass 1 on a stop, and return whether it may come to rest there.
 
-    `steady_imag` is the steady motion of mass 1 at this moment.
+    The state is changed in place, the impact recorded in tally and events. `steady_imag` is the steady motion of mass 1
+    at this moment.
     """
-    apply_impact(problem, u, stop, velocity, half, time, work)
+    jump = -(1.0 + problem.restitution) * velocity
+    for j in range(u.shape[0]):
+        for k in range(2):
+            total, lost = two_sum(u[j, k], problem.unit_impulse[j, k] * jump)
+            u[j, k] = total + (lost + problem.unit_impulse_low[j, k] * jump)
+    work.tally[workspace.RIGHT if stop > 0 else workspace.LEFT] += 1.0
+    work.tally[workspace.FOLLOWED] += 1.0
+    work.tally[workspace.MIN_SPEED] = min(work.tally[workspace.MIN_SPEED], abs(velocity))
+    record_event(work, half, time, stop, velocity, workspace.IMPACT if velocity != 0.0 else workspace.GRAZE, u)
+    work.cursor[workspace.ANCHOR] = stop
+    work.near[0] = 0.0
+    work.near[1] = problem.restitution * abs(velocity)
+    work.cursor[workspace.ROOTS] = 1 if work.near[1] > 0.0 else 2
     contact_acceleration = stop * first_acceleration(problem, u, steady_imag)
     if contact_acceleration <= 0.0:
         work.tally[workspace.MIN_UNPRESSED_SPEED] = min(work.tally[workspace.MIN_UNPRESSED_SPEED], abs(velocity))
@@ -123,7 +109,9 @@ def run_cell(
         length = problem.step - offset
         if length <= 0.0:
             return workspace.OK
-        size, tail, rest = expand(problem, u, steady_real, steady_imag, length, work.taylor, work.terms)
+        size, tail, rest = expand(
+            problem, u, problem.omega, (steady_real, steady_imag), length, work.taylor, work.terms
+        )
         if not np.isfinite(size):
             return workspace.NOT_FINITE
         if work.tally[workspace.FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:

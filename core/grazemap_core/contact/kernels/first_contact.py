@@ -83,7 +83,7 @@ def first_contact(
     end of the series.
 
     The anchor of work.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
-    `cells.sum_series` returned them, `length` is the time that the series spans.
+    `cells.expand` returned them, `length` is the time that the series spans.
     """
     stop_found = 0
     t_found = 1.0

@@ -10,11 +10,10 @@ from grazemap_core.codes import NO_STICKING_FLOW, OVERFLOW, TOO_MANY_IMPACTS
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem, advance_cell, bounds, carry, first_mass, flow_state
 from grazemap_core.contact.kernels.event_loop import run_cell
-from grazemap_core.contact.kernels.events import record_event
 from grazemap_core.contact.kernels.first_contact import is_clear
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
+from grazemap_core.contact.kernels.workspace import Workspace, clear_tally, record_event
 from grazemap_core.contact.tolerances import CLEARED, COMPLETE_CHATTERS, CONTACT_ROUNDING, MAX_CHATTER_IMPACTS
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 

@@ -23,17 +23,15 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at, sum_series
+from grazemap_core.contact.kernels.cells import CellProblem, expand, first_acceleration, flow_state, steady_motion_at
 from grazemap_core.contact.kernels.event_loop import run_cell
-from grazemap_core.contact.kernels.events import record_event
 from grazemap_core.contact.kernels.sticking_flow import (
     HeldProblem,
-    flow_held,
     free_from_held,
     held_from_free,
     rotated_entry,
 )
-from grazemap_core.contact.kernels.workspace import Workspace
+from grazemap_core.contact.kernels.workspace import Workspace, record_event, write_state
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
@@ -55,20 +53,8 @@ def expand_pressing(
 
     `offset` is the time since the start of the cell. Returns a bound of the error of its Bernstein coefficients.
     """
-    terms = work.terms
-    blocks = held.state.shape[0]
-    for j in range(blocks):
-        first, second = held.state[j, 0], held.state[j, 1]
-        terms[j, 0] = held.output_row[j, 0] * first + held.output_row[j, 1] * second
-        terms[j, 1] = (held.output_row[j, 2] * first + held.output_row[j, 3] * second) * length
-        terms[j, 2] = 2.0 * held.decay[j] * length
-        terms[j, 3] = held.frequency_squared[j] * length * length
-    steady_real, steady_imag = rotated_entry(held.steady_table, cell, problem.omega * offset)
-    terms[blocks, 0] = steady_imag
-    terms[blocks, 1] = problem.omega * steady_real * length
-    terms[blocks, 2] = 0.0
-    terms[blocks, 3] = (problem.omega * length) ** 2
-    size, _, rest = sum_series(terms, blocks, work.distance)
+    steady = rotated_entry(held.steady_table, cell, problem.omega * offset)
+    size, _, rest = expand(held, held.state, problem.omega, steady, length, work.distance, work.terms)
     static_acceleration = held.static_acceleration * clearance
     for k in range(TAYLOR_DEGREE + 1):
         work.distance[k] *= stop
@@ -165,9 +151,7 @@ def rest_after_impact(
     if 0 <= row < work.events.shape[0]:
         work.events[row, workspace.KIND] = workspace.CHATTER if leaving > 0.0 else workspace.IMPACT_AND_REST
         work.events[row, workspace.DELAY] = delay
-        for j in range(held.state.shape[0]):
-            work.events[row, workspace.EVENT_COLUMNS + 2 * j] = held.state[j, 0]
-            work.events[row, workspace.EVENT_COLUMNS + 2 * j + 1] = held.state[j, 1]
+        write_state(work.events[row], held.state)
     return workspace.OK
 
 
@@ -196,10 +180,10 @@ def carry_rest(
     if status != CONTACT:
         if status == GRAZE_UNDECIDED:
             work.tally[workspace.UNDECIDED] += 1.0
-        flow_held(held, held.state, length)
+        flow_state(held, held.state, length)
         return problem.step
     passed = t * length
-    flow_held(held, held.state, passed)
+    flow_state(held, held.state, passed)
     offset += passed
     write_free_state(problem, held, u, clearance, cell, offset, work)
     work.cursor[workspace.HELD] = 0

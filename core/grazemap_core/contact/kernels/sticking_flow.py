@@ -1,4 +1,4 @@
-"""The chain while mass 1 rests on a stop: its state, its flow, and the contact acceleration of mass 1.
+"""The chain while mass 1 rests on a stop: its state, and the contact acceleration of mass 1.
 
 Masses 2 .. N move as a chain linked to a wall, in closed form: x_i = s b profile_i + steady motion + blocks. A held
 state is the pair (u, u') of every block of that chain. The contact acceleration, which mass 1 would have toward the
@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 from grazemap_core.arrays import Floats
-from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 
 
@@ -177,13 +176,3 @@ def free_from_held(
             for i in range(2 * count):
                 value += problem.to_free[2 * j + k, i] * physical[i]
             u[j, k] = value
-
-
-@kernel
-def flow_held(problem: HeldProblem, held: Floats, time: float) -> None:
-    """Advance a held state over any time, in place; held (n, 2)."""
-    for j in range(held.shape[0]):
-        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
-        first, second = held[j, 0], held[j, 1]
-        held[j, 0] = e11 * first + e12 * second
-        held[j, 1] = e21 * first + e22 * second

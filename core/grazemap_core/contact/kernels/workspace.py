@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.bernstein import STACK_SHAPE
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
@@ -131,3 +131,28 @@ def clear_tally(tally: Floats) -> None:
     tally[UNDECIDED] = undecided
     tally[MIN_SPEED] = np.inf
     tally[MIN_UNPRESSED_SPEED] = np.inf
+
+
+@inlined
+def write_state(event: Floats, state: Floats) -> None:
+    """Write a state (n, 2) into a row of `events`."""
+    for j in range(state.shape[0]):
+        event[EVENT_COLUMNS + 2 * j] = state[j, 0]
+        event[EVENT_COLUMNS + 2 * j + 1] = state[j, 1]
+
+
+@inlined
+def record_event(
+    work: Workspace, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats
+) -> None:
+    """Record an event without a delay, and the state (n, 2) after it; if the record is full it is only counted."""
+    row = work.cursor[ROWS]
+    if row < work.events.shape[0]:
+        work.events[row, HALF] = half
+        work.events[row, TIME] = time
+        work.events[row, STOP] = stop
+        work.events[row, VELOCITY] = velocity
+        work.events[row, KIND] = kind
+        work.events[row, DELAY] = 0.0
+        write_state(work.events[row], state)
+    work.cursor[ROWS] = row + 1

@@ -33,38 +33,12 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import OK, Workspace
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.eigenvalues import NOT_CONVERGED, eigenvalues
-from grazemap_core.simulation.kernels.tangent import HalfPeriod, half_period, run_half_linearised
-from grazemap_core.simulation.tolerances import (
-    EXPONENT_BLOCKS,
-    EXPONENT_MARGIN,
-    GROWTH_BOUND,
-    GROWTH_DRIFT,
-    GROWTH_SURE,
-    MIN_ORBIT_EXTENT,
-    ORBIT_EXTENT,
-    RANK_ROUNDING,
-)
+from grazemap_core.simulation import tolerances
+from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
+from grazemap_core.simulation.kernels.tangent import run_half_linearised
 
 MIN_SAFE_SQUARE = 1e-280
 """Sums of squares below this, or above its inverse, may have lost digits by underflow or overflow."""
-
-
-class HalfPeriods(NamedTuple):
-    """The half periods of a run.
-
-    Attributes
-    ----------
-    before : int
-        Half periods before the run; its parity says which half of the forcing period is next.
-    halves : int
-        Half periods of the run.
-    done : int
-        Half periods of the run already completed: 0, or the number returned with RECORD_FULL.
-    """
-
-    before: int
-    halves: int
-    done: int
 
 
 class Tangents(NamedTuple):
@@ -194,7 +168,7 @@ def orthonormalise(frequency: Floats, columns: Floats, growth: Floats) -> None:
             for i in range(size):
                 columns[i, c] -= overlap * columns[i, b]
         length = before if c == 0 else _length(columns, c)
-        lost = not length > RANK_ROUNDING * before
+        lost = not length > tolerances.RANK_ROUNDING * before
         growth[c] = -np.inf if lost else math.log(length)
         for i in range(size):
             columns[i, c] = 0.0 if lost else columns[i, c] / length
@@ -223,20 +197,21 @@ def run_growth(
     held: HeldProblem,
     u: Floats,
     clearance: float,
-    span: HalfPeriods,
+    done: int,
     skipped: int,
     work: Workspace,
     scratch: Tangents,
 ) -> tuple[int, int]:
     """Advance a state and the two perturbations scratch.pair in place, made orthonormal after every half period.
 
-    Growth factors go into scratch.growth, which has a row for each half period, and the orbit into scratch.moments.
+    Growth factors go into scratch.growth, which has a row for each half period of the run, and the orbit into
+    scratch.moments.
 
     Parameters
     ----------
     u : (N, 2)
-        State after `span.before + span.done` half periods.
-    span : HalfPeriods
+    done : int
+        Half periods already completed: 0, or the number returned with RECORD_FULL.
     skipped : int
         Half periods at the beginning that are not a part of the moments.
     work : Workspace
@@ -248,19 +223,20 @@ def run_growth(
     done : int
         Half periods of the run that are completed.
     """
-    for k in range(span.done, span.halves):
-        status = run_half_linearised(problem, held, u, clearance, span.before + k, work, scratch.pair, scratch.began)
+    halves = scratch.growth.shape[0]
+    for k in range(done, halves):
+        status = run_half_linearised(problem, held, u, clearance, k, work, scratch.pair, scratch.began)
         if status != OK:
             return status, k
         orthonormalise(problem.frequency, scratch.pair, scratch.growth[k])
         if k >= skipped:
-            part = 0 if 2 * (k - skipped) < span.halves - skipped else 1
-            sign = 1.0 if (span.before + k) % 2 == 0 else -1.0
+            part = 0 if 2 * (k - skipped) < halves - skipped else 1
+            sign = 1.0 if k % 2 == 0 else -1.0
             for i in range(2 * u.shape[0]):
                 z = sign * u[i // 2, i % 2]
                 scratch.moments[part, i, 0] += z
                 scratch.moments[part, i, 1] += z * z
-    return OK, span.halves
+    return OK, halves
 
 
 @kernel
@@ -269,8 +245,8 @@ def standard_error(values: Floats, count: int) -> float:
 
     Infinite for fewer than EXPONENT_BLOCKS values.
     """
-    largest = 0.0 if count >= EXPONENT_BLOCKS else np.inf
-    while count >= EXPONENT_BLOCKS:
+    largest = 0.0 if count >= tolerances.EXPONENT_BLOCKS else np.inf
+    while count >= tolerances.EXPONENT_BLOCKS:
         mean = 0.0
         for i in range(count):
             mean += values[i]
@@ -376,8 +352,8 @@ def classify_growth(
         else:
             late += scratch.growth[k, 0]
     least = min(early / (middle - skipped), late / (halves - middle)) / half_time
-    positive = first > EXPONENT_MARGIN * first_error
-    if (positive and least > EXPONENT_MARGIN * first_error) or min(early, late) > GROWTH_SURE:
+    positive = first > tolerances.EXPONENT_MARGIN * first_error
+    if (positive and least > tolerances.EXPONENT_MARGIN * first_error) or min(early, late) > tolerances.GROWTH_SURE:
         return CHAOTIC, first, first_error, second, second_error
     if positive:
         return GROWTH_UNDECIDED, first, first_error, second, second_error
@@ -386,12 +362,12 @@ def classify_growth(
     whole, least = _range(scratch, skipped, halves), np.inf
     for k in range(8):
         least = min(least, _range(scratch, skipped + k * counted // 8, skipped + (k + 1) * counted // 8))
-    bounded = whole <= GROWTH_BOUND * least
-    drifts = abs(weighted_exponent(scratch, skipped, half_time)) * counted * half_time > GROWTH_DRIFT
+    bounded = whole <= tolerances.GROWTH_BOUND * least
+    drifts = abs(weighted_exponent(scratch, skipped, half_time)) * counted * half_time > tolerances.GROWTH_DRIFT
     early_extent = _extent(problem, scratch, 0, middle - skipped)
     late_extent = _extent(problem, scratch, 1, halves - middle)
-    persists = abs(late_extent - early_extent) <= ORBIT_EXTENT * early_extent
-    wide = early_extent > MIN_ORBIT_EXTENT * clearance
-    attracts = second < -EXPONENT_MARGIN * (first_error + second_error)
+    persists = abs(late_extent - early_extent) <= tolerances.ORBIT_EXTENT * early_extent
+    wide = early_extent > tolerances.MIN_ORBIT_EXTENT * clearance
+    attracts = second < -tolerances.EXPONENT_MARGIN * (first_error + second_error)
     kind = QUASI_PERIODIC if bounded and not drifts and persists and wide and attracts else GROWTH_UNDECIDED
     return kind, first, first_error, second, second_error

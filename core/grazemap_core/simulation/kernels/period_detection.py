@@ -28,15 +28,7 @@ from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.simulation.tolerances import (
-    APPROACH_RATE,
-    CLOSING_FLOOR,
-    CLOSING_GOAL,
-    GRAZE_SPEED_RATIO,
-    LIMIT_DISTANCE,
-    SEPARATION,
-    SLOWEST_RATE,
-)
+from grazemap_core.simulation import tolerances
 
 
 class StroboscopicHistory(NamedTuple):
@@ -256,15 +248,15 @@ def orbit_nearby(
         return np.inf
     now = _largest_return(problem, ring, lane, k, m, clearance)
     before = _largest_return(problem, ring, lane, k - m, m, clearance)
-    if not now / before <= APPROACH_RATE:
+    if not now / before <= tolerances.APPROACH_RATE:
         return np.inf
     rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
-    if not rate <= APPROACH_RATE:
+    if not rate <= tolerances.APPROACH_RATE:
         return np.inf
     repeats, _, min_unpressed_speed = impacts_of_two(ring, lane, k, m)
     distance = now * rate / (1.0 - rate)
     speed = min_unpressed_speed / (problem.omega * clearance)
-    return now + distance if repeats and speed * speed > GRAZE_SPEED_RATIO * distance else np.inf
+    return now + distance if repeats and speed * speed > tolerances.GRAZE_SPEED_RATIO * distance else np.inf
 
 
 @kernel
@@ -344,7 +336,7 @@ def detect_period(
     sticking : bool
         Whether mass 1 rests on a stop during a part of the period.
     """
-    m = _first_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance, CLOSING_GOAL)
+    m = _first_return(problem, ring, lane, k, min(2 * max_period, entered // 4), clearance, tolerances.CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     now = _largest_return(problem, ring, lane, k, m, clearance)
@@ -353,21 +345,21 @@ def detect_period(
         return NOT_CLOSED, 0, 0, 0, False, np.inf, False
     speed = min_unpressed_speed / (problem.omega * clearance)
     # a slow impact amplifies round-off by one over its speed
-    floor = min(CLOSING_GOAL, CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))
+    floor = min(tolerances.CLOSING_GOAL, tolerances.CLOSING_FLOOR * max(1.0, reach / clearance) / min(1.0, speed))
     limit = floor
     if now > floor:
         before = _largest_return(problem, ring, lane, k - m, m, clearance)
         rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
-        if not rate <= SLOWEST_RATE or now > CLOSING_GOAL:
+        if not rate <= tolerances.SLOWEST_RATE or now > tolerances.CLOSING_GOAL:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
         limit = max(limit, now * rate / (1.0 - rate))
-        if limit > LIMIT_DISTANCE:
+        if limit > tolerances.LIMIT_DISTANCE:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
-    away = SEPARATION * LIMIT_DISTANCE
+    away = tolerances.SEPARATION * tolerances.LIMIT_DISTANCE
     for smaller in range(1, m):
         if separation(problem, ring, lane, k, smaller, clearance, away) <= away:
             return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
-    if speed * speed <= SEPARATION * limit:
+    if speed * speed <= tolerances.SEPARATION * limit:
         return NEAR_GRAZING, 0, 0, 0, False, np.inf, False
     right, left, held_right, held_left = _impacts_of_period(ring, lane, k, m)
     if right + left == 0.0 and held_right + held_left > 0.0:

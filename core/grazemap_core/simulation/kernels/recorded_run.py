@@ -2,15 +2,67 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, ROWS, UNDECIDED, Workspace
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
+
+
+class HalfPeriod(NamedTuple):
+    """The state at the start of a half period, so that it can be repeated.
+
+    Attributes
+    ----------
+    state : (N, 2)
+    resting : (N - 1, 2)
+    cursor : (4,)
+    floats : (6,)
+    """
+
+    state: Floats
+    resting: Floats
+    cursor: Integers
+    floats: Floats
+
+
+def half_period(blocks: int) -> HalfPeriod:
+    """Return new scratch for an oscillator of `blocks` masses."""
+    return HalfPeriod(
+        state=np.zeros((blocks, 2)),
+        resting=np.zeros((blocks - 1, 2)),
+        cursor=np.zeros(4, dtype=np.int64),
+        floats=np.zeros(6),
+    )
+
+
+@kernel
+def save_start(began: HalfPeriod, held: HeldProblem, u: Floats, work: Workspace) -> None:
+    """Save the state and the regime of a trajectory."""
+    copy_matrix(began.state, u)
+    copy_matrix(began.resting, held.state)
+    copy_vector(began.cursor, work.cursor)
+    copy_vector(began.floats[:3], work.near)
+    copy_vector(began.floats[3:5], held.since)
+    began.floats[5] = work.tally[UNDECIDED]
+
+
+@kernel
+def restore_start(began: HalfPeriod, held: HeldProblem, u: Floats, work: Workspace) -> None:
+    """Restore what `save_start` saved."""
+    copy_matrix(u, began.state)
+    copy_matrix(held.state, began.resting)
+    copy_vector(work.cursor, began.cursor)
+    copy_vector(work.near[:3], began.floats)
+    copy_vector(held.since, began.floats[3:5])
+    work.tally[UNDECIDED] = began.floats[5]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -34,25 +86,12 @@ def run_recorded(
     done : int
         Half periods completed. With RECORD_FULL u is the state after these, otherwise that at the end.
     """
-    start = np.empty_like(u)
-    resting = np.empty_like(held.state)
-    cursor = np.empty_like(work.cursor)
-    floats = np.empty(5)
+    began = HalfPeriod(np.empty_like(u), np.empty_like(held.state), np.empty_like(work.cursor), np.empty(6))
     for half in range(halves_done, halves):
-        start[:] = u
-        resting[:] = held.state
-        cursor[:] = work.cursor
-        floats[:2] = work.near[:2]
-        floats[2:4] = held.since
-        floats[4] = work.tally[UNDECIDED]
+        save_start(began, held, u, work)
         status = run_half(problem, held, u, clearance, half, work)
         if work.cursor[ROWS] > work.events.shape[0]:
-            u[:] = start
-            held.state[:] = resting
-            work.cursor[:] = cursor
-            work.near[:2] = floats[:2]
-            held.since[:] = floats[2:4]
-            work.tally[UNDECIDED] = floats[4]
+            restore_start(began, held, u, work)
             return RECORD_FULL, half
         if status != OK:
             return status, half

@@ -10,7 +10,7 @@ from numba import njit
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem, flow_state
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, flow_held, held_motion, rotated_entry
+from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion, rotated_entry
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 from grazemap_core.numerics.kernels.double_double import two_prod
 
@@ -120,7 +120,7 @@ def sample_motion(
             for j in range(count - 1):
                 held[j, 0] = event[EVENT_COLUMNS + 2 * j]
                 held[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
-            flow_held(held_problem, held, passed)
+            flow_state(held_problem, held, passed)
             cosine, sine = rotated_entry(held_problem.phase_factors, 0, angle[n])
             held_motion(held_problem, held, event[STOP] * clearance, problem.omega, cosine, sine, physical)
             for i in range(count):

@@ -19,48 +19,18 @@ A. B. Nordmark, J. Sound Vib. 145 (1991) 279-297; M. di Bernardo, C. J. Budd, A.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, restore_start, save_start
 
 GRAZED = 101
 """There is an impact at zero velocity, where the flow has no derivative."""
-
-
-class HalfPeriod(NamedTuple):
-    """The state at the start of a half period, so that it can be repeated: scratch of `run_half_linearised`.
-
-    Attributes
-    ----------
-    state : (N, 2)
-    resting : (N - 1, 2)
-    cursor : (4,)
-    floats : (6,)
-    """
-
-    state: Floats
-    resting: Floats
-    cursor: Integers
-    floats: Floats
-
-
-def half_period(blocks: int) -> HalfPeriod:
-    """Return new scratch for an oscillator of `blocks` masses."""
-    return HalfPeriod(
-        state=np.zeros((blocks, 2)),
-        resting=np.zeros((blocks - 1, 2)),
-        cursor=np.zeros(4, dtype=np.int64),
-        floats=np.zeros(6),
-    )
 
 
 @kernel
@@ -254,21 +224,11 @@ def run_half_linearised(
     status : OK; RECORD_FULL if work.events is too short, everything being as before the call; GRAZED; or the status
         with which the trajectory ended.
     """
-    copy_matrix(began.state, u)
-    copy_matrix(began.resting, held.state)
-    copy_vector(began.cursor, work.cursor)
-    copy_vector(began.floats[:3], work.near)
-    copy_vector(began.floats[3:5], held.since)
-    began.floats[5] = work.tally[workspace.UNDECIDED]
+    save_start(began, held, u, work)
     work.cursor[workspace.ROWS] = 0
     status = run_half(problem, held, u, clearance, half, work)
     if work.cursor[workspace.ROWS] > work.events.shape[0]:
-        copy_matrix(u, began.state)
-        copy_matrix(held.state, began.resting)
-        copy_vector(work.cursor, began.cursor)
-        copy_vector(work.near[:3], began.floats)
-        copy_vector(held.since, began.floats[3:5])
-        work.tally[workspace.UNDECIDED] = began.floats[5]
+        restore_start(began, held, u, work)
         return workspace.RECORD_FULL
     if status != workspace.OK:
         return status
