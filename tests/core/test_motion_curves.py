@@ -8,10 +8,11 @@ import functools
 import numpy as np
 import pytest
 from test_bifurcation_curves import orbit_on
-from test_branch_switching import parent, special
+from test_branch_switching import orbit_of, parent, special
 from test_periodic_orbits import DEFAULT
 
 from grazemap_core.continuation.branch_switching import starts_beyond
+from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.motion_curves import lies_on, motion_curves, orbit_in_window
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.curve import grazing_curve
@@ -22,16 +23,20 @@ WINDOW = ((0.265, 0.295), (1.5, 2.0))
 
 
 @functools.cache
-def curves_of(period, *stops):
-    orbit = orbit_in_window(DEFAULT, *WINDOW, period, list(stops))
-    return motion_curves(DEFAULT, orbit, *WINDOW)
+def orbit_of_stops(*stops):
+    return orbit_in_window(DEFAULT, *WINDOW, 1, list(stops))
+
+
+@functools.cache
+def curves_of(*stops):
+    return motion_curves(DEFAULT, orbit_of_stops(*stops), *WINDOW)
 
 
 @pytest.mark.parametrize("stops", [(1,), (1, -1)])
 def test_the_curves_of_motions_with_one_impact_are_the_closed_form_s(stops):
     """Every one that passes through the window, each once, and no other."""
     symmetric = len(stops) == 2
-    found = curves_of(1, *stops).curves
+    found = curves_of(*stops)
     kinds = [(curve.type, curve.impact) for curve in found]
     assert len(set(kinds)) == len(kinds)
     assert {kind for kind, _ in kinds} == ({"SB", "GR"} if symmetric else {"SN", "PD", "GR"})
@@ -51,24 +56,27 @@ def test_the_curves_of_motions_with_one_impact_are_the_closed_form_s(stops):
 
 
 def test_a_motion_with_four_impacts_has_each_of_its_curves_once():
-    found = curves_of(1, 1, 1, -1, -1)
-    assert found.orbit.label == "1-2r-2l"
-    assert {curve.type for curve in found.curves} == {"SN", "SB", "NS", "GR"}
-    for number, curve in enumerate(found.curves):
+    start, curves = orbit_of_stops(1, 1, -1, -1), curves_of(1, 1, -1, -1)
+    assert start.label == "1-2r-2l"
+    assert {curve.type for curve in curves} == {"SN", "SB", "NS", "GR"}
+    over_omega = orbit_branch(DEFAULT, start, *WINDOW[0], "omega", 0.05, 500)
+    over_clearance = orbit_branch(DEFAULT, start, *WINDOW[1], "clearance", 0.05, 500)
+    special_points = [*over_clearance.special_points, *over_omega.special_points]
+    for number, curve in enumerate(curves):
         assert np.max(curve.residual) <= 1e-12
-        points = [p for branch in found.branches for p in branch.special_points if lies_on(p, curve)]
+        points = [p for p in special_points if lies_on(p, curve)]
         assert points
-        assert not any(lies_on(p, other) for p in points for other in found.curves[:number])
+        assert not any(lies_on(p, other) for p in points for other in curves[:number])
     # and every special point is on one of them, by its place in the plane too
-    for point in (p for branch in found.branches for p in branch.special_points if p.status == "converged"):
+    for point in (p for p in special_points if p.status == "converged"):
         near = [
             np.min(np.hypot(curve.omega - point.omega, curve.clearance - point.clearance))
-            for curve in found.curves
+            for curve in curves
             if lies_on(point, curve)
         ]
         assert len(near) == 1
         assert near[0] < 0.02  # points of a curve are as far apart
-    (turning,) = [c for c in found.curves if c.type == "NS" and np.all(c.admissible)]
+    (turning,) = [c for c in curves if c.type == "NS" and np.all(c.admissible)]
     orbit = orbit_on(DEFAULT, turning, len(turning.omega) // 2)
     run = monodromy(
         DEFAULT, orbit.omega, orbit.clearance, orbit.start.displacement, orbit.start.velocity, 0.0, period=1
@@ -81,8 +89,8 @@ def test_a_doubled_motion_leads_to_the_curve_at_which_it_appears():
     point = special(parent("PD"), "PD")
     (beyond,) = starts_beyond(DEFAULT, point)
     close = (point.omega - 2e-3, point.omega + 2e-3), (point.clearance - 5e-3, point.clearance + 5e-3)
-    found = motion_curves(DEFAULT, beyond.orbit(DEFAULT), *close)
-    (born,) = [c for c in found.curves if c.type == "PD" and c.period == 1]
+    found = motion_curves(DEFAULT, orbit_of(beyond), *close)
+    (born,) = [c for c in found if c.type == "PD" and c.period == 1]
     assert born.residual.max() <= 1e-14
     for omega, clearance in zip(born.omega, born.clearance, strict=True):
         known = one_impact_branch(DEFAULT, float(omega))
@@ -97,7 +105,7 @@ def test_a_motion_that_does_not_exist_in_a_window_is_not_found():
 
 
 def test_windows_that_do_not_contain_the_orbit_are_refused():
-    orbit = curves_of(1, 1).orbit
+    orbit = orbit_of_stops(1)
     for name, window in (("omega", ((0.3, 0.4), WINDOW[1])), ("clearance", (WINDOW[0], (0.1, 0.2)))):
         with pytest.raises(ParameterError) as refused:
             motion_curves(DEFAULT, orbit, *window)

@@ -14,7 +14,7 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.continuation.branch_switching import with_graze
+from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
 from grazemap_core.continuation.pseudo_arclength import follow_path
 from grazemap_core.continuation.special_points import SpecialPoint, SpecialType, neimark_sacker_test, on_unit_circle
@@ -211,9 +211,7 @@ def bifurcation_curve(
     if not 0.0 < longest_step <= 1.0:
         raise ParameterError("longest_step", "must lie between 0 and 1")
     checked_order("max_points", max_points, 1)
-    impacts, impact = point.impacts, point.impact
-    if point.type == "GR" and impact is None:
-        impacts, impact = with_graze(impacts, float(point.phase or 0.0), int(point.stop or 1))
+    impacts, impact = as_on_curve(point)
     family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
     path = BifurcationProblem(family, point, impacts.stops, impact)
     start = path.unknowns(impacts, path.fixed)

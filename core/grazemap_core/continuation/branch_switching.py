@@ -19,7 +19,6 @@ from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +40,6 @@ class OrbitStart:
     restitution: float
     impacts: ImpactSequence
     admissible: bool
-
-    def orbit(self, oscillator: Oscillator) -> PeriodicOrbit:
-        """Return the orbit, with this restitution in place of the oscillator's."""
-        return periodic_orbit(_with(oscillator, self.restitution), self.omega, self.clearance, self.impacts)
 
 
 def starts_beyond(
@@ -116,6 +111,13 @@ def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[Impact
         ),
         place,
     )
+
+
+def as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
+    """Return the impacts of a point as on its curve: with the contact that appears at a graze, and its number."""
+    if point.type != "GR" or point.impact is not None:
+        return point.impacts, point.impact
+    return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
 
 
 def _with(oscillator: Oscillator, restitution: float) -> Oscillator:

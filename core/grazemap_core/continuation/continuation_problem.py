@@ -242,14 +242,7 @@ class ContinuationProblem:
         kantorovich, _ = newton_kantorovich(problem, speeds, terms, scratch.newton)
         fold_test, doubling_test = self._determinants(problem, unknowns, derivatives)
         contact, excess, phase, stop = further_contact(
-            problem,
-            self.stops,
-            clearance,
-            phases,
-            speeds,
-            -math.inf,
-            scratch.flow_between,
-            scratch.contact,
+            problem, self.stops, clearance, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
         )
         return ContinuationPoint(
             unknowns=unknowns,

@@ -9,19 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from grazemap_core.continuation.bifurcation_curves import BifurcationCurve, bifurcation_curve
-from grazemap_core.continuation.branch_switching import merged, with_graze
-from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
+from grazemap_core.continuation.branch_switching import as_on_curve, merged
+from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.continuation_problem import Parameter
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import SAME_CURVE
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 
@@ -31,25 +30,6 @@ PLACES = (0.5, 0.25, 0.75)
 Window = tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class MotionCurves:
-    """The curves of one motion in a window.
-
-    Attributes
-    ----------
-    orbit : PeriodicOrbit
-        The orbit from which the search starts.
-    branches : (OrbitBranch, OrbitBranch)
-        Over clearance and over frequency.
-    curves : tuple of BifurcationCurve
-        In the order in which the branches meet them.
-    """
-
-    orbit: PeriodicOrbit
-    branches: tuple[OrbitBranch, OrbitBranch]
-    curves: tuple[BifurcationCurve, ...]
-
-
 def motion_curves(
     oscillator: Oscillator,
     orbit: PeriodicOrbit,
@@ -57,8 +37,8 @@ def motion_curves(
     clearance: Window,
     longest_step: float = 0.05,
     max_points: int = 500,
-) -> MotionCurves:
-    """Return the curves of an orbit's special points inside a window.
+) -> list[BifurcationCurve]:
+    """Return the curves of an orbit's special points inside a window, in the order in which its branches meet them.
 
     Parameters
     ----------
@@ -83,15 +63,15 @@ def motion_curves(
     for name, value in (("omega", orbit.omega), ("clearance", orbit.clearance)):
         if not ranges[name][0] <= value <= ranges[name][1]:  # type: ignore[index]
             raise ParameterError(name, "must contain that of the orbit")
-    first, second = (
+    branches = [
         orbit_branch(oscillator, orbit, *bounds, name, longest_step, max_points) for name, bounds in ranges.items()
-    )
+    ]
     curves: list[BifurcationCurve] = []
-    for special in (*first.special_points, *second.special_points):
+    for special in (point for branch in branches for point in branch.special_points):
         point = followable(oscillator, special)
         if point is not None and not any(lies_on(point, curve) for curve in curves):
             curves.append(bifurcation_curve(oscillator, point, omega, clearance, longest_step, max_points))
-    return MotionCurves(orbit, (first, second), tuple(curves))
+    return curves
 
 
 def orbit_in_window(
@@ -124,7 +104,7 @@ def orbit_in_window(
 
 def lies_on(point: SpecialPoint, curve: BifurcationCurve) -> bool:
     """Return whether a special point lies on a curve: it has the curve's type, and its orbit is one of the curve's."""
-    impacts, number = _as_on_curve(point)
+    impacts, number = as_on_curve(point)
     if point.type != curve.type or number != curve.impact or not np.array_equal(impacts.stops, curve.stops):
         return False
     if (impacts.period, impacts.symmetric) != (curve.period, curve.symmetric):
@@ -153,13 +133,6 @@ def _distance_from_origin(path: np.ndarray[tuple[int, ...], np.dtype[np.float64]
     length = np.einsum("ij,ij->i", side, side)
     share = np.clip(-np.einsum("ij,ij->i", here, side) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
     return float(np.min(np.linalg.norm(here + share[:, None] * side, axis=1)))
-
-
-def _as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
-    """Return the impacts of a point in the form of its curve: with the contact that appears at a graze."""
-    if point.type != "GR" or point.impact is not None:
-        return point.impacts, point.impact
-    return with_graze(point.impacts, float(point.phase or 0.0), int(point.stop or 1))
 
 
 def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | None:

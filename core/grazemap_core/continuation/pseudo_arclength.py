@@ -10,15 +10,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.continuation import tolerances
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
-from grazemap_core.continuation.tolerances import (
-    FAST_NEWTON_STEPS,
-    FIRST_STEP,
-    MIN_CLOSED_POINTS,
-    MIN_TANGENT_COSINE,
-    PATH_MIN_STEP,
-    STEP_GROWTH,
-)
 
 ENDS = {
     "range": "a parameter reaches the end of its range",
@@ -43,14 +36,14 @@ def follow_path(
     path: ContinuationProblem, start: Floats, tangent: Floats, bounds: Bounds, longest: float, most: int, visit: Visit
 ) -> str:
     """Follow a path one way from a point, and return why it ends, a key of `ENDS`."""
-    here, step, begun = start, FIRST_STEP * longest, tangent
+    here, step, begun = start, tolerances.FIRST_STEP * longest, tangent
     number = 0
     while number < most:
         found = path.correct(here + step * tangent, tangent)
         following = path.tangent(found[0], tangent) if found is not None else None
-        if found is None or following is None or float(following @ tangent) < MIN_TANGENT_COSINE:
+        if found is None or following is None or float(following @ tangent) < tolerances.MIN_TANGENT_COSINE:
             step *= 0.5
-            if step < PATH_MIN_STEP:
+            if step < tolerances.PATH_MIN_STEP:
                 return "singular" if found is not None and following is None else "step"
             continue
         unknowns, steps = found
@@ -62,9 +55,11 @@ def follow_path(
             normal = np.zeros(len(guess))
             normal[index] = 1.0
             at_bound = path.correct(guess, normal)
-            if at_bound is None or (step > PATH_MIN_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step):
+            if at_bound is None or (
+                step > tolerances.PATH_MIN_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step
+            ):
                 step *= 0.5  # the parameter turns near the end of the range
-                if step < PATH_MIN_STEP:
+                if step < tolerances.PATH_MIN_STEP:
                     return "range"
                 continue
             unknowns = at_bound[0]
@@ -78,10 +73,14 @@ def follow_path(
             return reason or "range"
         here, tangent = unknowns, following
         apart = float(np.linalg.norm(here - start))
-        if number >= MIN_CLOSED_POINTS and apart < step and float(tangent @ begun) > MIN_TANGENT_COSINE:
+        if (
+            number >= tolerances.MIN_CLOSED_POINTS
+            and apart < step
+            and float(tangent @ begun) > tolerances.MIN_TANGENT_COSINE
+        ):
             return "closed"
-        if steps <= FAST_NEWTON_STEPS:
-            step = min(step * STEP_GROWTH, longest)
+        if steps <= tolerances.FAST_NEWTON_STEPS:
+            step = min(step * tolerances.STEP_GROWTH, longest)
     return "points"
 
 

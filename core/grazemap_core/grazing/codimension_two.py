@@ -16,7 +16,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
@@ -248,18 +247,13 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
             raise ParameterError(
                 "omega", "the interval holds too many zeros to search; raise start, or lower max_order or max_multiple"
             )
-        residuals = _residuals(response, kind, times[:, 0])
+        value, _, _, terms = evaluate(response, times[:, 0], kind, shift=response.slowest)
+        residuals = np.abs(value) / terms
         zeros += [
             _Zero(float(time), float(width), "near-double" if what == NEAR_DOUBLE else "simple", float(residual))
             for (time, width), what, residual in zip(times, kinds, residuals, strict=True)
         ]
     return zeros
-
-
-def _residuals(response: ImpulseResponse, kind: int, times: Floats) -> Floats:
-    """Return the modulus of the function over the sum of the amplitudes of its blocks."""
-    value, _, _, terms = evaluate(response, times, kind, shift=response.slowest)
-    return np.abs(value) / terms
 
 
 def _merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -30,10 +30,6 @@ class ExactMapping:
         The image, relative to the grazing point.
     displacement : ndarray of shape (2N + 1,)
         The image minus the state, to full relative accuracy.
-    time_to_stop : float
-        Time of the impact, < 0, relative to the state.
-    time_to_rest : float
-        Time from the impact to the image, <= 0: backward again.
     impact : ndarray of shape (2N + 1,)
         Deviation just before the impact. Its x_1 is that of the stop, ``-stop depth``.
     velocity : float
@@ -42,8 +38,6 @@ class ExactMapping:
 
     deviation: Floats
     displacement: Floats
-    time_to_stop: float
-    time_to_rest: float
     impact: Floats
     velocity: float
 
@@ -232,7 +226,7 @@ def _exact(point: GrazingPoint, deviation: Floats, overshoot: float, depth: floa
     # mass 1 is on the surface; its overshoot is its displacement from the stop
     beyond = point.stop * again * (again * end.curve - restitution * velocity)
     displacement[0], displacement[1] = point.stop * (beyond - overshoot), 0.0
-    return ExactMapping(deviation + displacement, displacement, back, again, impact, velocity)
+    return ExactMapping(deviation + displacement, displacement, impact, velocity)
 
 
 def _change(point: GrazingPoint, flow: BackwardFlow, gained: Floats, phase: float, time: float) -> Floats:

@@ -75,11 +75,8 @@ class GrazingPoint:
 
     def size(self, deviation: Floats) -> float:
         """Return the largest entry of a deviation in units of clearance, omega clearance and radians."""
-        return float(np.max(np.abs(deviation) * self._weights()))
-
-    def _weights(self) -> Floats:
         pair = [1.0 / self.clearance, 1.0 / (self.omega * self.clearance)]
-        return np.array([*(pair * self.oscillator.size), 1.0])
+        return float(np.max(np.abs(deviation) * np.array([*(pair * self.oscillator.size), 1.0])))
 
     def steady_change(self, turn: float, phase: float = 0.0) -> Floats:
         """Return the change of the steady motion, shape (2N + 1,), as theta advances by `turn` from `phase`.

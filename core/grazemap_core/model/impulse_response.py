@@ -84,11 +84,5 @@ def evaluate(
         `terms` is the sum of the amplitudes of the blocks.
     """
     points = np.ascontiguousarray(times, dtype=np.float64)
-    result = response_sum(
-        kind,
-        response.blocks,
-        response.conditioning,
-        shift,
-        points,
-    )
+    result = response_sum(kind, response.blocks, response.conditioning, shift, points)
     return result[:, 0], result[:, 1], result[:, 2], result[:, 3]

@@ -15,15 +15,9 @@ from fractions import Fraction
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.model import tolerances
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.kernels.chain_residual import invariance_residual
-from grazemap_core.model.tolerances import (
-    MODAL_CONDITION_LIMIT,
-    MODAL_REFINEMENT_GOAL,
-    MODAL_REFINEMENT_REACH,
-    MODAL_REFINEMENT_STEPS,
-    REFINEMENT_CONDITION_FACTOR,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +49,10 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
     """
     count = len(decay)
     weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
-    previous = MODAL_REFINEMENT_REACH
+    previous = tolerances.MODAL_REFINEMENT_REACH
     conditioning = np.inf
     discriminant = frequency_squared - decay**2
-    for _ in range(MODAL_REFINEMENT_STEPS):
+    for _ in range(tolerances.MODAL_REFINEMENT_STEPS):
         residual = invariance_residual(
             chain.masses,
             chain.stiffnesses,
@@ -76,7 +70,7 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
             break
         unit = energy / lengths
         conditioning = float(np.linalg.cond(unit)) if np.all(np.isfinite(unit)) else np.inf
-        if not conditioning <= REFINEMENT_CONDITION_FACTOR * MODAL_CONDITION_LIMIT:
+        if not conditioning <= tolerances.REFINEMENT_CONDITION_FACTOR * tolerances.MODAL_CONDITION_LIMIT:
             break
         error = np.linalg.solve(unit, weights[:, None] * residual / lengths)
         update = _off_diagonal_update(error, frequency_squared, decay, lengths)
@@ -86,7 +80,9 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
             break
         frequency = np.sqrt(frequency_squared)
         size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
-        if not size <= MODAL_REFINEMENT_REACH:  # too far for Newton's method, or two blocks with the same exponents
+        if (
+            not size <= tolerances.MODAL_REFINEMENT_REACH
+        ):  # too far for Newton's method, or two blocks with the same exponents
             conditioning = np.inf
             break
 
@@ -102,7 +98,7 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
         change = (unit @ update) * lengths / weights[:, None]
         change[:, 0::2] += columns[:, 0::2] * e12 - columns[:, 1::2] * e11
         columns = columns + change
-        if size <= MODAL_REFINEMENT_GOAL or size > 0.5 * previous:
+        if size <= tolerances.MODAL_REFINEMENT_GOAL or size > 0.5 * previous:
             break
         previous = size
     return Blocks(frequency_squared, decay, discriminant, columns, conditioning)

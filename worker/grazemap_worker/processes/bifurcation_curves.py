@@ -94,7 +94,7 @@ def _continued(
     from grazemap_core.continuation.motion_curves import motion_curves
 
     solved_for = len(orbit.impacts.half().stops if orbit.symmetric else orbit.impacts.stops)
-    for curve in motion_curves(oscillator, orbit, *_window(request)).curves:
+    for curve in motion_curves(oscillator, orbit, *_window(request)):
         further = curve.impact is not None and len(curve.stops) > solved_for
         yield from _pieces(curve, number, further)
 

@@ -26,22 +26,12 @@ from grazemap_core.continuation.continuation_problem import Parameter
 from grazemap_core.continuation.motion_curves import followable
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
+from grazemap_core.maps import tolerances
 from grazemap_core.maps.borders.border_lines import Line, nearest, positions
 from grazemap_core.maps.borders.motion_grid import NO_NAME, Grid, Name, Point
-from grazemap_core.maps.borders.progress import BorderProgress, Report
+from grazemap_core.maps.borders.progress import ACROSS, COEXISTING, CURVES, BorderProgress, Report
 from grazemap_core.maps.borders.region import Region
 from grazemap_core.maps.borders.region_orbits import NO_REGION, Regions
-from grazemap_core.maps.tolerances import (
-    BORDER_FEWEST,
-    BORDER_LEAST_IMPACTS,
-    BORDER_MARGIN,
-    BORDER_REACH,
-    BORDER_STEP,
-    BORDER_WORK,
-    BORDERS_WORK,
-    END_OF_RANGE,
-    SAME_SPEED,
-)
 from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -139,11 +129,6 @@ class MapBorders:
     without_orbit: Booleans
     irregular_pairs: int
 
-    def count(self, explanation: str, regular: bool = True) -> int:
-        """Return how many pairs have an explanation, a member of EXPLANATIONS."""
-        chosen = (self.explanation == EXPLANATIONS.index(explanation)) & (self.regular == regular)
-        return int(np.count_nonzero(chosen))
-
 
 def map_borders(
     oscillator: Oscillator,
@@ -234,7 +219,7 @@ class _Explaining:
                     self.known[i, side] = True
                     jobs.setdefault((number, other[1]), []).append((i, side, point, other))
         for done, ((number, column), members) in enumerate(jobs.items()):
-            self.progress.across(done / len(jobs))
+            self.progress.stage(ACROSS, done / len(jobs))
             region = self.regions.found[number]
             rows = np.array([other[0] for *_, other in members])
             got = region.solve(column, rows, [region.orbits[point] for _, _, point, _ in members])
@@ -248,7 +233,7 @@ class _Explaining:
         """Explain the borders, those of periodic motions first."""
         both = np.flatnonzero(self.regular & ~np.any(self.ends, axis=1) & np.all(self.known, axis=1)).tolist()
         for done, place in enumerate(both):
-            self.progress.coexisting(done / len(both))
+            self.progress.stage(COEXISTING, done / len(both))
             for side in (0, 1):
                 self._follow_across(place, side)
         self._take_grazing_curve()
@@ -261,7 +246,7 @@ class _Explaining:
                         self._end(i, side, number, chosen)
                     if self._waits(i, side):
                         self.reason[i, side] = _BREAKS_OFF
-                    self.progress.curves(1.0 - float(np.sum(weight[self._all_waiting])) / whole)
+                    self.progress.stage(CURVES, 1.0 - float(np.sum(weight[self._all_waiting])) / whole)
 
     @property
     def _all_waiting(self) -> Booleans:
@@ -316,7 +301,7 @@ class _Explaining:
         line = Line(positions(self.grid.clearance, curve.clearance), positions(self.grid.omega, curve.omega))
         distance = nearest(line, curve.admissible, 0.5 * (first + second))
         for i, apart in zip(members, distance.tolist(), strict=True):
-            if apart <= BORDER_REACH:
+            if apart <= tolerances.BORDER_REACH:
                 self.curve[i], self.distance[i] = len(self.curves) - 1, apart
 
     def _orbits(self, each: int, reason: Integers) -> int:
@@ -324,11 +309,11 @@ class _Explaining:
 
         If there are none, `reason`, of one side of a pair, is modified in place.
         """
-        if self.spent >= BORDERS_WORK:
+        if self.spent >= tolerances.BORDERS_WORK:
             reason[...] = _ALL_SPENT
             return 0
-        most = min(_CURVE_POINTS, BORDER_WORK // each)
-        if most < BORDER_FEWEST:
+        most = min(_CURVE_POINTS, tolerances.BORDER_WORK // each)
+        if most < tolerances.BORDER_FEWEST:
             reason[...] = _TOO_LONG
             return 0
         return most
@@ -376,7 +361,7 @@ class _Explaining:
                 self.grid.oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
             )
             self.spent += len(branch.values) * _an_orbit(len(region.stops))
-            arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= END_OF_RANGE * there
+            arrives = abs(float(branch.values[-1 if rises else 0]) - there) <= tolerances.END_OF_RANGE * there
             if arrives or branch.special_points:
                 break
         special = branch.special_points if rises else branch.special_points[::-1]
@@ -412,13 +397,13 @@ class _Explaining:
         low, high = min(places), max(places)
         before = values[max(low, 1)] - values[max(low, 1) - 1]
         after = values[min(high + 1, len(values) - 1)] - values[min(high + 1, len(values) - 1) - 1]
-        least = max(float(values[low] - BORDER_MARGIN * before), 0.5 * float(values[low]))
-        return least, float(values[high] + BORDER_MARGIN * after)
+        least = max(float(values[low] - tolerances.BORDER_MARGIN * before), 0.5 * float(values[low]))
+        return least, float(values[high] + tolerances.BORDER_MARGIN * after)
 
     def _longest_step(self) -> float:
         """Return the longest step along a branch or a curve, relative as their units are."""
         steps = [float(np.max(np.diff(values) / values[:-1])) for values in (self.grid.omega, self.grid.clearance)]
-        return min(_BRANCH_STEP, BORDER_STEP * max(steps))
+        return min(_BRANCH_STEP, tolerances.BORDER_STEP * max(steps))
 
     def result(self, kind: NDArray[np.int8]) -> MapBorders:
         """Return the borders; a pair without a curve, whose motions are not known at both points, is unexplained."""
@@ -451,7 +436,7 @@ class _Explaining:
 
 def _an_orbit(impacts: int) -> int:
     """Return the cost of following one orbit, in the units of `BORDER_WORK`."""
-    return max(impacts, BORDER_LEAST_IMPACTS) ** 2
+    return max(impacts, tolerances.BORDER_LEAST_IMPACTS) ** 2
 
 
 def _is_one(other: Region | None, place: Point, region: Region, velocities: Floats) -> bool:
@@ -460,5 +445,5 @@ def _is_one(other: Region | None, place: Point, region: Region, velocities: Floa
         return False
     speeds = [np.sort(np.abs(one)) for one in (other.orbits[place][1], velocities)]
     return len(speeds[0]) == len(speeds[1]) and bool(
-        np.all(np.abs(speeds[0] - speeds[1]) <= SAME_SPEED * float(np.max(speeds[1])))
+        np.all(np.abs(speeds[0] - speeds[1]) <= tolerances.SAME_SPEED * float(np.max(speeds[1])))
     )

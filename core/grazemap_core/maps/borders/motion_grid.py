@@ -99,7 +99,10 @@ class Grid(NamedTuple):
         found, places = np.unique(codes[periodic], axis=0, return_inverse=True)
         name = np.full(periodic.shape, NO_NAME, dtype=np.int64)
         name[periodic] = places.ravel()
-        names = tuple(_name(*code) for code in found.tolist())
+        names = tuple(
+            Name(period, more, fewer, bool(symmetric), bool(sticking))
+            for period, more, fewer, symmetric, sticking in found.tolist()
+        )
         slowest = np.nan_to_num(arrays["least_impact_velocity"])
         return cls(oscillator, omega, clearance, names, name, slowest, arrays["settled_after"].astype(np.int64))
 
@@ -113,19 +116,10 @@ class Grid(NamedTuple):
         return float(self.omega[point[1]]), float(self.clearance[point[0]])
 
 
-def _name(period: int, more: int, fewer: int, symmetric: int, sticking: int) -> Name:
-    return Name(period, more, fewer, bool(symmetric), bool(sticking))
-
-
 def name_of(code: Integers) -> Name | None:
     """Return the name that codes of `kernels.lane_state` stand for; None unless the motion is periodic."""
     if code[lane_state.REASON] != RESOLVED:
         return None
     impacts = int(code[lane_state.IMPACTS_RIGHT]), int(code[lane_state.IMPACTS_LEFT])
-    return _name(
-        int(code[lane_state.PERIOD]),
-        max(impacts),
-        min(impacts),
-        int(code[lane_state.SYMMETRIC]),
-        int(code[lane_state.STICKING]),
-    )
+    symmetric, sticking = bool(code[lane_state.SYMMETRIC]), bool(code[lane_state.STICKING])
+    return Name(int(code[lane_state.PERIOD]), max(impacts), min(impacts), symmetric, sticking)

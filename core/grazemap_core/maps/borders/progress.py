@@ -14,10 +14,17 @@ Report = Callable[[int, int], object]
 TOTAL: Final = 1000
 """Number of steps of the whole."""
 
-_REGIONS, _ACROSS, _COEXISTING = 0.05, 0.2, 0.3
-"""Share of the whole that is done at the end of each stage but the last. The stages find the orbits of all points,
-solve for those of border pairs at the other point, follow the motions that exist at both points, and follow the motions
-that end to their curves. The last stage is the longest, unless a map is fine and its motions are few."""
+Stage = tuple[float, float]
+"""Shares of the whole that are done at the beginning and at the end of a stage."""
+
+REGIONS: Final[Stage] = (0.0, 0.05)
+"""The orbits of all points are found."""
+ACROSS: Final[Stage] = (0.05, 0.2)
+"""The orbits of border pairs are solved for at the other point."""
+COEXISTING: Final[Stage] = (0.2, 0.3)
+"""The motions that exist at both points are followed."""
+CURVES: Final[Stage] = (0.3, 1.0)
+"""The motions that end are followed to their curves. This takes longest, unless a map is fine and its motions few."""
 
 
 class BorderProgress:
@@ -28,24 +35,9 @@ class BorderProgress:
         self._report = report
         self._reported = 0
 
-    def regions(self, share: float) -> None:
-        """Report the share of the points that have been searched."""
-        self._report_share(_REGIONS * share)
-
-    def across(self, share: float) -> None:
-        """Report the share of the border pairs that have been solved for at the other point."""
-        self._report_share(_REGIONS + (_ACROSS - _REGIONS) * share)
-
-    def coexisting(self, share: float) -> None:
-        """Report the share of the pairs with both motions at both points that have been followed."""
-        self._report_share(_ACROSS + (_COEXISTING - _ACROSS) * share)
-
-    def curves(self, share: float) -> None:
-        """Report the share of the borders at which a motion ends that are explained, or given up."""
-        self._report_share(_COEXISTING + (1.0 - _COEXISTING) * share)
-
-    def _report_share(self, share: float) -> None:
-        done = min(int(TOTAL * share), TOTAL - 1)
+    def stage(self, stage: Stage, share: float) -> None:
+        """Report the share of a stage that is done."""
+        done = min(int(TOTAL * (stage[0] + (stage[1] - stage[0]) * share)), TOTAL - 1)
         if self._report is not None and done > self._reported:
             self._reported = done
             self._report(done, TOTAL)

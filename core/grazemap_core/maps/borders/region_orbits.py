@@ -18,7 +18,7 @@ import numpy as np
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.borders.motion_grid import Grid, Name, Point, name_of
-from grazemap_core.maps.borders.progress import BorderProgress
+from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
 from grazemap_core.maps.borders.region import Equations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.settling import Settler, Settling
@@ -86,7 +86,7 @@ class Regions:
 
     def _evaluate_at(self, points: int) -> None:
         self._looked_at += points
-        self._progress.regions(self._looked_at / self._all)
+        self._progress.stage(REGIONS, self._looked_at / self._all)
 
     def _begun(self, point: Point, name: Name) -> Region | None:
         """Return a region with its first orbit."""

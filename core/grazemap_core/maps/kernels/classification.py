@@ -47,35 +47,8 @@ from grazemap_core.codes import (
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
 from grazemap_core.contact.kernels.workspace import ANCHOR, OK, ROWS
+from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column
-from grazemap_core.maps.kernels.lane_state import (
-    COUNTED_IMPACTS,
-    DEADLINE,
-    ENDING,
-    EVENTS_FROM,
-    GROWING,
-    GROWTH,
-    IMPACTS_LEFT,
-    IMPACTS_RIGHT,
-    LEAST_VELOCITY,
-    LYAPUNOV,
-    LYAPUNOV_ERROR,
-    MEAN_POSITION,
-    MEAN_VELOCITY,
-    MULTIPLIER,
-    PERIOD,
-    REASON,
-    REPEATING,
-    RETURN_GOAL,
-    SETTLED_AFTER,
-    SETTLING,
-    STARTED,
-    STATE,
-    STICKING,
-    SYMMETRIC,
-    TRAJECTORY,
-    UNVERIFIED,
-)
 from grazemap_core.maps.kernels.lane_tangents import (
     ALL,
     PAIR,
@@ -113,7 +86,7 @@ def empty_full_events(column: Column, k: int, used: int) -> None:
     for lane in range(used):
         if cursor[lane, ROWS] > capacity - HALF_PERIOD_EVENTS:
             cursor[lane, ROWS] = 0
-            counts[lane, EVENTS_FROM] = k
+            counts[lane, lane_state.EVENTS_FROM] = k
 
 
 @kernel
@@ -122,8 +95,9 @@ def start_growth(column: Column, k: int, used: int) -> None:
     counts, task = column.records.counts, column.task
     after = 2 * task.max_periods - task.growth_halves
     for lane in range(used):
-        if counts[lane, STATE] == SETTLING and k - counts[lane, STARTED] == after and counts[lane, TRAJECTORY] >= 0:
-            counts[lane, STATE] = GROWING
+        taken = counts[lane, lane_state.TRAJECTORY] >= 0 and counts[lane, lane_state.STATE] == lane_state.SETTLING
+        if taken and k - counts[lane, lane_state.STARTED] == after:
+            counts[lane, lane_state.STATE] = lane_state.GROWING
             begin_growth_of(column.model.problem, column.tangents, lane)
 
 
@@ -140,16 +114,16 @@ def classify_lane(column: Column, lane: int, k: int, returned: int, closed: bool
         Whether it has returned to CLOSING_GOAL.
     """
     group, counts = column.group, column.records.counts[lane]
-    state = counts[STATE]
+    state = counts[lane_state.STATE]
     finished = True
-    if state in (SETTLING, GROWING):
+    if state in (lane_state.SETTLING, lane_state.GROWING):
         finished = _classify_settling(column, lane, k, returned, closed)
-    elif state == REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
-        results, trajectory = column.results, counts[TRAJECTORY]
+    elif state == lane_state.REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
+        results, trajectory = column.results, counts[lane_state.TRAJECTORY]
         multiplier = multiplier_of_lane(column.model.problem, column.tangents, lane)
         _write_multiplier(results.codes[trajectory], results.figures[trajectory], multiplier)
-    if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != ENDING:
-        counts[STATE], counts[DEADLINE] = ENDING, k + 1
+    if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != lane_state.ENDING:
+        counts[lane_state.STATE], counts[lane_state.DEADLINE] = lane_state.ENDING, k + 1
         return False
     return finished
 
@@ -158,12 +132,12 @@ def classify_lane(column: Column, lane: int, k: int, returned: int, closed: bool
 def _classify_settling(column: Column, lane: int, k: int, returned: int, closed: bool) -> bool:
     """Classify a lane that is SETTLING or GROWING. Returns whether its trajectory is finished."""
     task, group, counts = column.task, column.group, column.records.counts[lane]
-    trajectory = counts[TRAJECTORY]
+    trajectory = counts[lane_state.TRAJECTORY]
     codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
-    halves = k - counts[STARTED]
+    halves = k - counts[lane_state.STARTED]
     last = halves >= 2 * task.max_periods
     problem, clearance, reach = column.model.problem, group.clearance[lane], group.reach[lane]
-    if group.status[lane] != OK or column.records.sizes[lane, COUNTED_IMPACTS] > SETTLING_IMPACTS:
+    if group.status[lane] != OK or column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
         _write_motion(codes, figures, (reason, 0, 0, 0, False, np.inf, False), -1, RESOLVED)
         return True
@@ -188,7 +162,7 @@ def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool
     """Verify the orbit that a lane approaches, if there is one. Returns whether it is verified."""
     problem, group = column.model.problem, column.group
     counts, sizes = column.records.counts[lane], column.records.sizes[lane]
-    sought = column.blocks.verifiable and sizes[RETURN_GOAL] > CLOSING_GOAL
+    sought = column.blocks.verifiable and sizes[lane_state.RETURN_GOAL] > CLOSING_GOAL
     if not (sought and returned > 0 and group.regime[lane] != RESTING):
         return False
     distance = orbit_nearby(problem, column.history, lane, k, returned, column.task.max_period, group.clearance[lane])
@@ -196,11 +170,11 @@ def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool
         return False
     verified = _verify(column, lane, k, returned, max(distance, LIMIT_DISTANCE))
     if verified.reason == RESOLVED:
-        trajectory = counts[TRAJECTORY]
+        trajectory = counts[lane_state.TRAJECTORY]
         codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
-        _write_verified(codes, figures, verified, (k - counts[STARTED] + 1) // 2)
+        _write_verified(codes, figures, verified, (k - counts[lane_state.STARTED] + 1) // 2)
         return True
-    sizes[RETURN_GOAL] = max(APPROACH_RETRY * sizes[RETURN_GOAL], CLOSING_GOAL)
+    sizes[lane_state.RETURN_GOAL] = max(APPROACH_RETRY * sizes[lane_state.RETURN_GOAL], CLOSING_GOAL)
     return False
 
 
@@ -212,9 +186,10 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> b
     """
     _, period, right, left, symmetric, _, sticking = motion
     counts = column.records.counts[lane]
-    codes, figures = column.results.codes[counts[TRAJECTORY]], column.results.figures[counts[TRAJECTORY]]
+    trajectory = counts[lane_state.TRAJECTORY]
+    codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
     window = period if symmetric else 2 * period  # half periods after which z returns
-    after = max(0, (k - counts[STARTED] - 3 * window + 1) // 2)
+    after = max(0, (k - counts[lane_state.STARTED] - 3 * window + 1) // 2)
     if right == -1 and left == -1:
         unverified = GRAZE_UNRESOLVED  # otherwise the envelope would lie between the stops
     elif sticking or right == INFINITE or left == INFINITE or column.group.regime[lane] == RESTING:
@@ -230,8 +205,8 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> b
     if column.task.growth_halves == 0:
         return True
     begin_matrix_of(column.tangents, lane)
-    counts[STATE] = REPEATING
-    counts[DEADLINE] = k + window
+    counts[lane_state.STATE] = lane_state.REPEATING
+    counts[lane_state.DEADLINE] = k + window
     return False
 
 
@@ -246,7 +221,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
     if not blocks.verifiable:
         return verify(problem, blocks, scratch, clearance, plain(0), length, distance)
-    recorded = column.records.counts[lane, EVENTS_FROM] <= k - length and rows <= events.shape[0]
+    recorded = column.records.counts[lane, lane_state.EVENTS_FROM] <= k - length and rows <= events.shape[0]
     if recorded:
         count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
     else:
@@ -275,30 +250,27 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
 def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: int, unverified: int) -> None:
     """Write the name of a motion, or why it has none; multiplier, exponent and means are not known yet."""
     reason, period, right, left, symmetric, least, sticking = motion
-    codes[REASON] = reason
-    codes[PERIOD] = period
-    codes[IMPACTS_RIGHT] = right
-    codes[IMPACTS_LEFT] = left
-    codes[SYMMETRIC] = 1 if symmetric else 0
-    codes[SETTLED_AFTER] = after
-    codes[STICKING] = 1 if sticking else 0
-    codes[GROWTH] = GROWTH_UNDECIDED
-    codes[UNVERIFIED] = unverified
-    figures[LEAST_VELOCITY] = least if np.isfinite(least) else np.nan
-    figures[MULTIPLIER] = np.nan
-    figures[LYAPUNOV] = np.nan
-    figures[LYAPUNOV_ERROR] = np.nan
-    figures[MEAN_POSITION] = np.nan
-    figures[MEAN_VELOCITY] = np.nan
+    codes[lane_state.REASON] = reason
+    codes[lane_state.PERIOD] = period
+    codes[lane_state.IMPACTS_RIGHT] = right
+    codes[lane_state.IMPACTS_LEFT] = left
+    codes[lane_state.SYMMETRIC] = 1 if symmetric else 0
+    codes[lane_state.SETTLED_AFTER] = after
+    codes[lane_state.STICKING] = 1 if sticking else 0
+    codes[lane_state.GROWTH] = GROWTH_UNDECIDED
+    codes[lane_state.UNVERIFIED] = unverified
+    figures[:] = np.nan
+    if np.isfinite(least):
+        figures[lane_state.LEAST_VELOCITY] = least
 
 
 @kernel
 def _write_free_motion(problem: CellProblem, codes: Integers, figures: Floats, after: int) -> None:
     """Write the steady motion without contacts, which attracts all others once no contact is possible any more."""
     _write_motion(codes, figures, (RESOLVED, 1, -1, -1, True, np.inf, False), after, RESOLVED)
-    figures[MEAN_POSITION], figures[MEAN_VELOCITY] = 0.0, 0.0
-    figures[LYAPUNOV] = _free_exponent(problem)
-    figures[MULTIPLIER] = math.exp(figures[LYAPUNOV])
+    figures[lane_state.MEAN_POSITION], figures[lane_state.MEAN_VELOCITY] = 0.0, 0.0
+    figures[lane_state.LYAPUNOV] = _free_exponent(problem)
+    figures[lane_state.MULTIPLIER] = math.exp(figures[lane_state.LYAPUNOV])
 
 
 @kernel
@@ -326,24 +298,26 @@ def _write_verified(codes: Integers, figures: Floats, verified: Verification, af
         codes, figures, (RESOLVED, period, right, left, symmetric, verified.min_impact_speed, False), after, RESOLVED
     )
     _write_multiplier(codes, figures, verified.multiplier)
-    figures[MEAN_POSITION], figures[MEAN_VELOCITY] = verified.mean_position, verified.mean_velocity
+    figures[lane_state.MEAN_POSITION] = verified.mean_position
+    figures[lane_state.MEAN_VELOCITY] = verified.mean_velocity
 
 
 @kernel
 def _write_mean(column: Column, codes: Integers, figures: Floats, lane: int, k: int) -> None:
     """Write the mean position and velocity of the motion that was named."""
     problem, clearance = column.model.problem, column.group.clearance[lane]
-    x, v = mean_section(problem, column.history, lane, k, codes[PERIOD])
-    figures[MEAN_POSITION] = x / clearance
-    figures[MEAN_VELOCITY] = v / (problem.omega * clearance)
+    x, v = mean_section(problem, column.history, lane, k, codes[lane_state.PERIOD])
+    figures[lane_state.MEAN_POSITION] = x / clearance
+    figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * clearance)
 
 
 @kernel
 def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> None:
     """Write the multiplier and the exponent of a motion from that of the half period map after which z returns."""
-    halves = 2.0 if codes[SYMMETRIC] != 0 else 1.0
-    figures[MULTIPLIER] = multiplier**halves
-    figures[LYAPUNOV] = halves * np.log(multiplier) / codes[PERIOD]  # a square may be too small for a number
+    halves = 2.0 if codes[lane_state.SYMMETRIC] != 0 else 1.0
+    figures[lane_state.MULTIPLIER] = multiplier**halves
+    # a square may be too small for a number
+    figures[lane_state.LYAPUNOV] = halves * np.log(multiplier) / codes[lane_state.PERIOD]
 
 
 @kernel
@@ -353,6 +327,6 @@ def _write_growth(column: Column, codes: Integers, figures: Floats, lane: int) -
     if tangents.carried[lane] != PAIR or tangents.grown[lane] != task.growth_halves:
         return
     growth, exponent, error = growth_of_lane(problem, column.group.clearance[lane], task.growth_skipped, tangents, lane)
-    codes[GROWTH] = growth
-    figures[LYAPUNOV] = exponent * problem.step * problem.cells
-    figures[LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan
+    codes[lane_state.GROWTH] = growth
+    figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells
+    figures[lane_state.LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan

@@ -27,17 +27,7 @@ from grazemap_core.maps.kernels.tangent_pairs import PairBatch, carry_pairs, pai
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
-from grazemap_core.simulation.kernels.lyapunov import (
-    Tangents,
-    begin_growth,
-    begin_matrix,
-    classify_growth,
-    leading_multiplier,
-    orthonormalise,
-)
-from grazemap_core.simulation.kernels.lyapunov import (
-    tangents as tangent_scratch,
-)
+from grazemap_core.simulation.kernels import lyapunov
 from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
 
 RECORDED_IMPACTS = MAX_VERIFIED_IMPACTS + HALF_PERIOD_EVENTS
@@ -82,7 +72,7 @@ class LaneTangents(NamedTuple):
     resting: Floats
     since: Floats
     batch: PairBatch
-    scratch: Tangents
+    scratch: lyapunov.Tangents
     work: Workspace
 
 
@@ -103,15 +93,15 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
         batch=pair_batch(decay, frequency_squared),
-        scratch=tangent_scratch(masses, (halves + 1) // 2),
+        scratch=lyapunov.tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_EVENTS),
     )
 
 
 @kernel
-def tangents_of_lane(tangents: LaneTangents, lane: int) -> Tangents:
+def tangents_of_lane(tangents: LaneTangents, lane: int) -> lyapunov.Tangents:
     """Return the changes along one lane as the argument of functions of `lyapunov`."""
-    return Tangents(
+    return lyapunov.Tangents(
         tangents.full[lane],
         tangents.scratch.eigen,
         tangents.pair[lane],
@@ -203,7 +193,7 @@ def _orthonormalise_pair(
     k, halves = tangents.grown[lane], tangents.growth.shape[1]
     if k >= halves:
         return
-    orthonormalise(problem.frequency, tangents.pair[lane], tangents.growth[lane, k])
+    lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], tangents.growth[lane, k])
     tangents.grown[lane] = k + 1
     if k >= skipped:
         moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
@@ -297,7 +287,7 @@ def _carry_batch(
 def begin_matrix_of(tangents: LaneTangents, lane: int) -> None:
     """Start propagating a basis of all changes of the state along a lane."""
     tangents.carried[lane] = ALL
-    begin_matrix(tangents_of_lane(tangents, lane))
+    lyapunov.begin_matrix(tangents_of_lane(tangents, lane))
 
 
 @kernel
@@ -305,13 +295,13 @@ def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> 
     """Start propagating two changes of the state along a lane and measuring their growth."""
     tangents.carried[lane] = PAIR
     tangents.grown[lane] = 0
-    begin_growth(problem, tangents_of_lane(tangents, lane))
+    lyapunov.begin_growth(problem, tangents_of_lane(tangents, lane))
 
 
 @kernel
 def multiplier_of_lane(problem: CellProblem, tangents: LaneTangents, lane: int) -> float:
     """Return the largest modulus of the eigenvalues of a lane's full columns, NaN where they could not be computed."""
-    _, real, imaginary = leading_multiplier(problem, False, tangents_of_lane(tangents, lane))
+    _, real, imaginary = lyapunov.leading_multiplier(problem, False, tangents_of_lane(tangents, lane))
     return math.hypot(real, imaginary)
 
 
@@ -320,5 +310,5 @@ def growth_of_lane(
     problem: CellProblem, clearance: float, skipped: int, tangents: LaneTangents, lane: int
 ) -> tuple[int, float, float]:
     """Return the kind of motion that the growth along a lane implies, the largest exponent per time, and its error."""
-    kind, first, error, _, _ = classify_growth(problem, clearance, skipped, tangents_of_lane(tangents, lane))
+    kind, first, error, _, _ = lyapunov.classify_growth(problem, clearance, skipped, tangents_of_lane(tangents, lane))
     return kind, first, error

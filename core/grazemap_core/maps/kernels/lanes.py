@@ -17,15 +17,9 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.tolerances import ANCHORED_GAP
+from grazemap_core.maps import tolerances
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, TERMS, LaneTables
-from grazemap_core.maps.tolerances import (
-    LANE_REST_SHARE,
-    LANE_SURE,
-    MOST_FUSED_MASSES,
-    ROOT_CHANGE,
-    ROOT_SLOPE_CHANGE,
-)
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, kernel
 
 Masses = tuple[int, ...]
@@ -138,7 +132,7 @@ def _advance_by_block(
     flags: Integers,
     used: int,
 ) -> int:
-    steady_x, steady_v = tables.steady_table[end, 0], tables.steady_table[end, 1]
+    steady_x, steady_v, output_row = tables.steady_table[end, 0], tables.steady_table[end, 1], tables.output_row
     third = tables.scalars[lane_tables.STEP] / 3.0
     used = min(used, LANES)
     start = here[2 * blocks * LANES : (2 * blocks + 2) * LANES]
@@ -148,12 +142,7 @@ def _advance_by_block(
         after[LANES + lane] = steady_v
     for j in range(blocks):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
-        r0, r1, r2, r3 = (
-            tables.output_row[j, 0],
-            tables.output_row[j, 1],
-            tables.output_row[j, 2],
-            tables.output_row[j, 3],
-        )
+        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         block, moved = here[2 * j * LANES : (2 * j + 2) * LANES], there[2 * j * LANES : (2 * j + 2) * LANES]
         for lane in range(used):
             first, second = block[lane], block[LANES + lane]
@@ -204,7 +193,7 @@ def advance(
     -------
     The number of lanes flagged.
     """
-    if len(masses) <= MOST_FUSED_MASSES:
+    if len(masses) <= tolerances.MOST_FUSED_MASSES:
         return _advance_fused(masses, tables, end, here, there, limit, flags, used)
     return _advance_by_block(len(masses), tables, end, here, there, limit, flags, used)
 
@@ -265,7 +254,7 @@ def _expand_positions(
 def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, count: int) -> None:
     """Write the state, x1 and v1 at the end of the cell without the impact, and the bounds without it."""
     count = min(count, LANES)
-    rows = batch.rows
+    rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     for k in range(count):
@@ -275,12 +264,7 @@ def _end_without_impact(blocks: int, tables: LaneTables, end: int, batch: Impact
         rows[FOURTH * LANES + k] = fourth
     for j in range(blocks):
         f0, f1, f2, f3 = tables.flow[j, 0], tables.flow[j, 1], tables.flow[j, 2], tables.flow[j, 3]
-        r0, r1, r2, r3 = (
-            tables.output_row[j, 0],
-            tables.output_row[j, 1],
-            tables.output_row[j, 2],
-            tables.output_row[j, 3],
-        )
+        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, of_reach, of_fourth = tables.bound[j, 0], tables.bound[j, 1], tables.bound[j, 2]
         block = batch.start[2 * j * LANES : (2 * j + 2) * LANES]
         moved = batch.end[2 * j * LANES : (2 * j + 2) * LANES]
@@ -485,7 +469,7 @@ def _find_impact(
         rows[CONTACT_ACCELERATION * LANES + k] = side * (e * per_square - viscous_term * jump)
         rows[MINIMUM_BEFORE * LANES + k] = quadratic - QUARTIC_TO_QUADRATIC * square * square * rows[FOURTH * LANES + k]
         rows[MAXIMUM_BEFORE * LANES + k] = max(g0, max(g0 + passed * d0 / 3.0, passed * step * speed / 3.0))
-        converged = (abs(change) < ROOT_CHANGE) & (abs(e * change) < ROOT_SLOPE_CHANGE * abs(d))
+        converged = (abs(change) < tolerances.ROOT_CHANGE) & (abs(e * change) < tolerances.ROOT_SLOPE_CHANGE * abs(d))
         known = rows[OUTCOME * LANES + k]
         found = FIRST_IMPACT if converged & (abs(z) < 1.0) else UNCERTAIN
         rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else found
@@ -518,7 +502,7 @@ def horner(table: Floats, z: float) -> float:
 def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, count: int) -> None:
     """Add the effect of the impact to the state at the end of the cell; write x1, v1 and the limit there."""
     count = min(count, LANES)
-    rows = batch.rows
+    rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[end, 0], tables.steady_table[end, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
@@ -529,12 +513,7 @@ def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, 
         rows[END_LIMIT * LANES + k] = (1.0 - margin) * clearance - margin * steady - fourth
     for j in range(blocks):
         first_table, second_table = tables.unit_impulse[2 * j], tables.unit_impulse[2 * j + 1]
-        r0, r1, r2, r3 = (
-            tables.output_row[j, 0],
-            tables.output_row[j, 1],
-            tables.output_row[j, 2],
-            tables.output_row[j, 3],
-        )
+        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
         moved = batch.end[2 * j * LANES : (2 * j + 2) * LANES]
         for k in range(count):
@@ -560,11 +539,9 @@ def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
     count = min(count, LANES)
     rows = batch.rows
     step, restitution = tables.scalars[lane_tables.STEP], tables.scalars[lane_tables.RESTITUTION]
-    impulse_reach, impulse_fourth = (
-        tables.scalars[lane_tables.IMPULSE_REACH],
-        tables.scalars[lane_tables.IMPULSE_FOURTH],
-    )
-    at_rest = LANE_REST_SHARE * (1.0 - restitution) * step
+    impulse_reach = tables.scalars[lane_tables.IMPULSE_REACH]
+    impulse_fourth = tables.scalars[lane_tables.IMPULSE_FOURTH]
+    at_rest = tolerances.LANE_REST_SHARE * (1.0 - restitution) * step
     for k in range(count):
         clearance, side = rows[GAP * LANES + k], rows[SIDE * LANES + k]
         jump = abs(rows[JUMP * LANES + k])
@@ -576,7 +553,7 @@ def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
         fourth = rows[FOURTH * LANES + k] + impulse_fourth * jump
         square = left * left
         quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
-        margin = LANE_SURE * (reach + clearance)
+        margin = tolerances.LANE_SURE * (reach + clearance)
         above = 2.0 * clearance - fourth - margin
         first = min(rows[MINIMUM_BEFORE * LANES + k] - margin, above - rows[MAXIMUM_BEFORE * LANES + k])
         after = quadratic - QUARTIC_TO_QUADRATIC * square * square * fourth - margin
@@ -610,11 +587,7 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: ImpactBa
     scalars = tables.scalars
     _expand_positions(masses, tables.series, tables.forcing[cell], batch.start, batch.series, count)
     _end_without_impact(len(masses), tables, end, batch, count)
-    step, restitution, viscous_term = (
-        scalars[lane_tables.STEP],
-        scalars[lane_tables.RESTITUTION],
-        scalars[lane_tables.VISCOUS_TERM],
-    )
-    _find_impact(step, restitution, viscous_term, scalars[lane_tables.MARGIN], batch, count)
+    step, restitution = scalars[lane_tables.STEP], scalars[lane_tables.RESTITUTION]
+    _find_impact(step, restitution, scalars[lane_tables.VISCOUS_TERM], scalars[lane_tables.MARGIN], batch, count)
     _add_impulse(len(masses), tables, end, batch, count)
     _certify_impact(tables, batch, count)

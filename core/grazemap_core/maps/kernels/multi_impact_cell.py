@@ -444,7 +444,7 @@ def apply_impacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
 @fused_kernel
 def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int) -> None:
     """Write x1, v1 and the limit (`lanes.update_limits`) at the end of the cell."""
-    rows = batch.rows
+    rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[cell + 1, 0], tables.steady_table[cell + 1, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
@@ -454,12 +454,7 @@ def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int
         rows[END_V * WIDTH + k] = v
         rows[END_LIMIT * WIDTH + k] = (1.0 - margin) * clearance - margin * steady - fourth
     for j in range(tables.flow.shape[0]):
-        r0, r1, r2, r3 = (
-            tables.output_row[j, 0],
-            tables.output_row[j, 1],
-            tables.output_row[j, 2],
-            tables.output_row[j, 3],
-        )
+        r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
         end = batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(min(count, WIDTH)):

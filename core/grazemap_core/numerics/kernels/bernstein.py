@@ -15,15 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.numerics import tolerances
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.tolerances import (
-    GRAZE_SLOPE,
-    MIN_WIDTH,
-    ROOT_STEPS,
-    ROOT_WIDTH,
-    START_STEPS,
-    TAYLOR_DEGREE,
-)
 
 CLEAR = 0
 """The distance stays positive on the whole step."""
@@ -37,10 +30,10 @@ MAX_DEPTH = 60
 """Maximum number of halvings of [0, 1]."""
 SHORT_DEPTH = 6
 """Maximum number of halvings in a search on the first terms alone: beyond it the full series decides faster."""
-STACK_SHAPE = (MAX_DEPTH + 2, TAYLOR_DEGREE + 1)
+STACK_SHAPE = (MAX_DEPTH + 2, tolerances.TAYLOR_DEGREE + 1)
 
-_binomial = np.ones((TAYLOR_DEGREE + 1, TAYLOR_DEGREE + 1))
-for _n in range(2, TAYLOR_DEGREE + 1):
+_binomial = np.ones((tolerances.TAYLOR_DEGREE + 1, tolerances.TAYLOR_DEGREE + 1))
+for _n in range(2, tolerances.TAYLOR_DEGREE + 1):
     for _k in range(1, _n):
         _binomial[_n, _k] = _binomial[_n - 1, _k - 1] + _binomial[_n - 1, _k]
 INVERSE_BINOMIAL = 1.0 / _binomial
@@ -82,7 +75,7 @@ def _value_and_slope(taylor: Floats, degree: int, t: float) -> tuple[float, floa
 def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: float) -> float:
     """Return the one root in [low, high] (positive at low, negative at high), by safeguarded Newton steps."""
     t = guess
-    for _ in range(ROOT_STEPS):
+    for _ in range(tolerances.ROOT_STEPS):
         value, slope = _value_and_slope(taylor, degree, t)
         if value < 0.0:
             high = t
@@ -93,7 +86,7 @@ def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: 
         new = t - value / slope if slope != 0.0 else low
         if not (low < new < high):
             new = 0.5 * (low + high)
-        if new == t or abs(new - t) <= ROOT_WIDTH * new:
+        if new == t or abs(new - t) <= tolerances.ROOT_WIDTH * new:
             return new
         t = new
     return t
@@ -103,7 +96,7 @@ def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: 
 def _stepped_root(taylor: Floats, degree: int, low: float, width: float) -> float:
     """Return the root next to `low`, where the distance is zero to within round-off and falling."""
     t = low
-    for _ in range(START_STEPS):
+    for _ in range(tolerances.START_STEPS):
         value, slope = _value_and_slope(taylor, degree, t)
         if slope >= 0.0:
             return low
@@ -122,7 +115,7 @@ def _arrives(taylor: Floats, degree: int, error: float) -> bool:
     for k in range(2, degree + 1):
         second_derivative += k * (k - 1) * abs(taylor[k])
     # at a graze the distance is a few errors, so its slope squared is a few times error times second derivative
-    arrives: bool = slope < 0.0 and slope * slope > GRAZE_SLOPE * error * second_derivative
+    arrives: bool = slope < 0.0 and slope * slope > tolerances.GRAZE_SLOPE * error * second_derivative
     return arrives
 
 
@@ -249,7 +242,7 @@ def first_negative(
             return CONTACT, _polished_root(taylor, degree, low, high, low + width[top] * crossing / short)
         if not whole and top >= SHORT_DEPTH:
             return GRAZE_UNDECIDED, 1.0
-        if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= MIN_WIDTH:
+        if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= tolerances.MIN_WIDTH:
             ends = start[top] + width[top] >= 1.0
             if undecided < 0.0 and not (ends and _arrives(taylor, degree, error)):
                 undecided = start[top] + 0.5 * width[top]
