@@ -23,9 +23,9 @@ class HeldModel:
     ----------
     oscillator : Oscillator
     free : ModalModel
-        Of the whole chain.
+        Modal model of the whole chain.
     held : ModalModel or None
-        Of masses 2 .. N with link 1 to a wall; None for one mass, and where it is ill-conditioned.
+        Modal model of masses 2 .. N with link 1 to a wall; None for one mass, and if it is ill-conditioned.
     """
 
     oscillator: Oscillator
@@ -45,7 +45,7 @@ def held_model(oscillator: Oscillator, free: ModalModel) -> HeldModel:
         return HeldModel(oscillator, free, None)
     try:
         return HeldModel(oscillator, free, modal_model(chain))
-    except ConditioningError:  # only trajectories that come to rest end for this reason
+    except ConditioningError:  # only trajectories that come to rest need it; they end there
         return HeldModel(oscillator, free, None)
 
 

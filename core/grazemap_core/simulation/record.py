@@ -60,7 +60,7 @@ class Record:
     ----------
     problem, held : CellProblem, HeldProblem
     shape : (N, N, 2)
-        Of the modal model.
+        As in `ModalModel`.
     steady : complex (N,)
         Steady response of every mass, the initial phase included.
     clearance : float
@@ -69,7 +69,7 @@ class Record:
     first_half : int
         The half period with which the record begins, even.
     end : float
-        Its duration; minus infinity if the trajectory ended before the record began.
+        Duration of the record; minus infinity if the trajectory ended before the record began.
     """
 
     problem: CellProblem
@@ -143,7 +143,7 @@ class Record:
         if times.ndim != 1 or not np.all((times >= 0.0) & (times <= self.end * END_ROUNDING)):
             raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
         whole, within = split_times(times, self.problem.omega)
-        # compared with the times as returned: a sample at the time of an impact is after it
+        # compared with the rounded times that users see: a sample at the time of an impact shows the state after it
         row = np.searchsorted(self.event_time[1:], times, side="right").astype(np.int64)
         return self._sampled(row, self.first_half + 2 * whole, within, self.problem.omega * within)
 
