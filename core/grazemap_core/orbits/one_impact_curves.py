@@ -67,7 +67,7 @@ class OneImpactCurves:
 def one_impact_curves(
     oscillator: Oscillator, omega: ArrayLike, multiple: int = 1, symmetric: bool = False
 ) -> OneImpactCurves:
-    """Return the curves SN, PD (or SB) and GR of motions with one impact in n periods, or one on either stop.
+    """Return the curves SN, PD (or SB) and GR of motions with one impact in n periods, or one on each stop.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def one_impact_curves(
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     require_forced(oscillator)
     require_damped(oscillator)
