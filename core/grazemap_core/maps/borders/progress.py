@@ -12,7 +12,7 @@ Report = Callable[[int, int], object]
 """Called with (done, total)."""
 
 TOTAL: Final = 1000
-"""Number of steps of the whole."""
+"""Total number of steps."""
 
 _REGIONS, _ACROSS, _COEXISTING = 0.05, 0.2, 0.3
 """Share of the whole that is done at the end of each stage but the last. The stages find the orbits of all points,
@@ -37,11 +37,11 @@ class BorderProgress:
         self._report_share(_REGIONS + (_ACROSS - _REGIONS) * share)
 
     def coexisting(self, share: float) -> None:
-        """Report the share of the pairs with both motions at both points that have been followed."""
+        """Report the share of followed pairs among those with both motions at both points."""
         self._report_share(_ACROSS + (_COEXISTING - _ACROSS) * share)
 
     def curves(self, share: float) -> None:
-        """Report the share of the borders at which a motion ends that are explained, or given up."""
+        """Report the share of explained or abandoned borders among those at which a motion ends."""
         self._report_share(_COEXISTING + (1.0 - _COEXISTING) * share)
 
     def _report_share(self, share: float) -> None:
