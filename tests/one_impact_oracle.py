@@ -22,7 +22,7 @@ from grazemap_core.orbits.one_impact_branches import OneImpactBranch
 
 @dataclass(frozen=True, eq=False)
 class OneImpactOrbit:
-    """A periodic motion with one impact in n forcing periods, or one on either stop, just before an impact.
+    """A periodic motion with one impact in n forcing periods, or one on each stop, just before an impact.
 
     Attributes
     ----------
@@ -30,11 +30,11 @@ class OneImpactOrbit:
     multiple : int
         n.
     symmetric : bool
-        One impact on either stop.
+        One impact on each stop.
     stop : int
-        +1 (stop A) or -1 (C): where the impact at t = 0 is.
+        Stop of the impact at t = 0: +1 (A) or -1 (C).
     angle : float
-        On its branch, radians in (-pi/2, pi/2).
+        Angle on the branch, radians in (-pi/2, pi/2).
     impact_velocity : float
         Speed of mass 1 before the impact, > 0.
     displacement, velocity : ndarray of shape (N,)
@@ -44,8 +44,8 @@ class OneImpactOrbit:
     multipliers : ndarray of complex, shape (2N,)
         Floquet multipliers over n forcing periods, by decreasing modulus.
     half_multipliers : ndarray of complex, shape (2N,), or None
-        Symmetric motions only: those of half the period followed by the mirror image, whose squares the multipliers
-        are. +1 is a saddle-node, -1 breaks the symmetry.
+        Symmetric motions only: those of half the period followed by the mirror image; their squares are the
+        multipliers. At a saddle-node one is +1; where the symmetry breaks, -1.
     stable : bool
         Every multiplier has a modulus below 1.
     admissible : bool
@@ -146,17 +146,17 @@ def _orbit(branch: OneImpactBranch, angle: float, clearance: float, speed: float
 def _multipliers(branch: OneImpactBranch, angle: float, speed: float) -> Complexes:
     """Return the eigenvalues of flow times saltation matrix, by decreasing modulus.
 
-    Of the saltation matrix one part, ``(1 + R)(a/v) k x_1``, grows as the impact velocity v vanishes. Its factor
-    ``s = omega x_1 V/v``, with V = omega A, becomes an additional unknown. The eigenvalues are then those of a pencil
-    whose entries remain of comparable size, so small ones keep their digits beside one that tends to infinity. The
-    second infinite eigenvalue of the pencil belongs to the additional unknown.
+    One part of the saltation matrix, ``(1 + R)(a/v) k x_1``, grows without bound as the impact velocity v vanishes. Its
+    factor ``s = omega x_1 V/v``, with V = omega A, becomes an additional unknown. The eigenvalues are then those of a
+    pencil whose entries remain of comparable size, so small ones keep their digits beside one that tends to infinity.
+    The second infinite eigenvalue of the pencil belongs to the additional unknown.
     """
     model, omega = modal_model(branch.oscillator), branch.omega
     sums = periodic_sums(impulse_response(model), branch.pattern, omega)
     rebound = 1.0 + branch.oscillator.restitution
     count = model.size
     frequency = np.sqrt(model.frequency_squared)
-    weight = np.stack([frequency, np.ones(count)], axis=1).ravel()  # energy coordinates: entries of one kind
+    weight = np.stack([frequency, np.ones(count)], axis=1).ravel()  # energy coordinates: all entries have the same unit
     flow, rates = flow_of_blocks(model, branch.pattern.spacing(omega)), np.zeros((2 * count, 2 * count))
     if branch.pattern.symmetric:
         flow = -flow

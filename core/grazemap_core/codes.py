@@ -48,4 +48,4 @@ CHAOTIC = 1
 """The largest exponent exceeds 0 by EXPONENT_MARGIN standard errors, over the run and over each half of it; or
 perturbations grow by more than GROWTH_SURE in each half, whatever the standard error."""
 QUASI_PERIODIC = 2
-"""The largest exponent is zero: growth is bounded without drift; the second is negative, and the orbit persists."""
+"""The largest exponent is zero: growth is bounded, without drift. The second exponent is negative."""

@@ -25,7 +25,7 @@ class ParameterError(CoreError, ValueError):
     name : str
         Name of the parameter in the interface.
     message : str
-        What was expected of it.
+        What is required of the parameter.
     """
 
     def __init__(self, name: str, message: str) -> None:

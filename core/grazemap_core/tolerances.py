@@ -14,5 +14,5 @@ EPSILON: Final = 2.220446049250313e-16
 SMALLEST_NUMBER: Final = 1e-60
 
 LARGEST_NUMBER: Final = 1e60
-"""Range of the modulus of a given number other than 0, so that fourth powers of frequencies neither overflow nor
-underflow."""
+"""Range of the modulus of a number given by the user, if it is not 0: fourth powers of frequencies then neither
+overflow nor underflow."""

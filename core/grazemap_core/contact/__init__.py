@@ -4,7 +4,7 @@ Time is cut into cells. A bound clears most cells of contacts; in the others the
 the impact law is applied, and complete chatter and rest on a stop are followed exactly.
 
 - `cell_problem`: the arrays that the kernels take, from an oscillator and a forcing frequency.
-- `held_problem`: the same for the chain while mass 1 rests on a stop.
+- `held_problem`: the arrays that describe the chain while mass 1 rests on a stop.
 - `kernels.half_period`: a trajectory over half a forcing period.
 - `kernels.event_loop`: the impacts of one cell.
 - `kernels.first_contact`: the test that a cell has no contact, and the search for the first contact.

@@ -29,7 +29,7 @@ MAX_CELLS_PER_PERIOD = 200_000
 At the maximum a period of one trajectory takes about 10 ms, a point of a map with a thousand periods about 10 s."""
 
 MAX_TABLED_CELLS = 64
-"""Maximum number of cells of a tabulated flow; longer flows are composed of it."""
+"""Maximum number of cells of a tabulated flow; longer flows are composed of several."""
 
 
 def trajectory_models(oscillator: Oscillator) -> HeldModel:

@@ -22,9 +22,9 @@ class HeldModel:
     ----------
     oscillator : Oscillator
     free : ModalModel
-        Of the whole chain.
+        Modal model of the whole chain.
     held : ModalModel or None
-        Of masses 2 .. N with link 1 to a wall; None for one mass, and where it is ill-conditioned.
+        Modal model of masses 2 .. N with link 1 to a wall; None for one mass, and if it is ill-conditioned.
     """
 
     oscillator: Oscillator

@@ -47,7 +47,7 @@ class BifurcationCurve:
     admissible : bool (m,)
         Mass 1 has no contact with a stop other than the impacts; the graze of a GR does not count.
     residual : (m,)
-        Of the orbit, in units of length.
+        Residual of the orbit, in units of length.
     ends : (str, str)
         Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last.
     """
@@ -83,7 +83,7 @@ class BifurcationProblem(ContinuationProblem):
         return neimark_sacker_test(self.evaluate(unknowns), self.count)
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
-        """Return the equations of the orbit, and the condition, its gradient scaled to length 1."""
+        """Return the equations of the orbit and the condition; the condition's gradient is scaled to length 1."""
         residual, derivatives, terms = self.of_orbit(unknowns)
         if self.impact is not None:
             value, gradient = self.condition(unknowns), np.zeros(len(unknowns))
@@ -142,7 +142,7 @@ class BifurcationProblem(ContinuationProblem):
         path : ContinuationProblem
             Its Jacobian contains the matrix: that of one span, or that of two spans with the perturbations (w, -w).
         unknowns
-            Of that path.
+            Unknowns of `path`.
         repeat : float
             Factor from the equations of the first span to those of the second.
         """
@@ -188,7 +188,7 @@ def bifurcation_curve(
     ----------
     oscillator : Oscillator
     point : SpecialPoint
-        Of a branch of this oscillator, converged; its restitution, if it varied there, is that of the curve.
+        Converged special point of a branch of this oscillator; the curve has its restitution.
     omega, clearance : (float, float)
         Ranges, 0 < minimum < maximum, that contain the point.
     longest_step : float
@@ -216,7 +216,7 @@ def bifurcation_curve(
     path = BifurcationProblem(family, point, impacts.stops, impact)
     start = path.unknowns(impacts, path.fixed)
     tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
-    refined = path.correct(start, tangent)  # accurate to the root of round-off where branches meet
+    refined = path.correct(start, tangent)  # accurate to the square root of round-off where branches meet
     start = start if refined is None else refined[0]
     first = path.evaluate(start)
     last = len(start) - 1

@@ -1,8 +1,8 @@
 """Branch switching: orbits of the other branches that pass through a special point.
 
 At a PD the other branch has twice the period; at an SB it is one of the pair of motions that are not symmetric; at a GR
-its orbits have one impact more, or less. Where a branch ends on another one, the other branch is the one on which it
-ends. SN and NS have no other branch (theory, "Beyond a special point").
+its orbits have one impact more, or less. Where a branch ends on another branch, the switch leads to that branch. SN and
+NS have no other branch (theory, "Beyond a special point").
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class OrbitStart:
         Parameters of the orbit; all but the branch's parameter are those of the special point.
     impacts : ImpactSequence
     admissible : bool
-        Whether the orbit is a motion. For a GR an orbit that is a motion is chosen, from either side; if there is none,
-        the orbit at the graze itself.
+        Whether the orbit is a motion. For a GR, a motion on either side is chosen; if there is none, the orbit at the
+        graze itself.
     """
 
     clearance: float
@@ -51,7 +51,7 @@ def starts_beyond(
     ----------
     oscillator : Oscillator
     point : SpecialPoint
-        Of a branch of this oscillator.
+        Special point of a branch of this oscillator.
     parameter : {"clearance", "omega", "restitution"}
         What varies along the branches.
 
@@ -59,7 +59,7 @@ def starts_beyond(
     -------
     tuple of OrbitStart
         PD, SB: one. GR: one; of symmetric motions also a second one, which gains or loses the contact on one stop only
-        (its mirror image is not listed). None for SN and NS, where only the motion without impacts remains, and where
+        (its mirror image is not listed). Empty for SN and NS, if only the motion without impacts remains, and if
         Newton's method does not converge.
 
     Raises
@@ -94,7 +94,7 @@ def merged(impacts: ImpactSequence) -> ImpactSequence | None:
 
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
-    """Return a sequence with a contact of velocity 0 at a phase and a stop among its impacts, and its number."""
+    """Return a sequence with a contact of velocity 0 at a phase and a stop inserted, and the index of that contact."""
     turn = math.pi * impacts.period * (1 if impacts.symmetric else 2)
     spans = math.floor((phase - impacts.phases[0]) / turn)
     phase -= spans * turn

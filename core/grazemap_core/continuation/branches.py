@@ -35,11 +35,11 @@ class OrbitBranch:
     ----------
     parameter : {"clearance", "omega", "restitution"}
     values : (m,)
-        Of the parameter.
+        Values of the parameter.
     clearance, omega, restitution : (m,)
     phases, velocities : (m, k)
-        Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; of
-        symmetric motions those of half the period. An impact is virtual where the sign of its velocity is not that of
+        Forcing phases of the impacts, which change smoothly along the branch, and signed velocities before them; for
+        symmetric motions, those of half the period. An impact is virtual where the sign of its velocity is not that of
         its stop.
     stops : int (k,)
     period : int
@@ -51,7 +51,7 @@ class OrbitBranch:
     excess : (m,)
         As in `PeriodicOrbit`.
     residual : (m,)
-        In units of length.
+        Residuals, in units of length.
     special_points : tuple of SpecialPoint
         In the order of the branch.
     ends : (str, str)

@@ -128,7 +128,7 @@ class ContinuationProblem:
         return float(unknowns[2 * self.count + self.parameters.index(name)]) * self.units[name]
 
     def problem(self, omega: float, restitution: float | None = None) -> OrbitProblem:
-        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last is kept."""
+        """Return the equations at a frequency and a restitution, by default that of `fixed`; the last is cached."""
         if self._problem is None or self._problem.omega != omega:
             self._problem = self.family.problem(omega, self.length, self.family.steady(omega))
         value = self.fixed["restitution"] if restitution is None else restitution
@@ -141,7 +141,7 @@ class ContinuationProblem:
         return self.problem(self.value(unknowns, "omega"), self.value(unknowns, "restitution"))
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
-        """Return residual, derivatives and terms of all equations that the path obeys: those of its orbits."""
+        """Return residual, derivatives and terms of all equations of the path: those of its orbits."""
         return self.of_orbit(unknowns)
 
     def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
@@ -262,7 +262,7 @@ class ContinuationProblem:
 
 
 def _by_restitution(problem: OrbitProblem, phases: Floats, before: Floats) -> Floats:
-    """Return the residuals' derivatives (2 k,): all but the steady motion is proportional to 1 + R."""
+    """Return the residuals' derivatives (2 k,): all terms but the steady motion are proportional to 1 + R."""
     sine, cosine = np.sin(phases), np.cos(phases)
     place = problem.steady_real * sine + problem.steady_imag * cosine
     rate = problem.steady_real * cosine - problem.steady_imag * sine

@@ -25,7 +25,7 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 
 PLACES = (0.5, 0.25, 0.75)
-"""Shares of a window's sides at which a motion is searched for, those of clearance within those of frequency."""
+"""Shares of a window's sides at which a motion is searched for; at each frequency, all clearances are tried."""
 
 Window = tuple[float, float]
 
@@ -50,7 +50,7 @@ def motion_curves(
     longest_step : float
         As for `branches.orbit_branch`.
     max_points : int
-        Of every branch and curve, in either direction.
+        Maximum number of points of every branch and curve, in either direction.
 
     Raises
     ------

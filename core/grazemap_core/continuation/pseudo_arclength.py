@@ -1,4 +1,4 @@
-"""Pseudo-arclength continuation: a predictor along the tangent and a corrector in the plane across it.
+"""Pseudo-arclength continuation: a predictor along the tangent and a corrector perpendicular to it.
 
 The length of the steps is adapted to the convergence of the corrector and to the angle between tangents.
 """
@@ -85,7 +85,7 @@ def follow_path(
 
 
 def _first_bound(here: Floats, there: Floats, bounds: Bounds) -> tuple[int, float, float] | None:
-    """Return which bound a step passes first, its value, and at what share of the step; None for none."""
+    """Return which bound a step passes first, its value, and at what share of the step; None if none."""
     passed: list[tuple[float, int, float]] = []
     for index, low, high in bounds:
         if not low <= there[index] <= high:

@@ -57,7 +57,7 @@ class SpecialPoint:
     stop, phase : int, float, or None
         GR only: stop and forcing phase of the graze.
     impact : int or None
-        GR only: number of the impact that vanishes; None where a further contact appears.
+        GR only: index of the impact that vanishes; None where a further contact appears.
     """
 
     type: SpecialType
@@ -124,7 +124,7 @@ class Segment:
             return None
         if at_high == 0.0:
             return high
-        if (at_low > 0.0) == (at_high > 0.0):  # their product may be too small for a number
+        if (at_low > 0.0) == (at_high > 0.0):  # their product may underflow
             return None
         return float(brentq(lambda s: test(self.at(s)), low, high, xtol=EPSILON * self.end, rtol=4.0 * EPSILON))
 

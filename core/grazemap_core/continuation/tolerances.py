@@ -17,7 +17,7 @@ FAST_NEWTON_STEPS: Final = 4
 """Number of Newton steps, the one to round-off included, up to which the next step along the branch may be longer."""
 
 FIRST_STEP: Final = 0.2
-"""First step along a branch, relative to the longest one: it grows fast where the branch allows."""
+"""First step along a branch, relative to the longest one: it grows while Newton's method converges fast."""
 
 STEP_GROWTH: Final = 1.5
 """Factor by which the step grows after a fast convergence."""
@@ -26,13 +26,13 @@ MIN_TANGENT_COSINE: Final = 0.95
 """Minimum cosine of the angle between the tangents of two neighbouring orbits; steps over a sharper turn are halved."""
 
 PATH_MIN_STEP: Final = 1e-9
-"""Step along a branch, in its units, below which it is given up."""
+"""Step along a branch, in its units, below which the branch is not followed further."""
 
 MIN_CLOSED_POINTS: Final = 10
-"""Minimum number of points of a closed curve: before that, a point near the first one is a short step away from it."""
+"""Minimum number of points of a closed curve: with fewer, a point near the first one may only be a short step away."""
 
 SPECIAL_POINT_RESIDUAL: Final = 1e-9
-"""What may be left of a test function at a special point, relative to its neighbours, for it to count as solved."""
+"""Maximum of a test function at a special point that counts as solved, relative to its values at the neighbours."""
 
 UNIT_CIRCLE_DISTANCE: Final = 1e-6
 """Distance from the unit circle at which a pair of multipliers is on it, where the test function vanishes."""

@@ -56,13 +56,13 @@ class CodimensionTwoPoint:
     omega_error : float
         Error of omega by the round-off of the model.
     order : int
-        m, the number of half periods. Recurrence points only, as are the next two; None elsewhere.
+        m, the number of half periods. Like `active` and `families`, None unless this is a recurrence point.
     active : bool
-        Whether no smaller order recurs here.
+        Whether no impact recurs here at a smaller order.
     families : tuple of Family
         The paper's cases 1-4 with their number of periods n.
     multiple : int
-        n, the orbit's period in forcing periods. Resonant points only, as are the next two; None elsewhere.
+        n, the period in forcing periods. Like `symmetric` and `bifurcation`, None unless this is a resonant point.
     symmetric : bool
         Whether the orbits have one impact on each stop (True), or one impact on one stop.
     bifurcation : {"SN", "PD", "SB"}
@@ -114,8 +114,8 @@ def codimension_two_points(
     Parameters
     ----------
     oscillator : Oscillator
-        Forced, every mode damped. (Without damping in a mode the periodic sums do not converge, and the grazing motion
-        is not unique; recurrence points are refused too.)
+        Forced, every mode damped. (With an undamped mode the periodic sums do not converge and the grazing motion is
+        not unique, so recurrence points are not computed either.)
     omega_start, omega_stop : float
         0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is included.
     max_order : int

@@ -66,7 +66,7 @@ def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) 
     ParameterError
         Nothing is forced, or a number is out of range.
     SteadyMotionError
-        A mode is undamped, or a resonance practically undamped.
+        A mode is undamped, or a resonance is practically undamped.
     ConditioningError
         The modal model, which the recurrences need, is ill-conditioned.
     """

@@ -1,8 +1,8 @@
 """The discontinuity mapping at a grazing point: leading order, equation (27), and exact.
 
 The mapping acts on states of the Poincare surface ``v_1 = 0``. If mass 1 is beyond the stop there, an impact precedes
-the state; it is mapped to the state on the same surface from which the motion without impacts continues as the motion
-with the impact does. The paper's (27) omits the mapped state x; see docs/theory.md.
+the state. The image is another state on the surface: the motion without impacts through it is the motion after the
+impact. The paper's (27) omits the mapped state x; see docs/theory.md.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class ExactMapping:
 
 @dataclass(frozen=True, eq=False)
 class MappingError:
-    """Errors of the leading-order mapping; mass 1 is beyond the stop and all other coordinates are as in the graze.
+    """Errors of the leading-order mapping for states that differ from the graze only by mass 1 beyond the stop.
 
     Sizes are those of `GrazingPoint.size`: the largest entry in units of clearance, omega clearance and radians.
 
@@ -81,12 +81,12 @@ def leading_mapping(point: GrazingPoint, deviation: ArrayLike, depth: float = 0.
     ----------
     point : GrazingPoint
     deviation : array_like of shape (2N + 1,)
-        Of the state from the grazing point, with v_1 = 0.
+        Deviation of the state from the grazing point, with v_1 = 0.
     depth : float
-        Steady amplitude minus clearance, which is thus ``point.clearance - depth``. The overshoot
-        is ``depth + stop x_1`` with x_1 that of the deviation.
+        Steady amplitude minus clearance; the clearance is ``point.clearance - depth``. With x_1 of the deviation, the
+        overshoot is ``depth + stop x_1``.
     second : bool
-        Add ``gamma u^2``, the second order if the deviation is of the order of the overshoot.
+        Whether to add ``gamma u^2``, the second-order term for deviations of the order of the overshoot.
 
     Returns
     -------
@@ -169,8 +169,8 @@ def mapping_error(point: GrazingPoint, overshoots: ArrayLike) -> MappingError:
 def largest_overshoot(point: GrazingPoint) -> float:
     """Return the overshoot up to which the exact mapping is defined for mass 1 displaced beyond the stop.
 
-    The other coordinates are as in the graze. The relative error is 1e-6. All values 2^k 1e-3 of the clearance below it
-    are in the domain; it is infinite if all of them up to 1024 times the clearance are.
+    The other coordinates are as in the graze. The relative error is 1e-6. Overshoots of 2^k 1e-3 clearances are tested:
+    all below the result are in the domain. The result is infinite if all of them up to 1024 clearances are.
     """
     inside, outside = 0.0, FIRST_OVERSHOOT * point.clearance
     while _defined(point, outside):

@@ -50,7 +50,7 @@ def half_period_map(point: GrazingPoint, deviation: ArrayLike) -> Floats:
 
 
 def flow_to_rest(point: GrazingPoint, free: Floats, phase: float) -> tuple[Floats, float]:
-    """Return where mass 1 is at rest near a grazing point on a motion without impacts.
+    """Return the state near a grazing point in which mass 1 is at rest, on a motion without impacts.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def flow_jacobian(point: GrazingPoint) -> Floats:
     through = flow_of_blocks(model, point.half_period)
     jacobian = np.zeros((2 * count + 1, 2 * count + 1))
     jacobian[np.ix_(mixed, mixed)] = model.from_modal @ through @ model.to_modal
-    # a change of theta shifts the steady motion in time; the rest of the change flows freely
+    # a change of theta shifts the steady motion in time; the rest of the change follows the free flow
     along, onward = point.vector_field / point.omega, point.opposite().vector_field / point.omega
     jacobian[:, -1] = onward - jacobian @ along
     jacobian[-1, -1] = 1.0
@@ -126,7 +126,7 @@ def surface_projection(point: GrazingPoint) -> Floats:
 
 
 def half_period_jacobian(point: GrazingPoint) -> Floats:
-    """Return the Jacobian (46) of `half_period_map` at the graze, with vector field and surface at its end.
+    """Return the Jacobian (46) of `half_period_map` at the graze, projected at the end of the half period.
 
     Returns
     -------

@@ -51,7 +51,7 @@ class Pattern:
 
     @property
     def kinds(self) -> tuple[int, int]:
-        """Sums for the multipliers +1 and -1 (of the signed half period, for symmetric motions)."""
+        """Kinds of the sums for the multipliers +1 and -1 (half multipliers, for symmetric motions)."""
         return (ALTERNATING, SAME_SIGN) if self.symmetric else (SAME_SIGN, ALTERNATING)
 
 
@@ -64,9 +64,9 @@ class PeriodicSums:
     Attributes
     ----------
     displacement, velocity, acceleration : float
-        H, H', H'' at mu = +1: those of mass 1 just before an impact after unit impulses at all earlier ones.
+        H, H', H'' at mu = +1: the motion of mass 1 just before an impact, caused by unit impulses at all earlier ones.
     doubled_displacement, doubled_velocity, doubled_acceleration : float
-        The same at mu = -1.
+        H, H', H'' at mu = -1.
     state : ndarray of shape (N, 2)
         Contribution of each block to displacement and velocity of mass 1 just after an impulse.
     """

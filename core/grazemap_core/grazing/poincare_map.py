@@ -32,8 +32,8 @@ class Returns:
     Attributes
     ----------
     deviation : ndarray of shape (m + 1, 2N + 1)
-        Row k is relative to the grazing points of stops A and C in turn, on the Poincare surface, as it would be
-        without the impact there. NaN from the return on at which the motion has left the neighbourhood of the graze.
+        Row k is relative to the grazing point of stop A or C in turn, on the Poincare surface, for the motion without
+        the impact at this return. NaN once the motion has left the neighbourhood of the graze.
     overshoot : ndarray of shape (m + 1,)
         Distance of mass 1 beyond the stop there; there is an impact if it is positive.
     """

@@ -93,7 +93,7 @@ class GrazingPoint:
         return np.asarray(self.model.to_modal @ rest[self.masses_first]).reshape(-1, 2)
 
     def deviation(self, free: Floats, phase: float) -> Floats:
-        """Return the deviation, shape (2N + 1,), with a free part as of `free_part` and theta `phase` ahead."""
+        """Return the deviation, shape (2N + 1,), of the state with this free part and with theta `phase` ahead."""
         count = self.oscillator.size
         physical = np.asarray(self.model.from_modal @ free.ravel())
         return interleaved(physical[:count], physical[count:], 0.0) + self.steady_change(phase)
@@ -113,7 +113,7 @@ def grazing_point(oscillator: Oscillator, omega: float, stop: int = 1) -> Grazin
     ParameterError
         Nothing is forced, or a number is out of range.
     SteadyMotionError
-        A mode is undamped, or a resonance practically undamped.
+        A mode is undamped, or a resonance is practically undamped.
     ConditioningError
         The modal model is ill-conditioned.
     """

@@ -25,7 +25,7 @@ from grazemap_core.model.oscillator import Oscillator
 
 @dataclass(frozen=True, eq=False)
 class RecurrenceSequence:
-    """xi_m for m = 1 .. M, and the first impact that recurs: without any the grazing motion is stable, (33)-(40).
+    """xi_m for m = 1 .. M, and the first impact that recurs; if none does, the grazing motion is stable, (33)-(40).
 
     The rows of arrays of shape (2, M) are for a graze at stop A and at stop C; the return m is at the same stop for
     even m and at the other one for odd m.
@@ -62,8 +62,8 @@ class NextContact:
     stop : ndarray of int, shape (n,)
         The stop of the next impact, for an impact at A: +1 (A), -1 (C), 0 if there is none.
     margin : ndarray of shape (n,)
-        Minimum distance of an order from its threshold, relative to the threshold. The rule is of leading order in
-        ``sqrt(distance)``: it is not reliable if the margin is of that size.
+        Minimum relative distance of G_m from its threshold, over the orders up to the next impact. The rule is of
+        leading order in ``sqrt(distance)``: it is not reliable if the margin is of that size.
     """
 
     order: Integers
@@ -88,7 +88,7 @@ def recurrence_sequence(oscillator: Oscillator, omega: float, max_order: int = 8
     ParameterError
         Nothing is forced, or a number is out of range.
     SteadyMotionError
-        A mode is undamped, or a resonance practically undamped.
+        A mode is undamped, or a resonance is practically undamped.
     ConditioningError
         The modal model is ill-conditioned.
     """

@@ -1,7 +1,7 @@
 """Adaptive unfolding maps: points are computed where neighbours differ, and inferred between neighbours that agree.
 
 A computed point has the same bytes as in the full map. An inferred point has the label of the points around it, but no
-figures, and it is not verified. `refinement` chooses the points and states what holds of the inferred ones.
+figures, and it is not verified. `refinement` chooses the points and states what is known of the inferred ones.
 
 The points of one omega are computed side by side, so tiles should be tall.
 """
@@ -75,14 +75,14 @@ def adaptive_map_tile(
         As in `unfolding.unfolding_map_tile`.
     **settings
         As there: max_periods, max_period, policy, initial_conditions, seed, preview. The policy is "rest" or
-        "ensemble"; a sweep computes every point from its neighbour.
+        "ensemble"; in a sweep every point depends on its neighbour.
 
     Returns
     -------
     dict of arrays of shape (n, m), [clearance, omega]
-        Those of the full map, and computed (bool). Where it is false the arrays of LABEL are inferred, numbers are NaN
-        or -1, `verified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around
-        it are not periodic and do not agree.
+        The full map's, and computed (bool). Where this is false, the arrays of LABEL are inferred, numbers are NaN or
+        -1, `verified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around it
+        are not periodic and do not agree.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def close_seams(
     column_seams: list[int],
     **settings: Unpack[Settings],
 ) -> tuple[Indices, Indices, Arrays]:
-    """Compute inferred points whose label differs from a neighbour's beyond a border between tiles, and so on there.
+    """Compute inferred points whose labels differ across a border between tiles, then their neighbours, and so on.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ class _Points:
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
         self._done: list[tuple[Indices, Indices, Arrays]] = []
-        # numbered first: UNRESOLVED
+        # the first number is UNRESOLVED
         self._number((KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0))
 
     def __call__(self, rows: Indices, columns: Indices) -> tuple[Labels, Floats]:
@@ -188,7 +188,7 @@ class _Points:
         return label, approach
 
     def irregular(self, label: Labels) -> Booleans:
-        """Return which numbers are those of labels that are neither periodic nor unresolved."""
+        """Return which numbers stand for labels that are neither periodic nor unresolved."""
         kinds = np.array([kind for kind, *_ in self._labels])
         return np.asarray((label > UNRESOLVED) & (kinds[np.maximum(label, 0)] != _PERIODIC))
 

@@ -53,14 +53,14 @@ class Attractor:
     Attributes
     ----------
     kind : str
-        As `motion.KINDS`. All motions of a kind that is not periodic are one entry.
+        One of `motion.KINDS`. All motions of a kind that is not periodic are one entry.
     period, impacts_right, impacts_left, symmetric, sticking
         As in `unfolding.unfolding_map_tile`; None unless periodic.
     mean_position, mean_velocity : float or None
-        Of mass 1 at the initial phase of the forcing, less the steady motion, in units of the clearance and of omega
-        times the clearance. They distinguish motions of the same name, such as mirror images.
+        Mean motion of mass 1 at the initial phase of the forcing, less the steady motion, in units of the clearance and
+        of omega times the clearance. They distinguish motions of the same name, such as mirror images.
     multiplier, lyapunov : float
-        Largest modulus of the multipliers over a period; largest exponent per forcing period. Of motions that are not
+        Largest modulus of the multipliers over a period; largest exponent per forcing period. For motions that are not
         periodic: NaN, and the mean over the states that lead there.
     verified : bool
         Whether a periodic motion is verified, from every state that leads there.
@@ -110,14 +110,14 @@ def basin_tile(
     displacement, velocity : (N,), default 0
         All other coordinates.
     phase : float
-        Of the forcing at the start, radians.
+        Phase of the forcing at the start, radians.
     max_periods, max_period : int
         As in `unfolding.unfolding_map_tile`.
 
     Returns
     -------
     dict of arrays of shape (n, m), [vertical, horizontal]
-        Those of `unfolding.unfolding_map_tile`, and mean_position and mean_velocity (float64; NaN unless periodic).
+        The arrays of `unfolding.unfolding_map_tile`, mean_position and mean_velocity (float64; NaN unless periodic).
 
     Raises
     ------
@@ -150,7 +150,7 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
     Parameters
     ----------
     arrays : dict of arrays
-        As `basin_tile` returns, of all states.
+        From `basin_tile`, of all states.
 
     Returns
     -------

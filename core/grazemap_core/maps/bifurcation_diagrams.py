@@ -36,9 +36,9 @@ class Section:
     Attributes
     ----------
     displacement, velocity : (k,)
-        Of mass 1 at the start of every recorded forcing period, where the forcing's phase is 0.
+        State of mass 1 at the start of every recorded forcing period, where the phase of the forcing is 0.
     impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
-        Of every impact recorded, the signed velocity before it.
+        Signed velocity before every recorded impact, and its stop.
     motion : Motion
         If the trajectory has not closed, it is chaotic, quasi-periodic or unresolved, as decided by the growth of small
         changes over another EXPONENT_PERIODS.
@@ -70,10 +70,10 @@ def sections(
     values : (n,)
         > 0, increasing.
     fixed : float
-        The other one of clearance and omega.
+        Value of the parameter that does not vary.
     policy : one of POLICIES
         Initial states: at rest at phase 0; or the final state of the previous value, from the first value up or from
-        the last value down. If that is beyond a stop, mass 1 is put on the stop with its velocity, which is an impact
+        the last value down. If mass 1 is then beyond a stop, it is put on the stop with its velocity; this is an impact
         if it moves into the stop. After a trajectory that ended early the next one starts from rest.
     periods, transient_periods : int
         Forcing periods that are recorded, and forcing periods before them.
@@ -119,7 +119,7 @@ def _follow(
     transient_periods: int,
     max_period: int,
 ) -> Iterator[Section]:
-    """Yield the sections, each trajectory at the final state of the previous one if `follows`."""
+    """Yield the sections; if `follows`, each trajectory starts at the final state of the previous one."""
     size = oscillator.size
     at_rest = State(np.zeros(size), np.zeros(size), 0.0)
     state = at_rest

@@ -1,8 +1,8 @@
 """Refinement of a grid of labels where neighbours differ: the work grows with the length of the borders.
 
-Labels are numbers. They are of three sorts. A *motion* persists under small changes, so points between neighbours with
-one label have it too, as a rule. An *irregular* label (chaos) need not persist, as its region has many others inside.
-UNRESOLVED asserts nothing.
+Labels are numbers. There are three sorts. A *motion* persists under small changes, so points between neighbours with
+one label have it too, as a rule. An *irregular* label (chaos) need not persist, because its region contains points of
+many others. UNRESOLVED asserts nothing.
 
 A lattice of points is computed, then halved until it is the grid. A new point between points of one label gets that
 label; a new point among several irregular or unresolved ones is left unresolved; all others are computed, and so are
@@ -13,7 +13,7 @@ grid itself, no inferred motion is next to another label. Hence:
     Take a part of the grid that is connected (by the eight neighbours of a point), has one true label, and has a
     computed point. No point of it has another motion as its inferred label.
 
-For otherwise the first such point on a path from the computed one would be next to a point without that motion. Wrong
+Otherwise the first such point on a path from the computed one would be next to a point without that motion. Wrong
 motions are inferred only for whole connected parts that lie between the computed points.
 """
 
@@ -121,7 +121,7 @@ class Refinement:
         return np.asarray(np.any(differ, axis=0))
 
     def _close(self, rows: Indices, columns: Indices) -> None:
-        """As `close`, on a lattice, from all points of it that are inferred."""
+        """Apply `close` to all inferred points of a lattice."""
         lattice_rows, lattice_columns = np.nonzero(~self.computed[np.ix_(rows, columns)])
         self._follow(rows, columns, lattice_rows, lattice_columns)
 

@@ -41,7 +41,7 @@ class Settling(NamedTuple):
     verified : bool
         Whether periodic motions are to be verified.
     follow : bool
-        Whether a trajectory starts at the final state of that of the previous clearance.
+        Whether a trajectory starts at the final state of the trajectory at the previous clearance.
     starts : (s, 2, N) or None
         Initial displacements in clearances and velocities in clearances times omega; at rest when None.
     """
@@ -99,7 +99,7 @@ class Settler:
         states, scaled : (2, N) and (s, 2, N)
             Trajectories of clearance b begin at the displacements and velocities ``states + b scaled``.
         phase : float
-            Of the forcing at the start.
+            Phase of the forcing at the start.
 
         Returns
         -------

@@ -8,11 +8,11 @@ from grazemap_core.contact.tolerances import CHATTER_ACCURACY
 from grazemap_core.tolerances import EPSILON
 
 SETTLING_IMPACTS: Final = 5_000_000
-"""Maximum number of impacts of a trajectory until it settles, not counting those that complete chatter may take in
-every half period: several seconds. Thousands are the rule; between very close stops there is no limit."""
+"""Maximum number of impacts of a trajectory until it settles, without those of complete chatter: this takes several
+seconds. Thousands are usual; between very close stops there is no limit."""
 
 LANE_DEGREE: Final = 14
-"""Degree of the polynomials over a cell in the lockstep kernel, about its middle (see CELL_REACH): the term left out is
+"""Degree of the polynomials over a cell in the lockstep kernel, about its middle (see CELL_REACH): the omitted term is
 below (CELL_REACH / 2)^15 / 15! = 2e-17 of a mode's amplitude. The kernels are written out for this degree."""
 
 LANE_SURE: Final = 1e-7
@@ -21,10 +21,10 @@ round-off, so that round-off cannot turn one root into two. Lanes within the mar
 computed one by one."""
 
 LANE_REST_SHARE: Final = 1e-4
-"""Share of a cell after which a rebound ends, were the contact acceleration constant, up to which a lane goes through a
-second pass, which decides whether mass 1 may come to rest. It has to exceed the cube root of CHATTER_ACCURACY, 2.2e-5,
-the share up to which it may (`event_loop.may_rest`); the factor of 4.6 covers the contact acceleration, which is known
-to about five digits there, and costs next to nothing."""
+"""Duration of a rebound with a constant contact acceleration, as a share of a cell, up to which a lane goes through a
+second pass, to decide whether mass 1 may come to rest. It has to exceed the cube root of CHATTER_ACCURACY, 2.2e-5, the
+share with which it may (`event_loop.may_rest`); the factor of 4.6 covers the error of the contact acceleration, which
+is known to about five digits there, and costs next to nothing."""
 assert LANE_REST_SHARE**3 > CHATTER_ACCURACY
 
 ROOT_CHANGE: Final = 1e-8
@@ -36,7 +36,7 @@ third order: the next change would be about the square of this, 1e-12, of the la
 
 HALF_PERIOD_EVENTS: Final = 48
 """Events of one half period that a lane can record. A lane with more is run again by itself, for verification and for
-the propagation of small changes. Motions have a few impacts in half a period as a rule."""
+the propagation of small changes. Motions usually have a few impacts in half a period."""
 
 MOST_FUSED_MASSES: Final = 5
 """Masses up to which the lockstep kernel advances all blocks in one loop; the compiler unrolls no more."""
@@ -105,8 +105,8 @@ BORDER_SEARCH_PERIODS: Final = 20_000_000
 a trajectory from rest nor a neighbour leads: about a minute."""
 
 GROWTH_SKIPPED: Final = 20
-"""Of the half periods in which growth is measured, the first do not count: twice the integer part of their number over
-this, a tenth."""
+"""The first tenth of the half periods in which growth is measured does not count: twice the integer part of their
+number over this."""
 
 MOST_GROWTH_PERIODS: Final = 2000
 """Maximum number of forcing periods over which the growth of changes is measured."""

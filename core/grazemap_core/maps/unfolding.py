@@ -52,11 +52,11 @@ def unfolding_map_tile(
         Maximum period n of a motion, in forcing periods.
     policy : one of POLICIES
         A sweep starts from rest at its first clearance, and after a trajectory that ended early. If the final state is
-        beyond a stop of the next point, mass 1 is put on that stop with its velocity, which is an impact if it moves
+        beyond a stop of the next point, mass 1 is put on that stop with its velocity; this is an impact if it moves
         into the stop.
     initial_conditions, seed : int
-        Of an ensemble: number of initial states per point, and seed of the random numbers. The states are the same for
-        every point but for scale: displacements uniform in (-b, b), velocities in (-omega b, omega b).
+        Ensemble only: number of initial states per point, and seed of the random numbers. The states are the same for
+        every point, apart from scale: displacements uniform in (-b, b), velocities in (-omega b, omega b).
     preview : bool
         Whether motions are identified by their returns alone, which is faster: no motion with impacts is verified, and
         a trajectory that has not settled is unresolved, chaotic or not.
@@ -166,7 +166,7 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     chosen : (n, m)
         Index of the first initial state that leads to it.
     share : (n, m)
-        Fraction of the initial states that lead to it; of all unresolved ones, where no motion is known.
+        Fraction of the initial states that lead to it; if no motion is known, that of the unresolved ones.
     motions : (n, m)
         Number of different motions that are known.
     """

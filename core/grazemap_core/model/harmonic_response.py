@@ -82,7 +82,7 @@ def forced_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     ParameterError
         A frequency is not a finite number greater than 0.
     SteadyMotionError
-        One of these frequencies is at a resonance without damping, or with too little.
+        One of these frequencies is at a resonance with no damping or too little.
     """
     values = checked_omega(omega)
     if not np.any(oscillator.forcing):
@@ -111,7 +111,7 @@ def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Comp
     -------
     amplitudes : ndarray of complex, shape (m, n)
     exists : ndarray of bool, shape (m,)
-        False at a resonance without damping, or with too little.
+        False at a resonance with no damping or too little.
     """
     values = checked_omega(omega)
     if not np.any(forcing):

@@ -24,7 +24,7 @@ class ImpulseResponse:
     decay, discriminant, frequency_squared : ndarray of shape (N,)
         As in `ModalModel`.
     value, slope : ndarray of shape (N,)
-        ``y_j(0)`` and ``y_j'(0)``; they sum to 0 and 1. With proportional damping they are 0 and ``m_1 P_1j^2``.
+        ``y_j(0)`` and ``y_j'(0)``; their sums are 0 and 1. With proportional damping they are 0 and ``m_1 P_1j^2``.
     slowest : float
         The smallest decay rate of all exponents; ``exp(slowest s) g(s)`` neither overflows nor underflows.
     conditioning : float

@@ -30,7 +30,7 @@ class ModalModel:
     frequency_squared : ndarray of shape (N,)
         Product of the block's two exponents, ``w_j^2``.
     decay : ndarray of shape (N,)
-        ``eta_j``, minus their mean.
+        ``eta_j``, minus the mean of the block's two exponents.
     discriminant : ndarray of shape (N,)
         ``w_j^2 - eta_j^2``: positive for an underdamped block, zero for a critical, negative for an overdamped one.
         It is computed without cancellation; do not recompute it from the other two.
@@ -40,9 +40,9 @@ class ModalModel:
     unit_impulse : ndarray of shape (N, 2)
         Change of (u_j, u_j') by a unit velocity given to mass 1.
     to_modal : ndarray of shape (2N, 2N)
-        Takes (x_1 .. x_N, v_1 .. v_N) to (u_1, u_1', u_2, u_2', ...).
+        Maps (x_1 .. x_N, v_1 .. v_N) to (u_1, u_1', u_2, u_2', ...).
     from_modal : ndarray of shape (2N, 2N)
-        Its inverse.
+        Inverse of `to_modal`.
     conditioning : float
         Condition number of `from_modal` with unit columns in the energy norm; 1 for proportional damping.
     undamped : ndarray of bool, shape (N,)

@@ -4,7 +4,7 @@ The error of the refined blocks is a few roundings, however stiff the links of t
 
 References
 ----------
-Ogita & Aishima, Japan J. Indust. Appl. Math. 35 (2018) 1007-1035, for the symmetric case; the general one is alike.
+Ogita & Aishima, Japan J. Indust. Appl. Math. 35 (2018) 1007-1035, for the symmetric case; the general case is similar.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
     """Return refined blocks of the decomposition ``A X = X T``, where T consists of companion blocks.
 
     With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
-    on it the two numbers of the block, and a along its remaining degree of freedom, are updated exactly.
+    on the diagonal, frequency_squared, decay, and a along its remaining degree of freedom are updated exactly.
     """
     count = len(decay)
     weights = np.sqrt(np.concatenate((chain.stiffnesses, chain.masses)))
@@ -125,7 +125,7 @@ def _off_diagonal_update(error: Floats, frequency_squared: Floats, decay: Floats
 
 
 def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:
-    """Return ``w^2 - eta^2`` of the corrected numbers before they are rounded: near critical damping they cancel."""
+    """Return ``w^2 - eta^2`` of the corrected, unrounded numbers: near critical damping the two terms cancel."""
     return np.array(
         [
             float(Fraction(p) + Fraction(dp) - (Fraction(d) + Fraction(dd)) ** 2)

@@ -58,4 +58,4 @@ BOUND_SAFETY: Final = 1.0 + 1.0e-9
 
 REFINEMENT_CONDITION_FACTOR: Final = 1e3
 """Condition number, in units of MODAL_CONDITION_LIMIT, above which refinement stops: the first approximation may be
-worse conditioned than the refined blocks, but not by more."""
+worse conditioned than the refined blocks, but at most by this factor."""

@@ -1,4 +1,4 @@
-"""Numerical methods that know nothing of the oscillator, and the compilation of kernels.
+"""Numerical methods that do not depend on the oscillator, and the compilation of kernels.
 
 The package finds the first zero of a polynomial in the Bernstein basis without missing one, computes eigenvalues and
 solutions of small linear systems in given memory, and adds and multiplies unevaluated sums of two doubles.

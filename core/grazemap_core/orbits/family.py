@@ -49,7 +49,7 @@ class OrbitFamily:
         SteadyMotionError
             A mode is undamped.
         ConditioningError
-            The modal model would lose digits.
+            The modal model is ill-conditioned.
         """
         require_forced(oscillator)
         require_damped(oscillator)

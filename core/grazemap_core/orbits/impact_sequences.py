@@ -32,9 +32,9 @@ class ImpactSequence:
     phases : ndarray of shape (k,)
         ``omega t`` with the forcing ``f sin(omega t)``, radians, increasing, the first in [0, 2 pi n).
     velocities : ndarray of shape (k,)
-        Of mass 1 before the impact. The sign is that of the stop; of a virtual impact it is the opposite one.
+        Velocity of mass 1 before the impact. It has the sign of the stop; for a virtual impact, the opposite sign.
     symmetric : bool
-        These are the impacts of half the period, and their mirror images those of the other half.
+        Whether these are the impacts of half the period; those of the other half are their mirror images.
     """
 
     period: int
@@ -57,8 +57,8 @@ class ImpactSequence:
         Raises
         ------
         ParameterError
-            There are no impacts, not one phase and velocity for every stop, a stop is neither 1 nor -1, phases do not
-            increase or span a period (half of one, for symmetric motions), or the period is below 1, or even for a
+            There are no impacts; the numbers of stops, phases and velocities differ; a stop is not 1 or -1; phases do
+            not increase, or span a period (half of it for symmetric motions); the period is below 1, or even for a
             symmetric motion.
         """
         checked_order("period", period, 1)
@@ -141,8 +141,7 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
     Raises
     ------
     ParameterError
-        The motion is not named as periodic, has no impacts, chatter, rest or grazes, or the record is shorter than its
-        period.
+        The motion is not periodic, has no impacts, or has chatter, rests or grazes; or the record is too short.
     """
     motion = run.motion
     if motion.kind != "periodic" or motion.period is None or run.final is None:

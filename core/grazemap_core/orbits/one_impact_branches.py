@@ -1,4 +1,4 @@
-"""Branches of periodic motions with one impact, or one on either stop, at one forcing frequency, in closed form.
+"""Branches of periodic motions with one impact, or one on each stop, at one forcing frequency, in closed form.
 
 A branch runs over all clearances. Its special points are where it turns (SN), doubles its period (PD) or loses its
 symmetry (SB), and where mass 1 touches a stop between its impacts (GR). See theory, "One impact a period".
@@ -37,11 +37,11 @@ class BranchPoint:
     type : {"SN", "PD", "SB", "GR"}
         Saddle-node, period doubling, symmetry breaking; or a graze, at which the branch ends.
     angle : float
-        Where on the branch, radians, from pi/2 (grazing) down.
+        Angle on the branch, radians, decreasing from pi/2 (grazing).
     clearance, impact_velocity : float
-        There; the velocity is that before an impact, >= 0.
+        Clearance, and velocity before an impact, >= 0.
     admissible : bool
-        The orbit there has no other contact with a stop; of a GR: the orbits on one side of it have none.
+        The orbit has no other contact with a stop; for a GR, the orbits on one side of it have none.
     stop : int or None
         GR only: +1 when the further contact is with the stop that is struck (first), -1 when with the other one.
     time : float or None
@@ -78,7 +78,7 @@ class OneImpactBranch:
     velocity_coefficient : float
         ``d = (1 + (1 + R) H')/omega``, a time, above ``(1 - R)/(2 omega)``.
     lowest : float
-        Angle at which the clearance is 0, where the branch ends if it does not end before.
+        Angle at which the clearance is 0; the branch ends there, or before.
     admissible_above : float
         Orbits with an angle above this, and below pi/2, have no contacts other than their impacts; pi/2 if there are
         none.
@@ -132,7 +132,7 @@ class OneImpactBranch:
 def one_impact_branch(
     oscillator: Oscillator, omega: float, multiple: int = 1, symmetric: bool = False
 ) -> OneImpactBranch:
-    """Return the branch of motions with one impact in n forcing periods, or one on either stop.
+    """Return the branch of motions with one impact in n forcing periods, or one on each stop.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def one_impact_branch(
     multiple : int
         n >= 1, odd for symmetric motions.
     symmetric : bool
-        One impact on either stop, n/2 forcing periods apart; otherwise one impact on one stop.
+        One impact on each stop, n/2 forcing periods apart; otherwise one impact on one stop.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def one_impact_branch(
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     return next(one_impact_branches(oscillator, [omega], multiple, symmetric))
 
@@ -217,7 +217,7 @@ class _Contact:
 def _first_contact(
     response: ImpulseResponse, pattern: Pattern, omega: float, sums: PeriodicSums, factor: float
 ) -> tuple[_Contact, Admissibility]:
-    """Return the first further contact on the branch, followed from the graze at which it begins."""
+    """Return the first further contact on the branch, by decreasing angle from the graze at which the branch begins."""
     contacts: list[tuple[bool, _Contact]] = []
     undecided = False
     blocks = (response.decay, response.discriminant, response.frequency_squared)
@@ -268,13 +268,13 @@ def _special_points(
 
 
 def saddle_node(c: float, d: float) -> tuple[float, float]:
-    """Return sine and cosine of the angle at which the clearance is largest; it counts for a positive cosine."""
+    """Return sine and cosine of the angle of the largest clearance; it is a saddle-node if the cosine is positive."""
     length = math.hypot(c, d)
     return d / length, -c / length
 
 
 def doubling(omega: float, sums: PeriodicSums, d: float, rebound: float) -> tuple[float, float]:
-    """Return sine and cosine of the one angle at which a multiplier is -1 (of the signed half period: SB).
+    """Return sine and cosine of the one angle at which a multiplier is -1 (a half multiplier: SB).
 
     ``tan(angle) = E/(Q d)`` with ``Q = -(1 + R) H(-1) omega^2`` and
     ``E = D(-1)^2 + (1 + R)^2 H(-1) (H''(1) - H''(-1)), D = 1 + (1 + R) H'``, from chi(-1) = 0.

@@ -59,7 +59,7 @@ class OneImpactCurves:
 def one_impact_curves(
     oscillator: Oscillator, omega: ArrayLike, multiple: int = 1, symmetric: bool = False
 ) -> OneImpactCurves:
-    """Return the curves SN, PD (or SB) and GR of motions with one impact in n periods, or one on either stop.
+    """Return the curves SN, PD (or SB) and GR of motions with one impact in n periods, or one on each stop.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def one_impact_curves(
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     branches = list(one_impact_branches(oscillator, omega, multiple, symmetric))
     size = len(branches)

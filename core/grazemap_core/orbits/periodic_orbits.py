@@ -1,8 +1,8 @@
 """Periodic orbits with any number of impacts: impacts, states, multipliers, contacts and error bounds.
 
-An orbit is solved for from a sequence of impacts near its own. The equations are analytic through impacts of velocity
-0, so a solution may have virtual impacts, at which mass 1 moves away from the stop. It then is no motion, and is not
-admissible (theory, "Any impacting orbit").
+Newton's method starts from a sequence of impacts near that of the orbit. The equations are analytic through impacts of
+velocity 0, so a solution may have virtual impacts, at which mass 1 moves away from the stop. Such a solution is no
+motion, and not admissible (theory, "Any impacting orbit").
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ class PeriodicOrbit:
     ----------
     omega, clearance : float
     impacts : ImpactSequence
-        As solved for: of a symmetric motion half the period. `impacts.whole` has all.
+        As solved for: for a symmetric motion, half the period. `impacts.whole` has all impacts.
     converged : bool
         The residual is round-off. Otherwise the numbers below are NaN.
     reason : str
         Why Newton's method has not converged; empty if it has.
     residual : float
-        Largest residual, in units of the larger one of clearance and steady amplitude.
+        Largest residual, in units of the larger of clearance and steady amplitude.
     steps : int
         Newton steps used.
     kantorovich : float
         The Newton-Kantorovich quantity, with the round-off of the residual. If it is at most 1/2, exactly one solution
         lies within `radius`, as certainly as floating-point numbers allow.
     radius : float
-        For phases in radians, and for velocities in units of omega times that length.
+        For phases in radians, and for velocities in units of omega times the unit of `residual`.
     displacement, velocity : ndarray of shape (N,)
         State just before the first impact; a trajectory started there begins with the impact.
     phase : float
@@ -57,7 +57,7 @@ class PeriodicOrbit:
     multipliers : ndarray of complex, shape (2N,)
         Floquet multipliers over the period, by decreasing modulus.
     half_multipliers : ndarray of complex, shape (2N,), or None
-        Of a symmetric motion: those of half the period followed by the mirror image, whose squares the multipliers are.
+        Symmetric motions only: those of half the period and the mirror image; their squares are the multipliers.
     stable : bool
         Every multiplier lies inside the unit circle.
     physical : bool
@@ -72,7 +72,7 @@ class PeriodicOrbit:
     excess_stop : int
         Stop of that maximum; 0 without one.
     least_period : int
-        Forcing periods after which the motion repeats: less than `impacts.period` for one that was found as a multiple.
+        Forcing periods after which the motion repeats: `impacts.period`, or less if that is a multiple of it.
     symmetric : bool
         It is its own mirror image half a period later.
     """
@@ -163,7 +163,7 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess
     Returns
     -------
     PeriodicOrbit
-        It is not `converged` where Newton's method finds no orbit of this sequence; `reason` says why.
+        Not `converged` if Newton's method finds no orbit of this sequence; `reason` states why.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: float, guess
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     check_point(omega, clearance)
     family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)

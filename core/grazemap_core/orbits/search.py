@@ -1,7 +1,7 @@
 """Guesses for a periodic orbit of which only the period and the stops are known.
 
 Motions with one impact a period are known in closed form; others are taken from trajectories that settle to them.
-Unstable motions with more impacts are found by neither: their phases and velocities have to be given.
+Neither finds unstable motions with more impacts: their phases and velocities have to be given.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from grazemap_core.orbits.one_impact_branches import OneImpactBranch, one_impact
 from grazemap_core.simulation.trajectories import trajectory
 
 RANDOM_STATES = 24
-"""Initial states tried besides rest."""
+"""Number of initial states tried besides rest."""
 TRANSIENT_PERIODS = 400
-"""Forcing periods that a trajectory has to settle."""
+"""Number of forcing periods in which a trajectory must settle."""
 
 
 def sequence_of_stops(
@@ -38,16 +38,16 @@ def sequence_of_stops(
     period : int
         n, forcing periods, >= 1.
     stops : sequence of +1 (stop A) or -1 (C)
-        Of the impacts of a whole period, in order, from any of them on.
+        Stops of the impacts of a whole period, in order, starting with any impact.
     seed : int
-        Of the initial states that are tried.
+        Seed of the random initial states that are tried.
 
     Raises
     ------
     ParameterError
         A number is out of range.
     SteadyMotionError, ConditioningError
-        As `one_impact_branches.one_impact_branch`.
+        As for `one_impact_branches.one_impact_branch`.
     """
     checked_order("period", period, 1)
     wanted = np.array(stops)

@@ -1,4 +1,4 @@
-"""Periodic motions that rest on a stop, or with complete chatter, found by simulation.
+"""Periodic motions with rests on a stop or complete chatter, found by simulation.
 
 Such a motion is not a finite sequence of impacts, so there are no equations of impact to solve. A trajectory that has
 settled to it is followed until it closes to round-off. Its events over one period and the Floquet multipliers of the
@@ -39,12 +39,12 @@ class SimulatedOrbit:
     motion : Motion
         Its name; not verified, and `reason` says why.
     start : State
-        At forcing phase 0.
+        State at forcing phase 0.
     impacts : Impacts
-        Of one period from there. Of a complete chatter only the impacts that were computed one by one, the last with
-        `kind` "chatter"; their number is not a property of the motion.
+        Impacts of one period from `start`. A complete chatter has only the impacts that were computed one by one, the
+        last with `kind` "chatter"; their number is not a property of the motion.
     sticking : Sticking
-        Of one period from there; a rest that continues beyond its end is two intervals.
+        Rests of one period from `start`; a rest that continues beyond its end is two intervals.
     multipliers : complex (2 N,)
         Floquet multipliers of the tangent flow, by decreasing modulus. A rest makes two of them 0, to round-off.
     closing : float
@@ -81,7 +81,7 @@ def simulated_orbit(
     Parameters
     ----------
     oscillator, omega, clearance
-        Of the trajectory.
+        Parameters of the trajectory.
     run : Trajectory
         Named as a periodic motion.
     max_period : int

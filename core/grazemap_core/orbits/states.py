@@ -21,7 +21,7 @@ def state_at(
 ) -> tuple[Floats, Floats]:
     """Return displacement and velocity, (N,) each, at a forcing phase; just before the impact if there is one.
 
-    `sequence` is what was solved for: half of a symmetric motion.
+    `sequence` is as solved for: for a symmetric motion, half the period.
     """
     model, count = family.model, family.model.size
     span = family.pattern.spacing(omega)
@@ -45,7 +45,7 @@ def multipliers_of(problem: OrbitProblem, phases: Floats, speeds: Floats, before
     """Return the Floquet multipliers over a span, by decreasing modulus, complex (2N,).
 
     One part of each saltation matrix grows as 1/v where the impact velocity v vanishes. With an additional unknown for
-    that part of every impact the multipliers are the eigenvalues of a pencil with entries of one size, so small
+    that part of every impact the multipliers are the eigenvalues of a pencil with entries of comparable size, so small
     multipliers keep their digits beside one that tends to infinity. The infinite eigenvalues that belong to the
     additional unknowns are left out.
     """

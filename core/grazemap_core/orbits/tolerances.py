@@ -46,7 +46,7 @@ itself, with a vanishing velocity. It is a multiple of MAXIMUM_ANGLE, the accura
 SAME_ORBIT: Final = 1e-7
 """Relative difference of phases and velocities up to which two parts of an orbit are the same. The parts of an orbit
 whose symmetry is broken, or whose period is doubled, differ by the square root of the distance from the bifurcation:
-orbits that are taken for the same are within 1e-14 of it."""
+orbits that count as the same are within 1e-14 of the bifurcation."""
 
 MAX_KANTOROVICH: Final = 0.5
 """Maximum of the Newton-Kantorovich quantity with which exactly one solution exists near the numbers: the bound of the
@@ -57,7 +57,7 @@ ORBIT_NEARBY: Final = 100.0
 of the distance to which its returns extrapolate. Stiff modes and slow impacts increase it."""
 
 MAX_VERIFIED_IMPACTS: Final = 128
-"""Maximum number of impacts of a motion that is verified: the time that it takes grows with its square."""
+"""Maximum number of impacts of a motion that is verified: the time taken grows with the square of the number."""
 
 VERIFICATION_STEPS: Final = 8
 """Maximum number of Newton steps from a trajectory to the orbit near it: three are used, more for slow impacts."""

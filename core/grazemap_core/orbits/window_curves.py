@@ -63,7 +63,7 @@ def window_curves(
     max_multiple: int = 2,
     points: int = 400,
 ) -> list[CurvePiece]:
-    """Return the curves of motions with one impact in up to `max_multiple` periods, or one on either stop.
+    """Return the curves of motions with one impact in up to `max_multiple` periods, or one on each stop.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def window_curves(
     omega, clearance : (float, float)
         The window, 0 < start < stop each.
     max_multiple : int
-        >= 1; of symmetric motions the odd ones.
+        >= 1; symmetric motions have odd multiples only.
     points : int
         Frequencies across the window, >= 2.
 
@@ -83,7 +83,7 @@ def window_curves(
     SteadyMotionError
         A mode is undamped.
     ConditioningError
-        The modal model would lose digits.
+        The modal model is ill-conditioned.
     """
     for name, (start, stop) in (("omega", omega), ("clearance", clearance)):
         if not (np.isfinite([start, stop]).all() and 0.0 < start < stop):

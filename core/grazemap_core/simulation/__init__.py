@@ -1,4 +1,4 @@
-"""Trajectories and what they settle to.
+"""Trajectories and the motions to which they settle.
 
 The package follows trajectories with a record of every impact, detects the period of the motion, and computes monodromy
 matrices and Lyapunov exponents from the linearised flow.

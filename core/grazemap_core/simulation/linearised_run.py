@@ -29,7 +29,7 @@ class LinearisedRun:
     Attributes
     ----------
     problem, held : CellProblem, HeldProblem
-        The oscillator as the kernels take it.
+        Arguments of the kernels that describe the oscillator.
     state : (N, 2)
         Current state, in block coordinates and minus the steady motion.
     steady : (2 N,)

@@ -1,4 +1,4 @@
-"""The two largest Lyapunov exponents of a motion, with standard errors, and its kind as far as they decide it."""
+"""The two largest Lyapunov exponents of a motion, with standard errors, and its kind if they decide it."""
 
 from __future__ import annotations
 

@@ -29,17 +29,17 @@ class Monodromy:
     ----------
     matrix : (2 N, 2 N)
         Maps a perturbation of (x_1 .. x_N, v_1 .. v_N) to that n periods later. The phase of the forcing is not
-        perturbed, so there is no multiplier 1 of a shift in time.
+        perturbed, so no multiplier is 1 because of a shift in time.
     multipliers : complex (2 N,)
         Its eigenvalues, by decreasing modulus. Those below about 1e-15 of the norm of the matrix are round-off.
     period : int
-        n.
+        Number n of forcing periods.
     time : float
         Duration of n forcing periods.
     phase : float
         Forcing phase at which the matrix is taken, radians.
     displacement, velocity : (N,)
-        State there.
+        State at which the matrix is taken.
     closing : float
         Largest displacement, in units of the clearance, between that state and the state n periods later. The
         eigenvalues are Floquet multipliers if this is round-off.

@@ -58,10 +58,10 @@ class Motion:
     sticking : bool or None
         Whether mass 1 rests on a stop some time in the period.
     verified : bool
-        Whether the periodic orbit was solved for and is isolated, admissible and stable, with the least period. A
+        Whether the periodic orbit was solved for and is isolated, admissible and stable, with the minimum period. A
         trajectory that returns to its start is not verified by that alone.
     reason : str or None
-        Why an unresolved motion is so.
+        Why the motion is unresolved, or periodic but not verified.
     """
 
     kind: str
@@ -93,8 +93,8 @@ def motion_from_codes(
 def kinds_of(reason: Integers, growth: Integers, unverified: Integers) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Return the codes of kind and reason.
 
-    `reason` is the code of `period_detection`. Where it names no motion, `growth`, the code of `lyapunov`, decides the
-    kind; where it names one, `unverified`, the code of `verification`, is the reason.
+    `reason` is the code of `period_detection`. If it is RESOLVED, the motion is periodic and its reason is
+    `unverified`, the code of `verification`. Otherwise `growth`, the code of `lyapunov`, decides the kind.
     """
     periodic = reason == codes.RESOLVED
     kind = np.select(

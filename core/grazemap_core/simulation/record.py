@@ -60,7 +60,7 @@ class Record:
     ----------
     problem, held : CellProblem, HeldProblem
     shape : (N, N, 2)
-        Of the modal model.
+        As in `ModalModel`.
     steady : complex (N,)
         Steady response of every mass, the initial phase included.
     clearance : float
@@ -69,7 +69,7 @@ class Record:
     first_half : int
         The half period with which the record begins, even.
     end : float
-        Its duration; minus infinity if the trajectory ended before the record began.
+        Duration of the record; minus infinity if the trajectory ended before the record began.
     """
 
     problem: CellProblem
@@ -141,7 +141,7 @@ class Record:
         """
         times = checked_times(times, self.end)
         whole, within = split_times(times, self.problem.omega)
-        # compared with the times as returned: a sample at the time of an impact is after it
+        # compared with the rounded times that users see: a sample at the time of an impact shows the state after it
         row = np.searchsorted(self.event_time[1:], times, side="right").astype(np.int64)
         return self._sampled(row, self.first_half + 2 * whole, within, self.problem.omega * within)
 

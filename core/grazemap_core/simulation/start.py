@@ -22,7 +22,7 @@ from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 
 EVENTS = 64
-"""Events that the record of a run holds at first."""
+"""Initial capacity of the record of a run, in events."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class ForcedChain:
 
 @dataclass(eq=False)
 class Start:
-    """A trajectory at its start, after the impact if it starts by moving into a stop.
+    """A trajectory at its start; if it starts by moving into a stop, after this impact.
 
     Attributes
     ----------
@@ -199,5 +199,5 @@ def state_at(chain: ForcedChain, run: Start, phase: float) -> State:
 
 
 def wrapped(phase: float) -> float:
-    """Return a phase modulo 2 pi, in (-pi, pi]; it is not rounded if it lies there already."""
+    """Return a phase modulo 2 pi, in (-pi, pi]; a phase in this range is returned unchanged."""
     return phase if abs(phase) <= math.pi else math.atan2(math.sin(phase), math.cos(phase))

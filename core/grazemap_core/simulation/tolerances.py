@@ -30,8 +30,8 @@ APPROACH_RATE: Final = 0.99
 """Contraction per return above which a trajectory does not count as convergent."""
 
 GRAZE_SPEED_RATIO: Final = 4.0
-"""Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which the
-trajectory may or may not touch the stop there, so that the orbit is not used."""
+"""Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which it is
+uncertain whether the orbit touches the stop. Such an orbit is not used."""
 
 RANK_ROUNDING: Final = 64.0 * EPSILON
 """Relative residual of a perturbation after projection on the others up to which it is in their span: round-off."""
@@ -40,7 +40,7 @@ EXPONENT_BLOCKS: Final = 32
 """Minimum number of block means for a standard error; its own relative error is then 1/sqrt(62) = 13 %."""
 
 EXPONENT_MARGIN: Final = 5.0
-"""Number of standard errors by which an exponent with a sign differs from zero: by chance once in two million."""
+"""Standard errors between zero and an exponent of decided sign; exceeded by chance once in two million cases."""
 
 GROWTH_SURE: Final = 18.0
 """Growth of perturbations, in nats, over either half of a run above which a motion is chaotic, however uneven the
@@ -52,9 +52,9 @@ GROWTH_BOUND: Final = 1.5
 1 for a bounded sum, above sqrt(8) = 2.8 for a random walk, 8 for a drift."""
 
 GROWTH_DRIFT: Final = 0.05
-"""Weighted growth over a whole run, in nats, up to which the largest exponent is zero. Of 39 motions of random chains
-with bounded growth over 500 periods, 36 were still tori after 20,000: over 1,000 periods their growth was 0.04 or less,
-that of the three slow spirals 0.16 or more."""
+"""Weighted growth over a whole run, in nats, up to which the largest exponent counts as zero. Of 39 motions of random
+chains with bounded growth over 500 periods, 36 were still tori after 20,000: over 1,000 periods their growth was 0.04
+or less, that of the three slow spirals 0.16 or more."""
 
 ORBIT_EXTENT: Final = 0.02
 """Relative change of the extent of a quasi-periodic orbit from the first half of the run to the second. Means over a

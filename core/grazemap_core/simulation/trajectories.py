@@ -53,7 +53,7 @@ class Trajectory:
     final : State or None
         State at the end of the record, with the phase in (-pi, pi]: a trajectory from it continues this one. During the
         summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began, or
-        in numbers that are not finite.
+        if a number is not finite.
     record : Record
         The events, from which all of this is derived.
     """
@@ -76,14 +76,14 @@ class Trajectory:
         Raises
         ------
         ParameterError
-            A time outside the record.
+            A time lies outside the record.
         """
         return self.record.at(times)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is recorded of a trajectory: the parameters of `trajectory` after the state."""
+    """The recorded interval and the samples of a trajectory: the parameters of `trajectory` after the state."""
 
     periods: int
     transient_periods: int
@@ -116,13 +116,13 @@ def trajectory(
     phase : float
         Forcing phase at t = 0, radians.
     periods, transient_periods : int
-        Forcing periods that are recorded, and those before them that are not.
+        Forcing periods that are recorded, and forcing periods before the record.
     samples_per_period : int
-        Samples are at multiples of the forcing period over this, both ends included.
+        Number of samples per forcing period, at equal intervals; both ends of the record are sampled.
     max_period : int
         Largest period of a motion that is looked for.
     times : (n,) or None
-        Samples are at these times of the record instead.
+        Times of the samples, in the record, instead of equal intervals.
 
     Raises
     ------

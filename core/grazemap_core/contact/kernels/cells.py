@@ -1,4 +1,4 @@
-"""The oscillator as the trajectory kernels take it, and the elementary operations on its state.
+"""The arguments of the trajectory kernels that describe an oscillator, and elementary operations on its state.
 
 Time is cut into cells, an even number per forcing period. A state is the pair (u_j, u_j') of every block of the modal
 model *minus the steady motion*, which is tabulated over the cells of one period. A state therefore decays between
@@ -45,7 +45,7 @@ class CellProblem(NamedTuple):
     cell_flow : (N, 4)
         Flow over one cell, row by row.
     flow_table : (n, N, 8)
-        The same over 0, 1, .. n - 1 cells, followed by the rounding errors of the entries.
+        Flow over 0, 1, .. n - 1 cells, row by row, followed by the rounding errors of the entries.
     steady_table : (cells + 1, 2)
         G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part.
     steady_bound : float
@@ -131,7 +131,7 @@ def carry(problem: CellProblem, start: Floats, cells: int, u: Floats) -> None:
 
 @kernel
 def first_mass(problem: CellProblem, u: Floats, steady_real: float, steady_imag: float) -> tuple[float, float]:
-    """Return x1, v1 of a state where the steady motion has the given amplitude, real and imaginary."""
+    """Return x1, v1 of a state; `steady_real` and `steady_imag` are the complex steady motion of mass 1."""
     x = steady_imag
     v = problem.omega * steady_real
     for j in range(u.shape[0]):
@@ -148,7 +148,7 @@ def steady_motion_at(problem: CellProblem, cell: int, offset: float) -> tuple[fl
 
 @kernel
 def first_acceleration(problem: CellProblem, u: Floats, steady_imag: float) -> float:
-    """Return the acceleration of mass 1 of a state where the imaginary part of the steady motion is given."""
+    """Return the acceleration of mass 1 in a state; `steady_imag` is its steady displacement."""
     a = -problem.omega * problem.omega * steady_imag
     for j in range(u.shape[0]):
         second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
@@ -179,7 +179,7 @@ def expand(
     taylor: Floats,
     terms: Floats,
 ) -> tuple[float, float, float]:
-    """Write the series of x1 over the coming `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
+    """Write the series of x1 over the next `length`, scaled to t in [0, 1], into taylor (TAYLOR_DEGREE + 1,).
 
     With the problem and state of a resting mass 1 it is the series of its acceleration.
 
@@ -198,7 +198,7 @@ def expand(
     size : float
         Sum of the moduli of all terms, to which round-off is relative.
     tail : float
-        The same for the terms of degree two and higher.
+        Sum of the moduli of the terms of degree two and higher.
     rest : float
         Bound of the remainder of the series on [0, 1].
     """

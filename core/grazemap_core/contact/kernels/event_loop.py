@@ -29,7 +29,7 @@ from grazemap_core.numerics.kernels.double_double import two_sum
 
 @kernel
 def may_rest(restitution: float, step: float, contact_acceleration: float, leaving: float) -> bool:
-    """Return whether mass 1 may come to rest after an impact, a necessary condition that is cheap to compute.
+    """Return whether mass 1 may come to rest after an impact: a necessary condition that is cheap to compute.
 
     `contact_acceleration` is the acceleration of mass 1 toward the stop after the impact, `leaving` its speed.
     """

@@ -36,7 +36,7 @@ def is_clear(x0: float, v0: float, x1: float, v1: float, step: float, fourth: fl
 def _other_start(work: Workspace, stop: int, length: float) -> int:
     """Write the gap to the anchor, divided by its zeros at the start, into work.distance, and return its degree.
 
-    For a number of zeros other than one.
+    Used if the number of zeros is not one.
     """
     roots = work.cursor[workspace.ROOTS]
     for k in range(TAYLOR_DEGREE + 1 - roots):

@@ -104,7 +104,7 @@ def reason_of_end(status: int) -> int:
 
 @kernel
 def counted(chatter_impacts: float, impacts: float) -> float:
-    """Return how many impacts of half a period count toward SETTLING_IMPACTS: without those of complete chatter."""
+    """Return how many impacts of half a period count toward SETTLING_IMPACTS: all but those of complete chatter."""
     if chatter_impacts >= COMPLETE_CHATTERS * MAX_CHATTER_IMPACTS:
         return impacts
     return max(0.0, impacts - chatter_impacts)

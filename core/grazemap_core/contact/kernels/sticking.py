@@ -213,7 +213,7 @@ def write_free_state(
 def start_on_stop(
     problem: CellProblem, held: HeldProblem, u: Floats, clearance: float, stop: int, work: Workspace
 ) -> int:
-    """Start a trajectory at rest on a stop, where mass 1 stays if it is accelerated toward it. OK or NO_HELD_FLOW."""
+    """Start a trajectory at rest on a stop; mass 1 stays there if pressed against it. Returns OK or NO_HELD_FLOW."""
     work.cursor[workspace.ANCHOR] = stop
     work.cursor[workspace.ROOTS] = 2
     work.near[0] = 0.0
@@ -238,7 +238,7 @@ def rest_in_cell(
     half: int,
     work: Workspace,
 ) -> int:
-    """Advance a state to the end of the cell after `run_cell` returned AT_STOP, with its statuses or NO_HELD_FLOW.
+    """Advance a state to the end of the cell after AT_STOP. Returns a status of `run_cell`, or NO_HELD_FLOW.
 
     u (N, 2) is the free state; on return it is meaningless if mass 1 rests.
     """

@@ -24,9 +24,9 @@ class HeldProblem(NamedTuple):
     output_row : (n, 4)
         Acceleration of mass 1 at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'.
     steady_table : (cells + 1, 2)
-        The harmonic part of that acceleration, as (real, imaginary) at the cell boundaries; it is the imaginary part.
+        Harmonic acceleration of mass 1 at rest, as (real, imaginary) at the cell boundaries; it is the imaginary part.
     static_acceleration : float
-        Static part of that acceleration per unit of clearance, away from the stop; >= 0.
+        Static part of the acceleration of mass 1 at rest per unit of clearance, away from the stop; >= 0.
     viscous_term : float
         C_11/m_1.
     profile : (n,)
@@ -34,18 +34,18 @@ class HeldProblem(NamedTuple):
     phase_factors : (cells + 1, 2)
         exp(i phase) at the cell boundaries.
     steady, free_steady : (n, 2), (N, 2)
-        Steady motion of masses 2 .. N with mass 1 at rest, and of all masses with mass 1 free: imaginary parts of these
-        times exp(i phase).
+        Amplitudes of the steady motion of masses 2 .. N with mass 1 at rest, and of all masses with mass 1 free. The
+        displacement is the imaginary part of amplitude times exp(i phase).
     to_blocks, from_blocks : (2 n, 2 n)
-        Between displacements and velocities of masses 2 .. N, and the blocks of the held chain.
+        Conversions between displacements and velocities of masses 2 .. N and the blocks of the held chain.
     to_free, from_free : (2 N, 2 N)
-        The same for the whole chain.
+        These conversions for the whole chain.
     exists : bool
         False if the held chain has no accurate closed form: an undamped resonance with the forcing, or two blocks that
         are nearly defective together.
     state : (n, 2)
-        The held state while mass 1 rests; changed in place. It is not a part of the workspace because every array there
-        is an argument of the kernels of a cell, at a measurable cost.
+        The held state while mass 1 rests; changed in place. It is not a part of the workspace, because every array of
+        the workspace is an argument of the kernels of a cell, at a measurable cost.
     since : (2,)
         The half period and the time in it at which mass 1 came to rest; changed in place.
     physical : (2 N,)

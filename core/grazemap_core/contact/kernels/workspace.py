@@ -37,7 +37,7 @@ ANCHOR = 0
 ROWS = 1
 """Number of events."""
 HELD = 2
-"""The stop that mass 1 rests on, the summed impacts of a complete chatter included; or 0."""
+"""The stop that mass 1 rests on, also during the summed impacts of a complete chatter; or 0."""
 ROOTS = 3
 """Order of the zero of the gap to the anchor at this moment: 1 after an impact, 2 from rest, 3 after a release; 0 when
 mass 1 has left the stop and the gap is in `near`."""
@@ -48,11 +48,11 @@ RIGHT, LEFT = 0, 1
 MIN_SPEED = 2
 """Minimum impact speed; 0 with a complete chatter."""
 UNDECIDED = 3
-"""Undecided events: grazes (`GRAZE`), and touches of zero by the contact acceleration of a resting mass 1, which may be
-releases and are taken as none."""
+"""Undecided events: grazes (`GRAZE`), and times at which the contact acceleration of a resting mass 1 touches zero.
+Such a touch may be a release, but mass 1 is taken to stay."""
 MIN_UNPRESSED_SPEED = 4
-"""Minimum speed of the impacts without acceleration toward the stop: only these can become grazes. 0 with a graze to
-within round-off."""
+"""Minimum speed of the impacts without acceleration toward the stop: only these can become grazes. It is 0 if there is
+a graze to within round-off."""
 HELD_RIGHT, HELD_LEFT = 5, 6
 """1 if mass 1 has rested on that stop."""
 FOLLOWED = 7
@@ -68,7 +68,7 @@ EVENT_COLUMNS = 6
 IMPACT = 0
 """An impact; the state is free."""
 CHATTER = 1
-"""The impact that infinitely many others follow within the delay; the state is held."""
+"""The impact after which infinitely many others follow within the delay; the state is held."""
 IMPACT_AND_REST = 2
 """An impact after which mass 1 stays on the stop (restitution 0); the state is held."""
 REST = 3

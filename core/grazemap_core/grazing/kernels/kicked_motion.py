@@ -1,7 +1,7 @@
-"""A free motion with unit impulses at even intervals, and the contacts of its orbits with a stop between them.
+"""A free motion with unit impulses at equal intervals, and the contacts of its orbits with a stop between them.
 
-`contact_angle` returns the angle on the branch of single-impact orbits at which a further contact appears: the largest
-one over the time between impacts. The search halves cells until bounds decide (theory, "One impact a period").
+`contact_angle` returns the angle on the branch of single-impact orbits at which a further contact appears: the maximum
+over all times between two impacts. The search halves cells until bounds decide (theory, "One impact a period").
 
 Let P(t) be the distance beyond the stop. The third derivative of the motion is bounded by the energies of the blocks,
 which never increase. A cell is decided when
@@ -49,7 +49,7 @@ _NEWTON_STEPS = 60
 """Maximum number of Newton or bisection steps for a maximum."""
 
 _CLEAR, _CANDIDATE, _HALVE = 0, 1, 2
-"""What a cell needs: nothing, the test of a point at which the distance may be positive, or halving."""
+"""What a cell requires: nothing, a test of the point where the distance may be positive, or halving."""
 
 
 class KickedMotion(NamedTuple):
@@ -61,7 +61,7 @@ class KickedMotion(NamedTuple):
     state : ndarray of shape (N, 2)
         Contribution of each block to G and G' just after an impulse.
     level : float
-        H, the displacement at an impulse that the earlier ones cause.
+        H, the displacement of mass 1 at an impulse, caused by all earlier ones.
     factor : float
         ``(1 + R)/d``.
     omega : float
@@ -163,13 +163,13 @@ def _verdict(excess: float, terms: float) -> int:
 def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: Floats) -> tuple[int, float]:
     """Return whether orbits of vanishing impact speed meet the stop, and when.
 
-    The times are those at which the forcing is as at the graze: there a contact does not depend on the angle.
+    Only the times at which the forcing is as at the graze are tested: there a contact does not depend on the angle.
 
     Returns
     -------
     verdict : FOUND if they do not, UNDECIDED or NEVER.
     time : float
-        NaN if they do not.
+        Time of the contact; NaN if there is none.
     """
     verdict, time = FOUND, math.nan
     half = math.pi / motion.omega
@@ -269,7 +269,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
     Returns
     -------
     sine, cosine : float
-        Of the angle, in [-pi/2, pi/2].
+        Sine and cosine of the angle, in [-pi/2, pi/2].
     time : float
         Time of the contact.
     status : int
@@ -285,7 +285,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
     if stop > 0:
         _distance(motion, stop, 0.0, here)
         if abs(here[1]) <= CONTACT_ROUNDOFF * motion.omega * here[7]:
-            # no rebound: whether mass 1 leaves the stop at all is one of the contacts
+            # no rebound: mass 1 may stay on the stop, which counts as a contact
             length = math.hypot(here[2], here[5])
             sine, cosine, time = here[2] / length, here[5] / length, 0.0
 

@@ -65,7 +65,7 @@ _TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
 """Work for a point of a curve, relative to a point of a branch: singular values of a matrix of twice the size, or
 differences of functions of the multipliers and contacts."""
 _SHORTER = 0.1
-"""Factor on the step along a branch, for a second attempt if the first finds no special point and does not arrive."""
+"""Factor on the step along a branch, for a second attempt if the first reaches neither a special point nor the end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,8 +145,8 @@ def map_borders(
     omega, clearance : (m,), (n,)
         The map's grid, increasing.
     arrays : dict of arrays (n, m)
-        As `unfolding.unfolding_map_tile` returns. Trajectories from rest are tried first, so the orbits of
-        other policies may not all be found.
+        From `unfolding.unfolding_map_tile`. Trajectories from rest are tried first, so the orbits of other policies may
+        not all be found.
     report : callable of (done, total), optional
         Called when more of the work is done than before; done stays below total.
 
@@ -165,7 +165,7 @@ def map_borders(
 
 
 class _Explaining:
-    """The pairs, and what is known of them so far; arrays (p, 2) are of the motions of their two points."""
+    """The pairs, and what is known of them so far; arrays (p, 2) have one number for the motion of each point."""
 
     def __init__(self, grid: Grid, regions: Regions, progress: BorderProgress) -> None:
         self.grid, self.regions, self.progress = grid, regions, progress
@@ -201,7 +201,7 @@ class _Explaining:
         return pairs
 
     def _solve_across(self) -> Booleans:
-        """Solve for every motion at the other point of its pair; return which pairs are one motion after all."""
+        """Solve for every motion at the other point of its pair; return which pairs have the same motion."""
         same = np.zeros(len(self.pairs), dtype=np.bool_)
         jobs: dict[tuple[int, int], list[tuple[int, int, Point, Point]]] = {}
         for i, pair in enumerate(self.pairs):
@@ -290,7 +290,7 @@ class _Explaining:
         self.reason[left] = _LEAVES  # the motion ends on this curve only, which is steeper than a step
 
     def _take(self, curve: BorderCurve, number: int) -> None:
-        """Explain by a curve all pairs at which a motion of a name ends and which it passes."""
+        """Explain by a curve all pairs that it separates and at which a motion of this name ends."""
         ends_there = np.any(self.ends & (self.number == number), axis=1)
         members = np.flatnonzero((self.curve < 0) & ends_there).tolist()
         self.curves.append(curve)
@@ -319,7 +319,7 @@ class _Explaining:
         return most
 
     def _follow_across(self, i: int, side: int) -> SpecialPoint | None:
-        """Follow a motion from its point to the other one; return the special point at which it ends, if it does."""
+        """Follow a motion from its point to the other one; return the special point at which it ends, or None."""
         point = self.pairs[i][side]
         region = self.regions.at(point)
         if region is None:  # the steady motion

@@ -22,7 +22,7 @@ NO_NAME = -1
 
 
 class Name(NamedTuple):
-    """What a map calls a periodic motion; mirror images have one name.
+    """The name of a periodic motion in a map; mirror images have the same name.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Name(NamedTuple):
 
     @property
     def impacts(self) -> int:
-        """Impacts that have to be solved for: of symmetric motions those of half the period."""
+        """Number of impacts to solve for: for symmetric motions, those of half the period."""
         both = max(self.more, 0) + max(self.fewer, 0)
         return both // 2 if self.symmetric else both
 
@@ -64,7 +64,7 @@ class Grid(NamedTuple):
     omega, clearance : (m,), (n,)
     names : tuple of Name
     name : int (n, m)
-        Place in `names`; NO_NAME where the map has no periodic motion.
+        Index in `names`; NO_NAME where the map has no periodic motion.
     slowest : (n, m)
         Speed of the slowest impact, which distinguishes orbits of one name.
     settled_after : int (n, m)

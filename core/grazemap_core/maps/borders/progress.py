@@ -12,7 +12,7 @@ Report = Callable[[int, int], object]
 """Called with (done, total)."""
 
 TOTAL: Final = 1000
-"""Number of steps of the whole."""
+"""Total number of steps."""
 
 Stage = tuple[float, float]
 """Shares of the whole that are done at the beginning and at the end of a stage."""

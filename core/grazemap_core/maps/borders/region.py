@@ -33,7 +33,7 @@ class Equations:
         Raises
         ------
         ParameterError, SteadyMotionError, ConditioningError
-            As `OrbitFamily.of`.
+            As for `OrbitFamily.of`.
         """
         key = (period, symmetric, column)
         if key not in self._problems:
@@ -64,7 +64,7 @@ class Region:
     name : Name
     period : int
     stops : int (k,)
-        Of symmetric motions those of half the period.
+        For symmetric motions, those of half the period.
     symmetric : bool
     orbits : dict of Point to (phases, velocities), (k,) each
     """
@@ -84,8 +84,8 @@ class Region:
     def solve(self, column: int, rows: Integers, guesses: list[tuple[Floats, Floats]]) -> Solved:
         """Solve for the orbits at points of a column, each from its own guess.
 
-        An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and symmetric only if the
-        region's are.
+        An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and not symmetric unless the
+        region's orbits are.
         """
         problem = self.equations.problem(self.period, self.symmetric, column)
         phases = np.array([phases for phases, _ in guesses])

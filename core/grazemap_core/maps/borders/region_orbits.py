@@ -29,11 +29,11 @@ from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
 NO_REGION = -1
 _RUNS = 3
-"""Trajectories from rest at a point, each twice as long as the one before, that are tried for an orbit there."""
+"""Number of trajectories from one initial state, each twice as long as the one before, that are tried for an orbit."""
 _RANDOM_STATES = 256
 """Number of initial states that are tried at a point, to find one that leads to the map's motion."""
 _MOST_STATES = 4
-"""Number of those states that are followed: the first to settle."""
+"""Number of those states that are used: those whose trajectories settle first."""
 
 
 class Regions:
@@ -43,7 +43,7 @@ class Regions:
     ----------
     grid : Grid
     number : int (n, m)
-        Place in `found` of a point's region; NO_REGION for motions that are not periodic, have no impacts or rest on a
+        Index in `found` of a point's region; NO_REGION where the motion is not periodic, has no impacts or rests on a
         stop, and where no orbit was found.
     found : list of Region
     """
@@ -54,7 +54,7 @@ class Regions:
         Raises
         ------
         ParameterError, SteadyMotionError, ConditioningError
-            As `OrbitFamily.of`.
+            As for `OrbitFamily.of`.
         """
         self.grid = grid
         self.number = np.full(grid.name.shape, NO_REGION, dtype=np.int64)

@@ -91,7 +91,7 @@ def empty_full_events(column: Column, k: int, used: int) -> None:
 
 @kernel
 def start_growth(column: Column, k: int, used: int) -> None:
-    """Start the measurement of growth in the SETTLING lanes that have only the half periods left that it takes."""
+    """Start measuring growth in the SETTLING lanes that have just enough half periods left for it."""
     counts, task = column.records.counts, column.task
     after = 2 * task.max_periods - task.growth_halves
     for lane in range(used):
@@ -108,10 +108,10 @@ def classify_lane(column: Column, lane: int, k: int, returned: int, closed: bool
     Parameters
     ----------
     returned : int
-        Minimum number of half periods after which the lane has returned to its RETURN_GOAL; 0 if it has not, or if
-        returns were not looked for.
+        Minimum number of half periods after which the lane has returned to within its RETURN_GOAL; 0 if it has not, or
+        if returns were not looked for.
     closed : bool
-        Whether it has returned to CLOSING_GOAL.
+        Whether it has returned to within CLOSING_GOAL.
     """
     group, counts = column.group, column.records.counts[lane]
     state = counts[lane_state.STATE]
@@ -191,7 +191,7 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> b
     window = period if symmetric else 2 * period  # half periods after which z returns
     after = max(0, (k - counts[lane_state.STARTED] - 3 * window + 1) // 2)
     if right == -1 and left == -1:
-        unverified = GRAZE_UNRESOLVED  # otherwise the envelope would lie between the stops
+        unverified = GRAZE_UNRESOLVED  # without a graze the envelope would lie between the stops
     elif sticking or right == INFINITE or left == INFINITE or column.group.regime[lane] == RESTING:
         unverified = STICKS
     else:
@@ -215,7 +215,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     """Look for the motion near a lane and verify it, as `verification.verify`.
 
     The shortest time after which the impacts repeat is tried first. They are compared to within about `distance` only,
-    so the orbit must be that near.
+    so the orbit must be within that distance.
     """
     problem, blocks, scratch, group = column.model.problem, column.blocks, column.verification, column.group
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
@@ -313,10 +313,10 @@ def _write_mean(column: Column, codes: Integers, figures: Floats, lane: int, k: 
 
 @kernel
 def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> None:
-    """Write the multiplier and the exponent of a motion from that of the half period map after which z returns."""
+    """Write the multiplier and the exponent of a motion, from the multiplier over one return of z."""
     halves = 2.0 if codes[lane_state.SYMMETRIC] != 0 else 1.0
     figures[lane_state.MULTIPLIER] = multiplier**halves
-    # a square may be too small for a number
+    # a square may underflow
     figures[lane_state.LYAPUNOV] = halves * np.log(multiplier) / codes[lane_state.PERIOD]
 
 

@@ -3,7 +3,7 @@
 A group of lanes takes trajectories from a queue. A lane whose trajectory is finished takes the next one at the start of
 a forcing period. One process computes one column at a time; maps are parallel across processes.
 
-`classification` decides what becomes of a lane. In a sweep every trajectory starts at the final state of the one before
+`classification` decides how a lane continues. In a sweep every trajectory starts at the final state of the one before
 it, so only one lane is in use.
 """
 
@@ -29,8 +29,8 @@ from grazemap_core.simulation.kernels.period_detection import StroboscopicHistor
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
 
 HALVES_BETWEEN_CHECKS = 6
-"""Half periods between searches for returns; a search costs as much as a half period. An even number, so that
-trajectories, which start at a search, start with a forcing period."""
+"""Half periods between searches for returns; a search costs as much as a half period. The number is even, because
+trajectories start both at a search and with a forcing period."""
 
 
 @kernel
@@ -121,7 +121,7 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
 def _start_at_final_state(column: Column, lane: int, clearance: float, rested: bool) -> None:
     """Start at the state column.u in which another trajectory ended, moved onto the stop where it is beyond it.
 
-    Mass 1 bounces off that stop at once if it moves into it, or stands on it if it was at rest (`rested`). u is
+    Mass 1 bounces off that stop at once if it moves into it, or rests on it if it was at rest (`rested`). u is
     overwritten.
     """
     problem, held, group, u = column.model.problem, column.model.held, column.group, column.u

@@ -22,7 +22,7 @@ GROWTH = 7
 HALVES_RUN, IMPACTS = 8, 9
 """Half periods that were run, and impacts that were followed one by one."""
 UNVERIFIED = 10
-"""Why a named motion is not verified, a code of `codes`; RESOLVED where it is."""
+"""Why a named motion is not verified, a code of `codes`; RESOLVED if it is verified."""
 CODES = 11
 
 # columns of `TrajectoryResults.figures`
@@ -38,7 +38,7 @@ SETTLING = 0
 GROWING = 1
 """Its motion is not named yet, and the growth of small changes is measured."""
 REPEATING = 2
-"""Its motion is named but not verified; it runs once more, with all changes of the state, for the multiplier."""
+"""Its motion is named but not verified; a basis of all changes is propagated for one more period."""
 ENDING = 3
 """Its motion is known; its state at the end of the forcing period is the start of the next trajectory of a sweep."""
 
@@ -54,7 +54,7 @@ COUNTS = 5
 FOLLOWED_IMPACTS, COUNTED_IMPACTS = 0, 1
 """Impacts that were followed one by one, and those that count toward SETTLING_IMPACTS."""
 RETURN_GOAL = 2
-"""Distance of a return, in units of the clearance, from which on the lane is classified."""
+"""Distance of a return, in units of the clearance, below which the lane is classified."""
 SIZES = 3
 
 
@@ -90,7 +90,7 @@ class ColumnTask(NamedTuple):
         Half periods at the end in which the growth of small changes is measured; with 0 there are no exponents of
         motions that are not periodic, nor multipliers of those that are not verified.
     growth_skipped : int
-        How many of these, at their beginning, do not count.
+        Number of these half periods, at the beginning, that do not count.
     """
 
     clearances: Floats

@@ -1,8 +1,8 @@
 """Tables of one oscillator at one forcing frequency for the lockstep kernels: polynomials over a cell.
 
-Within a cell, z runs from -1 to 1. Two things are polynomials in z: x1, given the state at the start of the cell, and
-the change of the state at the end of the cell by an impulse on mass 1 at z. Expanded about the middle of the cell, the
-degree LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's
+Within a cell, z runs from -1 to 1. Two quantities are polynomials in z: x1, given the state at the start of the cell,
+and the change of the state at the end of the cell by an impulse on mass 1 at z. Expanded about the middle of the cell,
+the degree LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's
 amplitude.
 """
 
@@ -48,11 +48,11 @@ class LaneTables(NamedTuple):
     series : (TERMS, 2 N)
         Coefficients in z of x1 over a cell, per component of the state at the start of the cell.
     forcing : (cells, TERMS)
-        The same of the steady motion.
+        Coefficients in z of the steady motion of mass 1 over each cell.
     unit_impulse : (2 N, TERMS)
         Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to mass 1 at z.
     response : (TERMS,)
-        Coefficients in s, half cells since a unit of velocity was given to mass 1, of x1.
+        Coefficients of x1 in s, the time in half cells since a unit of velocity was given to mass 1.
     scalars : (SCALARS,)
     """
 

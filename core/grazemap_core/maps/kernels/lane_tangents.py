@@ -31,10 +31,10 @@ from grazemap_core.simulation.kernels import lyapunov
 from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
 
 RECORDED_IMPACTS = MAX_VERIFIED_IMPACTS + HALF_PERIOD_EVENTS
-"""Capacity of a lane's events. Half the time or more they then hold all impacts of a motion that is to be verified;
-otherwise the motion is run again for them."""
+"""Capacity of a lane's events. In at least half of all cases this suffices for all impacts of a motion that is to be
+verified; otherwise the motion is run again to obtain them."""
 SCALAR_EVENTS = 4096
-"""Events of half a period beyond which changes are not propagated."""
+"""Maximum number of events in half a period with which changes are propagated."""
 
 NOTHING, ALL, PAIR, LOST = 0, 1, 2, 3
 """Changes along a lane: none; a basis of all; two that are kept orthonormal, with their growth; or propagation has

@@ -1,9 +1,9 @@
 """Vector arithmetic that carries all lanes, trajectories side by side, through one cell.
 
 Every function here is a few loops over lanes, innermost and without a branch, so that the compiler turns them into
-vector instructions. Lanes that need a case distinction are left to `lockstep`. A row of a work array holds one quantity
-for all LANES. The number of masses is a constant to the compiler: it is the length of the tuple `masses`, whose
-entries are not used.
+vector instructions. Lanes that need a case distinction are left to `lockstep`. Each row of a work array holds one
+quantity for all LANES. The number of masses is a constant to the compiler: it is the length of the tuple `masses`,
+whose entries are not used.
 
 Loops run over whole blocks of lanes, LANE_BLOCK or VECTOR of them, so the result of a lane does not depend on the
 others to the last bit.
@@ -25,7 +25,7 @@ from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, ker
 Masses = tuple[int, ...]
 
 LANES = 128
-"""Lanes of a group: many, so that those with an impact in one cell fill vectors; few enough for the caches."""
+"""Lanes of a group: enough for the lanes with an impact in one cell to fill vectors, few enough for the caches."""
 VECTOR = 8
 """Numbers in the longest vector of any processor; lanes with an impact are solved in blocks of this size."""
 LANE_BLOCK = 2 * VECTOR
@@ -40,7 +40,7 @@ REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 6, 7, 8, 9, 1
 """Bounds of |x1| and of h^4/384 |x1''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
 impact; acceleration toward the stop after it."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE = 13, 14, 15
-"""Lower bound of the gap before the impact, its zero divided out; what is certified; upper bound of the gap before the
+"""Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
 impact."""
 BATCH_ROWS = 16
 
@@ -51,7 +51,7 @@ there is no impact."""
 QUARTIC_TO_HERMITE = HERMITE_DIVISOR / 144.0
 """Factor from a bound of h^4/384 |x1''''|, as in the row FOURTH, to `quartic` of `lower_bound`, h^4/144 |x1''''|."""
 QUARTIC_TO_QUADRATIC = HERMITE_DIVISOR / 162.0
-"""Factor from the same to the error of the quadratic of `_find_impact`, h^4/162 |x1''''|."""
+"""Factor from the row FOURTH to the error of the quadratic of `_find_impact`, h^4/162 |x1''''|."""
 PARABOLA_DIVISOR = 1e-300
 """Lower bound of the denominator of a parabola's root: only a division by zero is avoided, and the root is limited to
 the cell anyway."""
@@ -532,9 +532,9 @@ def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
     """Certify that the impact is the first in the cell, that it is the only one, and that it needs no second pass.
 
     After the impact the gap is bounded as before it (`_find_impact`), with its zero at the start. There is no contact
-    with the other stop if the Bernstein coefficients of both arcs are below its distance. A second pass is needed where
-    mass 1 ends so close to this stop, and returns within the next cell, that the gap must be carried along by itself
-    (ANCHORED_GAP), and where mass 1 may come to rest.
+    with the other stop if the Bernstein coefficients of both arcs are below its distance. A second pass is needed if
+    mass 1 may come to rest. It is also needed if mass 1 returns within the next cell and ends so close to this stop
+    that the gap must be a separate number (ANCHORED_GAP).
     """
     count = min(count, LANES)
     rows = batch.rows

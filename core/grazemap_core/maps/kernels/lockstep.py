@@ -50,7 +50,7 @@ from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 
 OUT_OF_REACH = 1e300
-"""Clearance of a lane that is out of use; finite, so that differences are."""
+"""Clearance of a lane that is out of use; finite, so that differences are finite too."""
 
 FREE, NEAR, RESTING = 0, 1, 2
 """Regimes at the boundary of a cell."""
@@ -68,8 +68,8 @@ class Lanes(NamedTuple):
     Attributes
     ----------
     even, odd : ((2 N + 2) * LANES,)
-        State: (u, u') of every block, x1 and v1, at the start and at the end of a cell by turns; at the start and at
-        the end of a half period in `even`.
+        State: (u, u') of every block, x1 and v1. The arrays alternate as the start and the end of a cell; a half period
+        starts and ends in `even`.
     clearance, limit, reach : (LANES,)
         The clearance; limit of `lanes.advance`; bound of |x1| for all time to come without impacts.
     tally : (TALLY_SIZE, LANES)
@@ -77,7 +77,7 @@ class Lanes(NamedTuple):
     regime : (LANES,)
         FREE between the stops, NEAR a stop that mass 1 has just left, RESTING on one.
     cursor, near, resting, since : (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
-        Of a lane that is not FREE, as in `workspace.Workspace` and `sticking_flow.HeldProblem`.
+        Used for a lane that is not FREE, as in `workspace.Workspace` and `sticking_flow.HeldProblem`.
     status : (LANES,)
         OK, or why the trajectory ended.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
@@ -369,7 +369,7 @@ def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: in
         gap, rate = at[second.END_GAP * WIDTH + k], at[second.END_RATE * WIDTH + k]
         near[lane, 0] = gap
         near[lane, 1] = rate
-        # close to the stop, and the parabola through both rates returns to it within the next cell
+        # mass 1 is close to the stop, and the parabola through both rates returns to it within the next cell
         second_derivative = (
             0.5 * (rate - at[second.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - at[second.ORIGIN * WIDTH + k]))
         )

@@ -29,7 +29,7 @@ Fifteen = tuple[
 ]  # fmt: skip
 
 WIDTH = 16
-"""Lanes of a second pass; where at most half as many are there, only half are computed."""
+"""Number of lanes of a second pass; if at most half of them are used, only half are computed."""
 
 # rows of `SecondPass.rows`
 CLEARANCE, SIDE, ORIGIN, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
@@ -52,8 +52,8 @@ FOURTH_TO_HERMITE, FOURTH_TO_QUADRATIC = 144.0, 162.0
 """Divisors of s^4 max |fourth derivative|, see `lanes.lower_bound` and `lanes._find_impact`."""
 
 OTHER_STOP_SHARE = 1.9
-"""Distance that mass 1 may move from a stop, in clearances, for a contact with the other one to be excluded: that is at
-2, and the margin is wide because such lanes are rare."""
+"""Maximum distance of mass 1 from a stop, in clearances, at which a contact with the other stop is excluded. The other
+stop is at 2; the margin is wide because such lanes are rare."""
 
 
 class SecondPass(NamedTuple):
@@ -98,7 +98,7 @@ def _five(series: Floats, first: int, k: int) -> Five:
 
 @fused_inlined
 def _divide_five(c: Five, above: float, z: float) -> Five:
-    """Divide by (s - z), synthetically, through five coefficients; `above` is the coefficient of the next degree."""
+    """Divide five coefficients by (s - z), synthetically; `above` is the coefficient of the next degree."""
     c4 = c[4] + z * above
     c3 = c[3] + z * c4
     c2 = c[2] + z * c3
@@ -110,8 +110,8 @@ def _divide_five(c: Five, above: float, z: float) -> Five:
 def _shift_series(series: Floats, rows: Floats, by: int, count: int) -> None:
     """Expand the first `count` series about another point, further on by the row `by`.
 
-    Every division by (s - z) yields one more coefficient of the new series. Divisions also go through coefficients that
-    are final already, five at a time: so all of them stay in registers, which saves more than the operations cost.
+    Every division by (s - z) yields one more coefficient of the new series. Divisions also process coefficients that
+    are final already, five at a time. All of them then stay in registers, which saves more than the operations cost.
     """
     for k in range(min(count, WIDTH)):
         z = rows[by * WIDTH + k]

@@ -1,11 +1,11 @@
 """Propagation of pairs of small changes of the state, for many lanes side by side, along half periods without rests.
 
 As in `multi_impact_cell`, WIDTH lanes are side by side in a batch, and every loop over them is straight-line
-arithmetic. Impact after impact, all lanes go on to their next one; a lane without a further impact goes on to the end
-of the half period and stays there.
+arithmetic. In each step all lanes advance to their next impact; a lane without a further impact advances to the end of
+the half period and stays there.
 
-The flow between impacts is that over whole cells, from a table, and that over a short time of at most half a cell
-either way, a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`.
+The flow between impacts is a flow over whole cells, from a table, followed by one over at most half a cell forward or
+backward, from a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ WIDTH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""
 
 FLOW_DEGREE = 13
-"""Degree of the series of a flow over half a cell, with exponents up to CELL_REACH / 2 = 1/2. The term left out is
+"""Degree of the series of a flow over half a cell, with exponents up to CELL_REACH / 2 = 1/2. The omitted term is
 2^-14/14! = 7e-16, for a critically damped block 3e-13."""
 
 # rows of `PairBatch.rows`
@@ -44,13 +44,13 @@ class PairBatch(NamedTuple):
     lanes, first, impacts : (WIDTH,)
         Index of a lane, row of the half period's first impact in its events, and number of impacts.
     pairs : (4 N * WIDTH,)
-        Of every block u of the first change and of the second, then u' of both.
+        For every block, u of the first change and of the second, then u' of both.
     flow : (4 N * WIDTH,)
         The flow over whole cells, row by row.
     rows : (ROWS * WIDTH,)
     series : (2, N, FLOW_DEGREE)
-        Of each block's response to a unit velocity over a short time: coefficients from that of the first power on, and
-        those of the derivative, from the constant on.
+        Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
+        the derivative, from the constant on.
     """
 
     lanes: Integers

@@ -29,7 +29,7 @@ class Reference(types.Type):
 
     @property
     def mangling_args(self) -> tuple[str, tuple[Any, ...]]:
-        """Name and parameters that numba builds the names of compiled functions from."""
+        """Name and parameters from which numba builds the names of compiled functions."""
         return "reference", (self.target,)
 
 
@@ -58,7 +58,7 @@ def _look_up(context: Any, builder: Any, reference: Reference, pointer: Any, fie
     kind = reference.target.types[index]
     if isinstance(kind, types.NamedTuple):
         return place
-    return impl_ret_borrowed(context, builder, kind, builder.load(place))  # counted where kernels have numba's runtime
+    return impl_ret_borrowed(context, builder, kind, builder.load(place))  # reference-counted if numba's runtime is on
 
 
 def reference(record: Record) -> Record:

@@ -1,17 +1,17 @@
 """Decorators that compile kernels.
 
 A kernel takes arrays and numbers and returns numbers; it does not allocate and does not raise. Kernels are compiled
-without numba's runtime, which counts the references to every array that is passed on or looked up in a tuple, with
-atomic instructions: this took a quarter of the time of a map. Without the runtime an allocation does not compile, nor
-does the assignment of an array to a slice, which may have to copy the source; use `copy_vector` and `copy_matrix`.
-Functions that allocate are compiled with `njit`.
+without numba's runtime. It counts the references to every array that is passed on or looked up in a tuple, with atomic
+instructions; this took a quarter of the time of a map. Without the runtime an allocation does not compile, nor does the
+assignment of an array to a slice, which may have to copy the source; use `copy_vector` and `copy_matrix`. Functions
+that allocate are compiled with `njit`.
 
 A kernel is compiled into the kernels that call it (`inlining`); it is compiled as a function of its own, and cached,
 when Python calls it. With a version of numba whose private interface is not known, a kernel is a function of `njit`,
 with numba's runtime.
 
 The code of an `inlined` function is merged into each of its callers. A `fused` function may contract a product and a
-sum into one operation, as vectorised loops need it; this is not allowed where results must keep every rounding.
+sum into one operation. Vectorised loops need this; it is not allowed where results must keep every rounding.
 """
 
 from __future__ import annotations

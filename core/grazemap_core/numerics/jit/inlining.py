@@ -3,9 +3,9 @@
 Numba generates machine code, with a wrapper for Python, for every function that a compiled function calls, and
 compiles it again in every caller. For kernels that call kernels, ten deep, this was two thirds of the compile time.
 Here a kernel that another one calls (a *part*) is compiled to LLVM's intermediate code only, and optimised together
-with the kernel that Python calls (a *whole*), whose machine code is cached. Parts that are compiled with `fastmath`
-are optimised separately first: merged into a caller before, their loops would not be vectorised. Therefore a loop over
-all lanes must be in a `fused_kernel` that is not inlined.
+with the kernel that Python calls (a *whole*), whose machine code is cached. Parts that are compiled with `fastmath` are
+optimised before they are merged into a caller; otherwise their loops would not be vectorised. Therefore a loop over all
+lanes must be in a `fused_kernel` that is not inlined.
 
 This uses an undocumented interface of numba (`part_compiler`). With a version of numba that was not tested, or that
 lacks the interface, kernels are functions of `njit` that call one another (`compiled`), and a warning states the cost.
@@ -27,7 +27,7 @@ INTERPRETED = bool(vars(config)["DISABLE_JIT"])
 
 COST = "kernels are compiled without parts, which takes about 1.8 times as long; maps are about 10 % slower"
 
-_njit: Any = njit  # numba's type stubs know neither private options nor those of wrappers
+_njit: Any = njit  # numba's type stubs omit private options and the options of wrappers
 
 
 TESTED = ("0.68",)
@@ -39,7 +39,7 @@ class InliningWarning(RuntimeWarning):
 
 
 def _part_compiler() -> Any:
-    """Return the compiler of parts, or None, with a warning, where numba's private interface may be another."""
+    """Return the compiler of parts, or None with a warning if numba's private interface may differ."""
     if not numba.__version__.startswith(tuple(f"{version}." for version in TESTED)):
         reason = f"numba {numba.__version__} is not a tested version ({', '.join(TESTED)})"
     else:

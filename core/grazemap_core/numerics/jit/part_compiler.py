@@ -1,4 +1,4 @@
-"""Numba's compiler for parts: stops at LLVM's intermediate code.
+"""Numba's compiler for parts: it stops at LLVM's intermediate code.
 
 It uses numba's interface for custom compiler passes, and two undocumented parts of numba: `JITCodeLibrary` with the
 methods below, and the option `_nrt`. Importing this module fails where one of them is missing.
@@ -51,17 +51,17 @@ class _PartLowering(NativeLowering):
         state.flags.no_compile = True
         super().run_pass(state)
         own: list[Any] = []
-        name = own.append  # numba knows a compiled function by a builtin of its own, to be called from Python
+        name = own.append  # any unique builtin: numba identifies a compiled function by it
         state["cr"] = state["cr"]._replace(cfunc=name)
         state.targetctx.insert_user_function(name, state["cr"].fndesc, [library])
         return True
 
 
 class PartCompiler(CompilerBase):
-    """Numba's compiler with the last pass exchanged."""
+    """Numba's compiler, with `_PartLowering` as its last pass."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return numba's passes, the last one exchanged."""
+        """Return numba's passes, the last one replaced."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         last = [step for step, _ in passes.passes].index(NativeLowering)
         passes.passes[last] = (_PartLowering, "native lowering of a part")

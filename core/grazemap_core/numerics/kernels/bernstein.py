@@ -191,10 +191,10 @@ def first_negative(
 ) -> tuple[int, float]:
     """Return (status, t) of the first sign change from positive to negative on [0, 1].
 
-    The search may use only the first terms of the series, if `error` includes the omitted ones. It is as rigorous,
-    because it then decides only from coefficients of known sign: raising the degree keeps "all positive" and "positive,
-    then negative", and adding the omitted terms changes no coefficient by more than `error`. It is cheaper, but
-    undecided more often.
+    The search may use only the first terms of the series, if `error` includes the omitted ones. Such a short search is
+    equally rigorous, because it decides only from coefficients of known sign: raising the degree preserves "all
+    positive" and "positive, then negative", and the omitted terms change no coefficient by more than `error`. It is
+    cheaper, but undecided more often.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def first_negative(
     Returns
     -------
     status : CLEAR, CONTACT or GRAZE_UNDECIDED.
-    t : the contact, or the first undecided point; it has no meaning when a short search is undecided.
+    t : the contact, or the first undecided point; not defined if a short search is undecided.
     """
     to_bernstein(taylor, short, stack[0])
     start[0] = 0.0

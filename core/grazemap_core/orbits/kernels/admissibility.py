@@ -139,13 +139,13 @@ class ContactScratch(NamedTuple):
     ----------
     states : (4, N, 2)
         Each block's part in displacement and velocity of mass 1 after an impact, at the beginning of a cell, in its
-        middle, and anywhere.
+        middle, and at an arbitrary time.
     cell_flow : (N, 4)
         Each block's flow over half a cell.
     stack : (STACK, 2)
         Beginnings and ends of the cells that are still to be searched.
     values : (3, 4)
-        What `_evaluate` writes, at the beginning of a cell, in its middle, and anywhere.
+        Results of `_evaluate` at the beginning of a cell, in its middle, and at an arbitrary time.
     """
 
     states: Floats
@@ -170,11 +170,11 @@ class Interval(NamedTuple):
     Attributes
     ----------
     phase : float
-        Of the first impact.
+        Phase of the first impact.
     length : float
         Angle to the next one.
     stop, next_stop : float
-        Of the two impacts, +1 or -1.
+        Stops of the two impacts, +1 or -1.
     """
 
     phase: float
@@ -191,9 +191,9 @@ class Cell(NamedTuple):
     left, right : float
         Its ends, angles after the impact.
     slope, second_derivative : float
-        Of the displacement toward the stop, in the middle.
+        Derivatives of the displacement toward the stop, in the middle.
     noise : float
-        Round-off there.
+        Round-off in the middle.
     """
 
     left: float
@@ -240,7 +240,7 @@ def _locate_maximum(
     concave: bool,
     scratch: ContactScratch,
 ) -> float:
-    """Return the angle of the maximum in a cell, or NaN where there is none but an impact.
+    """Return the angle of the maximum in a cell, or NaN if there is none except at an impact.
 
     Parameters
     ----------
@@ -412,7 +412,7 @@ def further_contact_from(
     Parameters
     ----------
     floor : float
-        Maxima that stay below a stop by more than this are not searched for; minus infinity for all.
+        Maxima with an excess below this are not searched for; minus infinity: all are.
     flow_between : (k, N, 4)
         Each block's flow from every impact to the next one.
     scratch : ContactScratch
@@ -423,11 +423,11 @@ def further_contact_from(
     status : int
         CLEAR, MEETS, TOUCHES or GIVEN_UP.
     excess : float
-        In lengths, negative where mass 1 stays inside; minus infinity when there is no maximum above `floor`.
+        In units of length, negative where mass 1 stays inside; minus infinity when there is no maximum above `floor`.
     phase : float
-        Of that maximum.
+        Phase of that maximum.
     stop : int
-        Of that maximum; 0 when there is none.
+        Stop of that maximum; 0 when there is none.
     """
     count = stops.shape[0]
     limit = clearance / problem.length

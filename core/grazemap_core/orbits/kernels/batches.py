@@ -22,10 +22,10 @@ class OrbitResults(NamedTuple):
     Attributes
     ----------
     status, steps, contact, stop : int (m,)
-        Of `newton.solve_orbit` and `admissibility.further_contact`.
+        Results of `newton.solve_orbit` and `admissibility.further_contact`.
     residual, kantorovich, radius, excess, phase : (m,)
     real, imaginary : (m, 2 N)
-        Multipliers, in no order.
+        Multipliers, in no particular order.
     before : (m, k, 3)
         Displacement, velocity and acceleration of mass 1 before every impact.
     """

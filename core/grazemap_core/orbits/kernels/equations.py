@@ -26,25 +26,25 @@ class OrbitProblem(NamedTuple):
     decay, discriminant, frequency_squared, frequency : (N,)
         Blocks.
     unit_impulse : (N, 2)
-        Change of each block's part in displacement and velocity of mass 1 by a unit impulse, a unit change of its
-        velocity.
+        Change of each block's part in displacement and velocity of mass 1 by a unit impulse, which changes the velocity
+        by 1.
     periodic_impulse, doubled_impulse : (N, 2)
-        The same just after the last of infinitely many impulses, one per span: multiplied by `sign` from span to span,
-        and by ``-sign``.
+        Each block's part just after the last of infinitely many impulses, one per span, which are multiplied by `sign`,
+        or by ``-sign``, from span to span.
     periodic_impulse_by_span : (N, 2)
-        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` by the span, without
-        the factor of the blocks' generator.
+        ``span sum_k k sign^k exp(T k span) unit_impulse``: the derivative of `periodic_impulse` with respect to the
+        span, without the factor of the blocks' generator.
     steady_real, steady_imag : float
         Steady amplitude of mass 1, in lengths: its steady motion is Im((steady_real + i steady_imag) exp(i omega t)).
     steady_real_by_omega, steady_imag_by_omega : float
-        Its derivative by omega.
+        Derivative of the steady amplitude with respect to omega.
     omega, length : float
     restitution, rebound : float
         R and 1 + R.
     turn : float
-        Phase after which the impacts repeat; the time that it takes is the span.
+        Change of the phase after which the impacts repeat.
     sign : float
-        1 when they repeat, -1 when they do so on the other stop.
+        1 if the impacts repeat on the same stop, -1 if on the other one.
     """
 
     decay: Floats
@@ -71,8 +71,8 @@ class OrbitProblem(NamedTuple):
 def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float, float, float, float, float]:
     """Return the response of mass 1 a time after an impulse that is repeated every span.
 
-    Displacement, velocity and acceleration; the derivatives of the first two by the frequency at fixed phases, up to
-    factors; and the sum of the terms' moduli, each times the angle that round-off of its sines comes from.
+    The results are displacement, velocity and acceleration; the derivatives of the first two with respect to the
+    frequency at fixed phases, up to factors; and the sum of the terms' moduli, each times the angle in its sines.
     """
     value, slope, second_derivative, by_time, slope_by_time, part = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(problem.decay.shape[0]):
@@ -112,9 +112,9 @@ def assemble(
     phases, speeds : (k,)
         Phases increase and span less than `turn`; this is not checked, as the equations continue analytically.
     residual : (2 k,)
-        Receives mass 1's displacement less that of the stop, and its velocity less the unknown, at every impact.
+        Receives, at every impact, the displacement of mass 1 minus the stop's, and its velocity minus the unknown.
     jacobian : (2 k, 2 k + 2)
-        Receives the derivatives by phases, speeds, clearance, and omega at fixed phases and speeds.
+        Receives the derivatives with respect to phases, speeds, clearance, and omega at fixed phases and speeds.
     before : (k, 3)
         Receives displacement, velocity and acceleration of mass 1 just before every impact.
 

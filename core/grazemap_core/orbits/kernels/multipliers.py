@@ -21,7 +21,7 @@ from grazemap_core.orbits.kernels.equations import OrbitProblem
 
 @kernel
 def block_scale(problem: OrbitProblem, j: int) -> float:
-    """Return the unit of a block's coordinates in which the impulse on it and its effect on mass 1 are of one size."""
+    """Return the unit of a block's coordinates in which the impulse on it and its effect on mass 1 have equal size."""
     size = math.hypot(problem.frequency[j] * problem.unit_impulse[j, 0], problem.unit_impulse[j, 1])
     return math.sqrt(size) if size > 0.0 else 1.0
 

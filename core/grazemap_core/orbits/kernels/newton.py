@@ -93,7 +93,7 @@ def solve_orbit(
         CONVERGED, NOT_CONVERGED, OUT_OF_ORDER or SINGULAR.
     steps : int
     residual : float
-        The largest, in lengths.
+        Largest residual, in units of length.
     terms : float
         As `assemble` returns it. After convergence `work` holds residual, Jacobian and states of the motion.
     """
@@ -140,7 +140,7 @@ def solve_orbit(
         for i in range(count):
             phases[i] = trial[0, i]
             speeds[i] = trial[1, i]
-        # the next step would be round-off: this one is short, or the residual was round-off before it
+        # the next step would be round-off, because this step is short, or the residual was round-off before this step
         settled = (share == 1.0 and length <= tolerances.ORBIT_SETTLED) or before <= RESPONSE_ROUNDOFF * terms
     return NOT_CONVERGED, tolerances.ORBIT_NEWTON_STEPS, norm, terms
 

@@ -3,8 +3,8 @@
 The equations, their unknowns and units are those of `equations`. There, the responses to all impacts are summed at
 every impact; this is regular for impacts of velocity 0, but costs the square of the number of impacts, and solving for
 the step costs its cube. Here, the state is carried from impact to impact, and the Jacobian is reduced to a matrix of
-the size of the chain. The reduction divides by the impact velocities, so it needs impacts of a velocity other than 0,
-as those of motions to which trajectories settle.
+the size of the chain. The reduction divides by the impact velocities, so none may be 0; this holds for motions to which
+trajectories settle.
 
 A perturbation d of the state just before impact i becomes, just after it,
 
@@ -41,9 +41,9 @@ class Shooting(NamedTuple):
     state : (k, N, 2)
         Each block's part in displacement and velocity of mass 1 just before every impact.
     before : (k, 3)
-        Displacement, velocity and acceleration of mass 1 there.
+        Displacement, velocity and acceleration of mass 1 just before every impact.
     residual, step : (k, 2)
-        Of displacement and speed; of phase and speed.
+        Residuals of displacement and speed; steps of phase and speed.
     turned : (2 N, 2 N + 1)
         Effect of perturbations before the first impact, and of the residuals, after one span.
     system : (2 N, 4 N)
@@ -51,7 +51,7 @@ class Shooting(NamedTuple):
     change : (2 N, 1)
         The change of the state that belongs to the step.
     across : (4, 2 N + 1)
-        Of columns of perturbations at an impact: displacement, velocity, and changes of its phase and speed.
+        For each column of perturbations at an impact: displacement, velocity, and changes of phase and speed.
     second_derivative : (N,)
         Response of each block's part in the acceleration of mass 1 to a unit impulse.
     places, speeds : (2 N, k)
@@ -115,7 +115,7 @@ def shoot(
     Returns
     -------
     residual : float
-        The largest.
+        Largest residual.
     terms : float
         As `equations.assemble`, summed over all impacts and all earlier spans.
     """
@@ -235,7 +235,7 @@ def solve_step(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> floa
         _pass_impact(problem, i, speeds[i], second_derivative, scratch.change, scratch)
         p, s = scratch.across[2, 0], scratch.across[3, 0]
         scratch.step[i, 0], scratch.step[i, 1] = p, s
-        # not a number counts as infinite
+        # NaN counts as infinite
         largest = max(largest, max(abs(p), abs(s))) if abs(p) + abs(s) < math.inf else math.inf
     return largest
 

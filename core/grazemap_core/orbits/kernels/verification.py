@@ -50,7 +50,7 @@ from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, sho
 
 
 class ImpulseBlocks(NamedTuple):
-    """The blocks of a chain, with their response in mass 1 to an impulse on it.
+    """The blocks of a chain, with the response of mass 1 to an impulse on it.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class ImpulseBlocks(NamedTuple):
     unit_impulse : (N, 2)
         As in `equations.OrbitProblem`.
     verifiable : bool
-        Whether motions are to be verified, and can be: all modes are damped and well-conditioned.
+        Whether motions are to be verified and all modes are damped and well-conditioned.
     """
 
     decay: Floats
@@ -75,11 +75,11 @@ class VerificationScratch(NamedTuple):
     Attributes
     ----------
     start, replay : (N, 2), Workspace
-        Of `guess_from_replay`: the state from which it starts, and the workspace of the simulation.
+        Used by `guess_from_replay`: the state from which it starts, and the workspace of the simulation.
     stops, guess, found : (impacts,), (2, impacts), (2, impacts)
         Stops; phases and speeds of the guess, and of the orbit.
     periodic_impulse, unused : (N, 2)
-        Of `OrbitProblem`; `unused` stands for the fields that are not needed.
+        Fields of `OrbitProblem`; `unused` takes the place of fields that are not needed.
     shooting : Shooting
     contact : ContactScratch
     matrix : (2 N, 2 N)
@@ -208,7 +208,7 @@ def guess_from_record(
     Parameters
     ----------
     events : (capacity, LANE_EVENT_COLUMNS)
-        Of the trajectory, `rows` of them, complete from half period ``half - length`` on.
+        Events of the trajectory, `rows` in number; complete from half period ``half - length`` on.
     """
     first = rows
     while first > 0 and events[first - 1, workspace.HALF] >= half - length:
@@ -257,7 +257,7 @@ def _reach(problem: OrbitProblem, speeds: Floats, radius: float) -> float:
 def _repeats(
     stops: Floats, phases: Floats, speeds: Floats, shift: int, angle: float, sign: float
 ) -> tuple[bool, float]:
-    """Compare each impact with the one `shift` impacts later, which repeats it if it is `angle` later, times `sign`.
+    """Compare each impact with the one `shift` impacts later, moved back by `angle` and multiplied by `sign`.
 
     Returns whether the stops agree, and the largest difference of phases or speeds.
     """
@@ -275,8 +275,8 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
     """Return the smallest number of half periods after which the impacts of the guess repeat, to a distance `away`.
 
     A trajectory that converges to a motion is often closer to where it was several returns ago than to where it was one
-    return ago, so `length` may be a multiple of the time after which its impacts repeat. It is returned where no part
-    repeats.
+    return ago, so `length` may be a multiple of the time after which its impacts repeat. `length` itself is returned if
+    no part repeats.
     """
     if count == 0:
         return length
@@ -302,7 +302,7 @@ def apparent_length(scratch: VerificationScratch, count: int, length: int, away:
 def _least_length(
     stops: Floats, phases: Floats, speeds: Floats, turn: float, length: int, radius: float, uniqueness_radius: float
 ) -> int:
-    """Return the minimum number of half periods after which the motion repeats; 0 where round-off hides it.
+    """Return the minimum number of half periods after which the motion repeats; 0 if round-off hides it.
 
     Parameters
     ----------
@@ -324,7 +324,7 @@ def _least_length(
 
 @kernel
 def _state_after_first_impact(problem: OrbitProblem, speeds: Floats, scratch: VerificationScratch) -> None:
-    """Write the state just after the first impact into `contact.states[0]`; `shoot` has written that before it."""
+    """Write the state just after the first impact into `contact.states[0]`; `shoot` has written the state before it."""
     after = scratch.contact.states[0]
     strength = -problem.rebound * problem.omega * speeds[0]
     for j in range(problem.decay.shape[0]):
@@ -338,9 +338,9 @@ def _means(
 ) -> tuple[float, float]:
     """Return the means of mass 1's displacement and velocity, less the steady motion, at multiples of the phase 2 pi.
 
-    In units of length, and of omega times it. Those of a symmetric motion are taken over both halves, so its mirror
-    image has the same means. `flow_between` (k, N, 4) are the flows between impacts; `state` (N, 2) is that just after
-    the first impact, and overwritten.
+    The means are in units of length, and of omega times length. For a symmetric motion they are taken over both halves,
+    so its mirror image has the same means. `flow_between` (k, N, 4) are the flows between impacts; `state` (N, 2) is
+    that just after the first impact, and overwritten.
     """
     count = phases.shape[0]
     turns = 2 if length % 2 == 1 else 1
@@ -412,7 +412,7 @@ def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> 
         for column in range(size):
             scratch.matrix[row, column] = problem.sign * scratch.shooting.turned[row, column]
     for j in range(size // 2):
-        # displacement and velocity in one unit; blocks in units in which the impulse and its effect are of one size
+        # displacement and velocity in one unit; block units in which the impulse and its effect have equal size
         scale, frequency = block_scale(problem, j), problem.frequency[j]
         for other in range(size):
             scratch.matrix[2 * j, other] *= frequency / scale
@@ -431,7 +431,7 @@ def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> 
 def _repeated_impulses(problem: CellProblem, chain: ImpulseBlocks, length: int, scratch: VerificationScratch) -> None:
     """Write the sums over all earlier spans of `length` half periods into scratch.
 
-    Those of the flow go into `shooting.closing`, those of a unit impulse into `periodic_impulse`.
+    The sums of the flow go into `shooting.closing`, the sums of a unit impulse into `periodic_impulse`.
     """
     span = 0.5 * length * problem.cells * problem.step
     kind = SAME_SIGN if length % 2 == 0 else ALTERNATING

@@ -115,7 +115,7 @@ def leading_multiplier(problem: CellProblem, symmetric: bool, scratch: Tangents)
         within the period (as for a single mass that rests on a stop), NaN unless OK.
     """
     size = scratch.full.shape[0]
-    # in the energy norm, in which its entries are of one kind
+    # in the energy norm, in which all entries have the same unit
     for i in range(size):
         row = problem.frequency[i // 2] if i % 2 == 0 else 1.0
         for j in range(size):
@@ -213,9 +213,9 @@ def run_growth(
     done : int
         Half periods already completed: 0, or the number returned with RECORD_FULL.
     skipped : int
-        Half periods at the beginning that are not a part of the moments.
+        Half periods at the beginning that do not contribute to the moments.
     work : Workspace
-        That of the trajectory that led to u, or its cursor and near (and held.state and held.since if mass 1 rests).
+        Its cursor and near (and held.state and held.since if mass 1 rests) are those of the trajectory that led to u.
 
     Returns
     -------
@@ -285,7 +285,7 @@ def weighted_exponent(scratch: Tangents, skipped: int, half_time: float) -> floa
     """Return the first exponent as a weighted Birkhoff mean of the growth; the weights decrease to 0 at both ends.
 
     For a periodic or quasi-periodic motion it converges faster than any power of the time (Das et al. 2017), whereas
-    the unweighted mean converges as its inverse; for a chaotic motion it is no better.
+    the unweighted mean converges as the inverse of the time; for a chaotic motion it is no better.
     """
     total, weights = 0.0, 0.0
     count = scratch.growth.shape[0] - skipped
@@ -327,13 +327,13 @@ def classify_growth(
     Parameters
     ----------
     skipped : int
-        Even number of half periods at the beginning that do not count; in them the perturbations align.
+        Even number of half periods at the beginning, in which the perturbations align; they do not count.
     scratch : Tangents
         From `run_growth`.
 
     Returns
     -------
-    kind : CHAOTIC, QUASI_PERIODIC or GROWTH_UNDECIDED. Both names hold for the time of the run: a longer chaotic
+    kind : CHAOTIC, QUASI_PERIODIC or GROWTH_UNDECIDED. Both kinds refer to the time of the run: a longer chaotic
         transient is not distinguished from chaos, nor a spiral that shrinks by less than ORBIT_EXTENT from a torus.
     first, first_error, second, second_error : float
         The two largest exponents per unit of time, with their standard errors.
@@ -357,7 +357,7 @@ def classify_growth(
         return CHAOTIC, first, first_error, second, second_error
     if positive:
         return GROWTH_UNDECIDED, first, first_error, second, second_error
-    # the range of a bounded sum over an eighth of the run is that of the whole run, that of a random walk far smaller
+    # a bounded sum has the same range over an eighth of the run as over the run; a random walk a far smaller one
     counted = halves - skipped
     whole, least = _range(scratch, skipped, halves), np.inf
     for k in range(8):

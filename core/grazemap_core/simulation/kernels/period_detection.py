@@ -9,8 +9,9 @@ A period is accepted only if (1) the orbit returns to within CLOSING_GOAL after 
 returns contract over three windows of m half periods, and the distance to the limit extrapolated from the slower
 contraction is below LIMIT_DISTANCE, (3) the distances of returns after fewer half periods exceed SEPARATION times the
 largest distance allowed (for a spiral, or two nearly equal multipliers, a single return may be misleading), (4) the
-impacts repeat, and (5) the slowest impact is no graze by the same measure. All other motions continue, and are
-unresolved at the end. An impact with an acceleration toward the stop is no graze, however slow it is: it cannot vanish.
+impacts repeat, and (5) the squared speed of the slowest impact exceeds SEPARATION times the distance to the limit. All
+other motions continue, and are unresolved at the end. An impact with an acceleration toward the stop is no graze,
+however slow it is: it cannot vanish.
 
 With a complete chatter the number of impacts on a stop is INFINITE; the number of those that were computed one by one
 depends on a tolerance and is not a property of the motion.
@@ -135,9 +136,9 @@ def impacts_of_two(ring: StroboscopicHistory, lane: int, k: int, m: int) -> tupl
     Returns
     -------
     repeats : bool
-        Whether their numbers are equal.
+        Whether both windows have the same numbers of impacts.
     min_speed, min_unpressed_speed : float
-        Minimum speed of all, and of those without acceleration toward the stop.
+        Minimum speed of all impacts, and of those without acceleration toward the stop.
     """
     size = ring.min_speed.shape[0]
     min_speed, min_unpressed_speed = np.inf, np.inf
@@ -232,7 +233,7 @@ def nearest_returns(
 def orbit_nearby(
     problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, max_period: int, clearance: float
 ) -> float:
-    """Return the distance, one return ago, of the periodic orbit that a lane converges to; infinite if there is none.
+    """Return the distance of a lane, one return ago, from the periodic orbit that it converges to; infinite if none.
 
     Parameters
     ----------
@@ -320,7 +321,7 @@ def detect_period(
     Parameters
     ----------
     entered : int
-        Half periods of its trajectory that are in the ring: k, or less if it began later.
+        Half periods of the lane's trajectory that are in the ring: k, or fewer if it began later.
     reach : float
         Bound of |x1| without stops (`cells.bounds`): round-off is relative to it, not to the clearance.
 

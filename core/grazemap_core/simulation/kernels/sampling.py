@@ -28,7 +28,7 @@ class Moments(NamedTuple):
     half : ndarray of int
         Even half periods.
     within, angle : ndarray
-        Time since the start of these half periods, and the same as an angle of the forcing.
+        Time since the start of these half periods, and the corresponding angle of the forcing.
     """
 
     row: Integers
@@ -95,7 +95,7 @@ def sample_motion(
     Parameters
     ----------
     shape : (N, N, 2)
-        Of the modal model.
+        As in `ModalModel`.
     steady : complex (N,)
         Steady response of every mass, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)

@@ -73,7 +73,7 @@ def apply_saltation(problem: CellProblem, velocity: float, acceleration: float, 
     Parameters
     ----------
     velocity, acceleration : float
-        Of mass 1 before the impact; the velocity is not zero.
+        Velocity and acceleration of mass 1 before the impact; the velocity is not zero.
     tangent : (2 N, k)
     """
     factor = 1.0 + problem.restitution
@@ -113,7 +113,7 @@ def stick_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> N
 
 @kernel
 def release_tangent(held: HeldProblem, tangent: Floats) -> None:
-    """Convert perturbations of the held state, as of `stick_tangent`, into those of the free state, in place."""
+    """Convert perturbations of the held state (see `stick_tangent`) into those of the free state, in place."""
     rest = held.state.shape[0]
     count = rest + 1
     physical = held.physical
@@ -150,7 +150,7 @@ def carry_tangent(
 
     Returns
     -------
-    status : OK, or GRAZED; tangent is then that before the graze.
+    status : OK, or GRAZED; after GRAZED, tangent is that before the graze.
     """
     first_cell = (half % 2) * (problem.cells // 2)
     blocks = problem.decay.shape[0]
@@ -213,7 +213,7 @@ def run_half_linearised(
     half : int
         Index of the half period.
     work : Workspace
-        With a record for the events of half a period; it holds the regime of the trajectory before and after.
+        Its record has capacity for the events of half a period; it holds the regime of the trajectory before and after.
     tangent : (2 N, k)
         As in `carry_tangent`.
     began : HalfPeriod
@@ -221,7 +221,7 @@ def run_half_linearised(
 
     Returns
     -------
-    status : OK; RECORD_FULL if work.events is too short, everything being as before the call; GRAZED; or the status
+    status : OK; RECORD_FULL if work.events is too short, with all arguments as before the call; GRAZED; or the status
         with which the trajectory ended.
     """
     save_start(began, held, u, work)
