@@ -42,7 +42,7 @@ class OrbitProblem(NamedTuple):
     restitution, rebound : float
         R and 1 + R.
     turn : float
-        Change of the phase after which the impacts repeat.
+        Change of the phase over one span, the time after which the impacts repeat.
     sign : float
         1 if the impacts repeat on the same stop, -1 if on the other one.
     """
