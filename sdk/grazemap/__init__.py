@@ -5,8 +5,8 @@
     with grazemap.local() as client:
         curve = client.grazing_curve(grazemap.Oscillator(), omega=(0.05, 1.2), points=2000)
 
-The names below are loaded at their first use: the service and the workers need only the wire models, and do not load
-an HTTP client with them.
+The names below are loaded when they are first used, so that the service and the workers, which need only the wire
+models, do not load an HTTP client.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from grazemap.version import __version__
     from grazemap.wire import InitialState, Oscillator
 
-# Names that do not stand in `grazemap.results`.
+# Public names of other modules than `grazemap.results`.
 _HOME = {
     "AsyncClient": "grazemap.client",
     "AsyncJobHandle": "grazemap.client.async_jobs",

@@ -1,7 +1,7 @@
 """The command line: run a stack, show the state of one, run a process, draw a result.
 
-Exit codes: 0 done; 1 it failed (the service, the job, a file); 2 the command or the request is not valid;
-3 done, but no periodic orbit was found; 130 Ctrl-C.
+Exit codes: 0 success; 1 failure of the service, the job or a file; 2 invalid command or request;
+3 success, but no periodic orbit was found; 130 Ctrl-C.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from grazemap.wire import PROCESSES
 DONE, FAILED, INVALID, NOT_FOUND, INTERRUPTED = 0, 1, 2, 3, 130
 _PICTURES = (".png", ".svg", ".pdf")
 _RESULTS = (".npz", ".json")
-# Where `up` listens unless the environment says otherwise; as the service's own settings.
+# Default address of `up`, as in the service's settings; environment variables override it.
 _LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
@@ -60,7 +60,7 @@ def _fail(error: Exception | str, code: int) -> int:
 
 @contextmanager
 def _files(what: str, path: Path | str) -> Iterator[None]:
-    """Name the file in an OSError."""
+    """Add the name of a file to an OSError of the block."""
     try:
         yield
     except OSError as error:
@@ -75,13 +75,13 @@ def _parser() -> argparse.ArgumentParser:
 
     up = commands.add_parser("up", help="run a service with its workers on this machine")
     host, port = (_setting(name, default) for name, default in _LISTENS.items())
-    up.add_argument("--host", default=host, help="address to listen on; wins over GRAZEMAP_HOST (default: %(default)s)")
-    # a default that is text goes through the same check as an argument
+    up.add_argument("--host", default=host, help="address to listen on; overrides GRAZEMAP_HOST (default: %(default)s)")
+    # argparse checks a default that is text like an argument
     up.add_argument(
-        "--port", type=_port, default=port, help="port, 0 any free one; wins over GRAZEMAP_PORT (default: %(default)s)"
+        "--port", type=_port, default=port, help="port, 0 any free one; overrides GRAZEMAP_PORT (default: %(default)s)"
     )
     up.add_argument(
-        "--data", type=Path, help="folder that keeps jobs and results (default: a temporary one, gone at the end)"
+        "--data", type=Path, help="folder for jobs and results (default: a temporary one, removed at the end)"
     )
     up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
     up.set_defaults(command=_up)
@@ -101,7 +101,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="file of the result: .npz, .json, .png, .svg or .pdf",
     )
-    run.add_argument("--url", help="address of a running service (default: GRAZEMAP_URL, else a stack for this run)")
+    run.add_argument("--url", help="address of a running service (default: GRAZEMAP_URL, else a temporary stack)")
     run.add_argument("--quiet", action="store_true", help="no progress bar")
     run.set_defaults(command=_run)
 
@@ -113,7 +113,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _setting(name: str, default: str) -> str:
-    # in any case, as the service reads its settings
+    # the case of names does not matter, as in the service's settings
     return next((value for key, value in os.environ.items() if key.upper() == name), default)
 
 
@@ -125,7 +125,7 @@ def _positive(text: str) -> int:
 
 def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) > 65535:
-        raise argparse.ArgumentTypeError("it, or else GRAZEMAP_PORT, must be a whole number from 0 to 65535")
+        raise argparse.ArgumentTypeError("this port, or GRAZEMAP_PORT, must be a whole number from 0 to 65535")
     return int(text)
 
 
@@ -149,7 +149,7 @@ def _up(options: argparse.Namespace) -> int:
                 print(_addresses(line), flush=True)
             code = stack.wait()
         except KeyboardInterrupt:
-            # The terminal has sent the signal to the stack as well; it stops in order.
+            # The terminal sends the signal to the stack too, which then stops by itself.
             stack.wait()
             return DONE
     return DONE if code == 0 else FAILED

@@ -1,8 +1,8 @@
 """The formats of a result: one nested document of arrays and records, as npz or as JSON.
 
-A document is a dict with string keys. A value is a numpy array, a plain scalar (bool, int, float, str, None), a
-nested document, or a list of records (documents of one kind, whose fields may be missing in some of them, and whose
-values may be lists of scalars and lists of lists too). A list of scalars on its own is a numpy array.
+A document is a dict with string keys. A value is a numpy array, a plain scalar (bool, int, float, str, None), a nested
+document, or a list of records. Records are documents of one kind; a field may be missing in some of them, and its value
+may also be a list of scalars or a list of lists. Elsewhere a list of scalars is a numpy array.
 
 npz: nested names are joined by dots. A list of records is stored by columns; a field that is missing in some
 records, or is a list or an array, is ragged: ``name.values`` and ``name.offsets``, the entries of record i being
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Document = dict[str, Any]
-# Numbers of an array that are written at once: less than a millisecond's work.
+# Number of elements of an array that are written at once, which takes less than a millisecond.
 _PIECE = 1024
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -38,7 +38,7 @@ class CodecError(ValueError):
 def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
     """Return a document and its meta as the bytes of a compressed npz file (no pickles in it)."""
     arrays: dict[str, NDArray[Any]] = {}
-    # of names that are not plain arrays: scalar, optional, list, array, document, records or none
+    # the kind of each name that is not a plain array: scalar, optional, list, array, document, records or none
     shape: dict[str, str] = {}
     for key, value in document.items():
         _flatten(key, value, arrays, shape)
@@ -58,9 +58,9 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
     """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError."""
     try:
         return _decoded(data)
-    except MemoryError:  # says something about this machine, not about the bytes
+    except MemoryError:  # not an error of the bytes
         raise
-    # Of damaged bytes zipfile, zlib, numpy and json raise errors of ten kinds, not all of them documented.
+    # For damaged bytes zipfile, zlib, numpy and json raise many kinds of errors, some of them undocumented.
     except Exception as error:
         raise CodecError("not a grazemap result") from error
 
@@ -83,7 +83,7 @@ def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 
 
 def iter_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> Iterator[bytes]:
-    """Yield the bytes of `encode_json` in short pieces, between which other threads get their turn."""
+    """Yield the bytes of `encode_json` in short pieces, so that other threads can run in between."""
     named = {name: meta[name] for name in ("process", "schema") if name in meta}
     for piece in _pieces({**named, **document, "meta": meta}):
         yield piece.encode()
@@ -140,11 +140,11 @@ def _flatten_records(
 ) -> None:
     keys = sorted({key for record in records for key in record})
     if kind == "document" and not keys:
-        raise ValueError("documents without fields leave no trace in npz")
+        raise ValueError("records without fields cannot be stored in npz")
     shape[name] = kind
     if kind == "records":
         if "count" in keys:
-            raise ValueError("a record has no field called count: its column would hide their number")
+            raise ValueError("no field of a record may be named count: npz has the number of records there")
         arrays[f"{name}.count"] = np.array(len(records))
     for key in keys:
         _flatten_column(f"{name}.{key}", [record.get(key) for record in records], arrays, shape)

@@ -7,25 +7,25 @@ from typing import Final
 DEFAULT_BASE_URL: Final = "http://127.0.0.1:8000"
 API_PREFIX: Final = "/v1"
 
-# Seconds a request may stay silent. Answers of the service take milliseconds; results stream while they are read.
+# Seconds without data after which a request fails. The service answers within milliseconds and streams results.
 DEFAULT_TIMEOUT: Final = 30.0
-# Seconds that the service may hold a POST of a method that waits: a curve is done by then, a map shows its bar soon.
+# Seconds that the service may delay the answer to a POST: enough for a curve, and short enough for a progress bar.
 PREFER_WAIT: Final = 1
 
-# Attempts after the first one. With full jitter the pauses add up to 8 s on average: longer than a service needs
-# to be started again by its stack, short enough for a person who mistyped an address.
+# Further attempts. With full jitter the pauses add up to 8 s on average: longer than a stack needs to restart its
+# service, and short enough after a mistyped address.
 DEFAULT_RETRIES: Final = 5
 # More attempts while a job is computed: 23 s on average.
 FOLLOW_RETRIES: Final = 8
 BACKOFF_START: Final = 0.5
 BACKOFF_LIMIT: Final = 10.0
-# A longer Retry-After is not waited for: the exception has it.
+# After a longer Retry-After there is no further attempt; the exception has it.
 RETRY_AFTER_LIMIT: Final = 60.0
 RETRIED_STATUSES: Final = frozenset({429, 502, 503, 504})
 
 # Seconds of silence after which an event stream counts as broken: the service sends a comment every 15 s.
 STREAM_SILENCE: Final = 45.0
-# Streams in a row that may break without an event before the client polls instead.
+# Number of consecutive streams without an event after which the client polls instead.
 STREAM_ATTEMPTS: Final = 3
 POLL_START: Final = 0.1
 POLL_LIMIT: Final = 2.0

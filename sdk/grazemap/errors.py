@@ -12,9 +12,9 @@ GrazemapError
 ├── JobError                    .job, as last seen
 │   ├── JobFailed               .problem says why
 │   ├── JobDismissed            it was cancelled
-│   └── WaitTimeout             unfinished when the time was up; the job goes on (also a TimeoutError)
+│   └── WaitTimeout             unfinished after the time to wait; the job continues (also a TimeoutError)
 ├── ConnectionFailed            no answer after all retries (also a ConnectionError)
-├── ProtocolError               an answer that is not one of the service
+├── ProtocolError               an answer that no grazemap service sends
 ├── ResultFormatError           a file or an answer that is not a result (also a ValueError)
 ├── StackError                  the local stack did not start; the message ends with the last lines of its log
 └── MissingExtra                an optional part is not installed (also an ImportError)
@@ -101,7 +101,7 @@ class ParameterError(ServiceProblem, ValueError):
 
 
 class AuthenticationError(ServiceProblem):
-    """The API key is missing, wrong, or not enough."""
+    """The API key is missing, wrong or insufficient."""
 
 
 class NotFound(ServiceProblem):
@@ -149,7 +149,7 @@ class JobDismissed(JobError):
 
 
 class WaitTimeout(JobError, TimeoutError):
-    """The job was unfinished at the end of the time to wait; it goes on."""
+    """The job was not finished within the time to wait; it continues."""
 
 
 class ConnectionFailed(GrazemapError, ConnectionError):
@@ -157,7 +157,7 @@ class ConnectionFailed(GrazemapError, ConnectionError):
 
 
 class ProtocolError(GrazemapError):
-    """The answer is not one of a grazemap service, or of a version that this client cannot read."""
+    """The answer is not from a grazemap service, or from a version that this client cannot read."""
 
 
 class ResultFormatError(GrazemapError, ValueError):

@@ -18,7 +18,7 @@ from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import MissingExtra, StackError
 
-# What the stack cannot start without, beside the package itself.
+# What the stack needs besides the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
 _LOG_LINES_SHOWN = 20
 # Settings of a public service that do not fit a private stack: keys that its client does not have, other hosts,
@@ -46,21 +46,21 @@ class LocalClient(Client):
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
     """Start service, queue and workers on a free loopback port, and return a client of them.
 
-    Of the environment's GRAZEMAP_ settings those about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_ALLOWED_HOSTS,
-    GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply to it; limits and GRAZEMAP_REDIS_URL do.
+    Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_ALLOWED_HOSTS, GRAZEMAP_CORS_ORIGINS,
+    GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
 
     Parameters
     ----------
     data : path, optional
-        Folder that keeps jobs and results for the next time; left out: a temporary one.
+        Folder in which jobs and results are kept; left out: a temporary one.
     workers : int, optional
         Number of worker processes; left out: one per processor.
 
     Returns
     -------
     LocalClient
-        To be used in a `with` block, or closed: this stops everything that was started. So does the end of this
-        process, however it ends.
+        Use it in a `with` block, or close it, to stop everything that was started. The end of this process, even if it
+        is killed, has the same effect.
 
     Raises
     ------
@@ -97,13 +97,13 @@ class Stack:
         options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent", str(os.getpid())]
         if workers is not None:
             options += ["--workers", str(workers)]
-        # without a folder the stack has a temporary one, and removes it even if this process is killed
+        # without a folder the stack uses a temporary one, which it removes even if this process is killed
         if data is not None:
             options += ["--data", str(Path(data).expanduser())]
         command = stack_command(*options)
-        # A file without a name: it is removed however this process ends.
+        # A file without a name disappears with this process, even if that is killed.
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the stack
-        # In a session of its own: Ctrl-C in a notebook or a prompt ends a wait, not the stack.
+        # In a session of its own, so that Ctrl-C in a notebook or a shell does not stop the stack.
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
@@ -159,7 +159,7 @@ class Stack:
 
 def _environment() -> dict[str, str]:
     """Return this process's environment without the settings of a public service."""
-    # Upper case: the service reads its settings in any case.
+    # Compared in upper case, as the case of the service's settings does not matter.
     return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 

@@ -1,4 +1,4 @@
-"""Deprecated name of `grazemap.wire`; it goes with version 0.3."""
+"""Deprecated name of `grazemap.wire`; version 0.3 removes it."""
 
 import warnings
 

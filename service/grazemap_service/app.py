@@ -1,4 +1,4 @@
-"""The app factory: settings in, a FastAPI app out. Importing or building it loads neither the core nor numba."""
+"""Creates the FastAPI app from settings. Neither the import nor the app loads the core or numba."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from grazemap_service.routers import docs, events, health, jobs, processes, resu
 from grazemap_service.settings import VERSION, Settings
 from grazemap_worker.store import Store, core_version
 
-# A Redis that hangs is reported to clients almost as soon as one that is away, before all threads wait for it.
+# Seconds; short, so that clients learn that Redis does not respond before all threads wait for it.
 STORE_SECONDS = 1.0
 _ROUTERS = (processes, jobs, events, results, root, health)
 
@@ -31,7 +31,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     Notes
     -----
-    Redis is not asked before the first request; it may come and go.
+    Redis is not contacted before the first request, and may be unavailable at times.
     """
     settings = settings or Settings()
     connection = settings.connect(socket_timeout=STORE_SECONDS)

@@ -1,4 +1,4 @@
-"""The processes under the stack: started, watched, started again, stopped; they die when the stack dies."""
+"""The child processes of the stack: started, watched, restarted and stopped; they end when the stack ends."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Child(ABC):
     ----------
     name : str
     deaths : int
-        How often it died lately.
+        Number of recent deaths.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Child(ABC):
         self._process = self._spawned()
 
     def look(self) -> bool:
-        """Start it again if it ended and its wait is over. Returns True when its end was noticed just now."""
+        """Start it again if it ended and its pause is over. Returns whether this call noticed its end."""
         self.end_if_hung()
         if self.running:
             return False
@@ -90,7 +90,7 @@ class Child(ABC):
 
     @abstractmethod
     def end_if_hung(self) -> None:
-        """Kill it if it lives and does nothing any more."""
+        """Kill it if it lives but no longer responds."""
 
     @abstractmethod
     def last_words(self) -> str:
@@ -107,7 +107,7 @@ class Child(ABC):
         at_death: signal.Signals,
         environment: Mapping[str, str] | None = None,
     ) -> subprocess.Popen[bytes]:
-        """Return a process that gets the signal `at_death` when the stack dies.
+        """Return a process that gets the signal `at_death` when the stack ends.
 
         It has a session of its own, so that an interrupt from the terminal reaches the stack alone.
         """
@@ -124,7 +124,7 @@ class Child(ABC):
 
 
 class PythonChild(Child):
-    """A module of ours, run by this interpreter, its log appended to a file.
+    """A module of grazemap, run by this interpreter; its log is appended to a file.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class PythonChild(Child):
     environment : mapping
         The whole environment of the child.
     log : Path
-        The file that takes its stdout and stderr; set aside as .1 when it has grown over `MOST_LOG_BYTES`.
+        The file for its stdout and stderr; renamed to .1 when it is larger than `MOST_LOG_BYTES`.
     inherited : sequence of int
         Open file descriptors that the child keeps.
     """

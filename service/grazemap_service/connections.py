@@ -1,7 +1,7 @@
 """Bounds on connections, so that requests that never end do not keep others out.
 
-uvicorn closes idle connections between requests, but waits without end for the rest of a request. `bounded` gives a
-protocol that closes a connection whose request is not there in time, and closes new ones at once when there are too
+uvicorn closes idle connections between requests, but waits indefinitely for the rest of a request. `bounded` returns a
+protocol that closes a connection whose request does not arrive in time, and closes new ones at once when there are too
 many: a process without file descriptors could neither answer nor reach Redis.
 """
 
@@ -13,7 +13,7 @@ import resource
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-# For line, headers and body of a request together.
+# Seconds for line, headers and body of a request together.
 REQUEST_SECONDS = 30.0
 # File descriptors that are not for clients: Redis, the listening socket, files of the pages.
 _RESERVED = 64

@@ -20,8 +20,8 @@ _STORE_THREADS = 40
 class Context:
     """The objects of one app.
 
-    Routes ask the store in threads, limited by `threads`. They are apart from the framework's: those that wait for a
-    Redis that hangs do not delay other pages.
+    Routes call the store in threads, limited by `threads`. These are not the framework's threads, so that a Redis that
+    does not respond does not delay other pages.
     """
 
     settings: Settings

@@ -1,4 +1,4 @@
-"""Jobs as routes have them: the one that a path names, the one that answers a request, and a job as an answer.
+"""Jobs for routes: the job that a path names, the job of a request, and a job as an answer.
 
 The store decides whether a job is new. A job that could not be enqueued is not lost: the workers' reconciler finds it
 in the ledger.
@@ -72,12 +72,12 @@ def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job
 def submit_again(context: Context, job: Job) -> Job:
     """Start the computation of a finished job's result again; return the job that computes it (blocking).
 
-    The result was evicted, or it is of another version of the core: then the job is another one.
+    The result was evicted, or is of another version of the core; in the second case the job is another one.
 
     Raises
     ------
     ProblemException
-        "outdated-job": this version does not take the request any more.
+        "outdated-job": this version does not accept the request any more.
     """
     try:
         request = parse_request(job.process, job.request or {})
@@ -95,7 +95,7 @@ def _enqueue(context: Context, job: Job, tiles: int) -> None:
         if fingerprint is not None:
             entries.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
     except redis.exceptions.RedisError:
-        # the job is recorded and a reconciler will enqueue it: this is no failure to the client
+        # the job is stored and a reconciler will enqueue it, so the request does not fail
         _log.warning("job not enqueued, left to the reconciler", exc_info=True)
 
 
@@ -105,7 +105,7 @@ def job_path(job_id: str) -> str:
 
 
 def with_links(job: Job) -> Job:
-    """Return the job with its links, as far as they lead somewhere in its present state."""
+    """Return the job with the links that are valid in its present state."""
     path = job_path(job.id)
     links = [
         Link(href=path, rel="self"),
@@ -123,7 +123,7 @@ def with_links(job: Job) -> Job:
 
 
 def job_response(job: Job, status: int, headers: Mapping[str, str] | None = None) -> Response:
-    """Return a job as an answer; 201, 202 and 200 after a POST say where it is."""
+    """Return a job as an answer, with its address as Location."""
     return Response(
         with_links(job).model_dump_json(exclude_none=False).encode(),
         status_code=status,

@@ -16,9 +16,9 @@ from grazemap_worker.planning.rates import PERIODS_PER_SECOND
 from grazemap_worker.queue.entries import TILE_TIMEOUT
 from grazemap_worker.store import MOST_RESULT_BYTES
 
-# Larger estimates are reported as this: a number that was sent must not come back digit by digit.
+# Larger estimates are reported as this number, so that no number that was sent is repeated.
 _MOST_REPORTED = 1e18
-# A tile that is estimated to take longer might be cut off at the end: machines differ.
+# A tile with a longer estimate might exceed its time limit on a slower machine.
 MOST_TILE_SECONDS = TILE_TIMEOUT / 4
 
 

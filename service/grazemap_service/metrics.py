@@ -45,7 +45,7 @@ class StoreCollector(Collector):
         self.store = store
 
     def describe(self) -> Iterator[Any]:
-        """Return nothing: names are fixed, and registering must not ask Redis."""
+        """Return nothing: names are fixed, and registering must not contact Redis."""
         return iter(())
 
     def collect(self) -> Iterator[GaugeMetricFamily]:

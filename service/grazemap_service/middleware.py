@@ -23,7 +23,7 @@ from grazemap_service.settings import Settings, is_loopback
 OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
 OPEN_PREFIX = "/static/"
 
-# Nothing but the docs page (which sets its own policy) is meant to be shown as a page.
+# Only the docs page, which sets its own policy, is meant to be shown as a page.
 _SECURITY_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -49,7 +49,7 @@ def install(app: FastAPI, settings: Settings) -> None:
 
 
 class Cors(CORSMiddleware):
-    """Starlette's, with a problem for what it refuses."""
+    """Starlette's middleware, with a problem as the answer to a refused request."""
 
     def preflight_response(self, request_headers: Headers) -> Response:
         """Answer a preflight request."""
@@ -64,7 +64,7 @@ class Cors(CORSMiddleware):
 
 
 class SecurityHeaders:
-    """Adds headers that forbid browsers to run, frame or guess the type of an answer."""
+    """Adds headers that forbid browsers to run or frame an answer, or to guess its type."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -86,7 +86,7 @@ class SecurityHeaders:
 
 
 class HostCheck:
-    """Refuses a Host header that is not allowed, so that no page can reach the service through a name of its own.
+    """Refuses a Host header that is not allowed, so that no web page can reach the service by DNS rebinding.
 
     ``*`` allows every host, ``*.example.org`` the names below example.org. Ports do not matter.
     """
@@ -116,7 +116,7 @@ class HostCheck:
 
 
 class KeyCheck:
-    """Asks for ``Authorization: Bearer <key>`` on every path that is not open.
+    """Requires ``Authorization: Bearer <key>`` on every path that is not open.
 
     Without keys, only addresses of this machine are served, even if a server was started without the check of the
     settings.
@@ -145,7 +145,7 @@ class KeyCheck:
             return server is None or server[1] is None or is_loopback(server[0])
         scheme, _, key = Headers(scope=scope).get("authorization", "").partition(" ")
         given = _digest(key.strip().encode("latin-1"))
-        # every key is compared, in constant time, whichever fits
+        # all keys are compared, each in constant time
         matches = [hmac.compare_digest(given, digest) for digest in self.digests]
         return scheme.lower() == "bearer" and any(matches)
 

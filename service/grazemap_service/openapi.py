@@ -15,7 +15,7 @@ from grazemap_service.problems import KINDS, MEDIA_TYPE, make_problem
 from grazemap_service.result_schemas import JOB, job_components, job_name, reference, result_components
 
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
-# What any operation that asks the store, or is not open, may answer.
+# Problems of every operation that uses the store or needs a key.
 _EVERYWHERE = ("key-required", "internal-error", "store-unavailable")
 SUBMISSION_KINDS = (
     "malformed-json",
@@ -31,27 +31,27 @@ mappings, trajectories, bifurcation diagrams, unfolding maps, basins of attracti
 periodic orbits and their branches.
 
 1. **Post** a request to a process; the answer is a job, and `Location` is its address.
-2. **Wait** until its `status` is `successful`: look at the job again, follow its events, or post with the header
+2. **Wait** until its `status` is `successful`: request the job again, follow its events, or post with the header
    `Prefer: wait=30`.
 3. **Open the result**, `/v1/jobs/{job_id}/result`, as JSON or numpy's npz.
 
-The same question has the same job, whoever asks. Every error is a problem after RFC 9457. The guides come with the
-source: `docs/api.md` (this interface, with every field of every result), `docs/sdk.md` (Python and the command line),
-`docs/glossary.md` (the words), `docs/theory.md` (what is computed), `docs/operations.md` (running the service).
+Equal requests have the same job, also of different clients. Every error is a problem after RFC 9457. The guides come
+with the source: `docs/api.md` (this interface, with every field of every result), `docs/sdk.md` (Python and the command
+line), `docs/glossary.md` (the terms), `docs/theory.md` (what is computed), `docs/operations.md` (running the service).
 """
 _JOBS = """\
 1. Post a request to a process: the answer has the job's `id`.
-2. Wait until its `status` is `successful`: ask for the job again, or follow its events.
+2. Wait until its `status` is `successful`: request the job again, or follow its events.
 3. Open its result.
 """
 TAGS = [
     {
         "name": "processes",
-        "description": "Questions: each is answered with a job. Fields that have a default may be left out.",
+        "description": "Requests for computations; each is answered with a job. Fields with a default may be left out.",
     },
     {"name": "jobs", "description": _JOBS},
-    {"name": "results", "description": "Of successful jobs, as JSON or npz; of maps on their way, the finished tiles."},
-    {"name": "operations", "description": "What this service is and takes at most, how it is, and its metrics."},
+    {"name": "results", "description": "Results of successful jobs, as JSON or npz; finished tiles of running maps."},
+    {"name": "operations", "description": "The service's description and limits, its health, and its metrics."},
 ]
 
 
@@ -106,7 +106,7 @@ def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
 
 
 def _type_jobs_and_results(schema: dict[str, Any]) -> None:
-    """Put a schema for each process in the place of one for all jobs, and add those of results."""
+    """Replace the schema of all jobs by one for each process, and add those of results."""
     schemas = schema["components"]["schemas"]
     schemas |= job_components(schemas.pop(JOB)) | result_components()
     for process in PROCESSES:
@@ -116,7 +116,7 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
 
 
 def _correct(responses: dict[str, Any], *, everywhere: bool) -> None:
-    """Take out what is not OpenAPI 3.1, and the framework's own 422; add what may happen anywhere."""
+    """Remove what is not OpenAPI 3.1, and the framework's own 422; add the problems of all operations."""
     for response in responses.values():
         for content in response.get("content", {}).values():
             if "itemSchema" in content:  # of OpenAPI 3.2

@@ -40,18 +40,18 @@ class Kind(NamedTuple):
 
 KINDS: dict[str, Kind] = {
     "malformed-json": Kind(
-        "Malformed JSON", 400, "The body is not JSON in UTF-8, is nested too deeply, or repeats or has too many names."
+        "Malformed JSON", 400, "The body is not JSON in UTF-8, is nested too deeply, or has repeated or too many names."
     ),
     "host-not-allowed": Kind("Host not allowed", 400, "The Host header names none of the allowed hosts."),
     "bad-request": Kind("Bad request", 400, "The request cannot be understood."),
     "key-required": Kind("Key required", 401, "The header `Authorization: Bearer <key>` is missing or wrong."),
-    "not-found": Kind("Not found", 404, "Nothing is at this address."),
+    "not-found": Kind("Not found", 404, "There is nothing at this address."),
     "unknown-process": Kind("Unknown process", 404, "There is no process of this name."),
     "unknown-job": Kind("Unknown job", 404, "There is no job with this id."),
     "unfinished-tile": Kind("Unfinished tile", 404, "The job has no finished tile of this number."),
-    "method-not-allowed": Kind("Method not allowed", 405, "The address does not take this method; see Allow."),
+    "method-not-allowed": Kind("Method not allowed", 405, "The address does not allow this method; see Allow."),
     "not-acceptable": Kind("Not acceptable", 406, "None of the requested representations is available."),
-    "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or ask again."),
+    "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or try again later."),
     "dismissed-job": Kind("Dismissed job", 409, "The job was dismissed: post its request again to compute it."),
     "outdated-job": Kind("Outdated job", 409, "The job is of another version: post its request again."),
     "body-too-large": Kind("Body too large", 413, "The body is over the byte limit."),
@@ -60,7 +60,7 @@ KINDS: dict[str, Kind] = {
     "too-much-work": Kind("Too much work", 422, "The job is estimated to cost more than the limit; see errors."),
     "queue-full": Kind("Queue full", 429, "Too much work is waiting; try again after Retry-After seconds."),
     "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),
-    "store-unavailable": Kind("Store unavailable", 503, "Redis is away; try again after Retry-After seconds."),
+    "store-unavailable": Kind("Store unavailable", 503, "Redis is unavailable; try again after Retry-After seconds."),
     "not-ready": Kind("Not ready", 503, "No worker is alive yet; try again after Retry-After seconds."),
 }
 _OF_STATUS = {404: "not-found", 405: "method-not-allowed"}
@@ -74,9 +74,9 @@ class ProblemException(HTTPException):
     kind : str
         A name in `KINDS`.
     detail : str
-        A sentence for a person; never what the client sent.
+        A sentence for users, without anything that the client sent.
     errors : sequence of ProblemError
-        What is wrong where.
+        What is wrong, and where.
     headers : mapping
         Headers of the answer.
     extensions : mapping
@@ -157,7 +157,7 @@ async def _answer(request: Request, exception: Exception) -> Response:
 
 
 def _routed(request: Request, exception: StarletteHTTPException) -> Response:
-    """Return the problem of what the framework refuses before, or instead of, a route."""
+    """Return the problem of a request that the framework refuses without calling a route."""
     status = exception.status_code
     if status == 404 and re.fullmatch(r"/v1/[^/]+", request.url.path) and request.method == "POST":
         names = ", ".join(sorted(PROCESSES))

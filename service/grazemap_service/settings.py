@@ -1,7 +1,7 @@
 """Settings of the HTTP service: every limit and address, read from the environment under the prefix GRAZEMAP_.
 
-`Settings` is made of environment variables (or keyword arguments, in tests) and never changes. The rule that
-an address other than loopback needs keys lives here too, because it is a property of the settings.
+`Settings` is made of environment variables (or keyword arguments, in tests) and never changes. The rule that an address
+other than loopback needs keys is here too, because it is a property of the settings.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ class SettingsError(ValueError):
 
 
 class Settings(RedisSettings):
-    """What an operator may decide. Lists are written with commas: ``GRAZEMAP_API_KEYS=one,two``."""
+    """The settings of the service. Lists are written with commas: ``GRAZEMAP_API_KEYS=one,two``."""
 
     host: str = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8000
-    fd: Annotated[int | None, Field(ge=0, description="An inherited listening socket; wins over host and port.")] = None
+    fd: Annotated[int | None, Field(ge=0, description="An inherited listening socket; overrides host and port.")] = None
 
     api_keys: Annotated[tuple[SecretStr, ...], NoDecode] = ()
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = LOOPBACK_HOSTS
@@ -46,8 +46,8 @@ class Settings(RedisSettings):
     max_pending_tiles: Annotated[int, Field(gt=0, description="Unfinished tiles of all jobs together.")] = 100_000
     max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
 
-    hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's own copies of results.")] = 64 << 20
-    poll_seconds: Annotated[float, Field(gt=0, description="How often a waiting answer looks at the store.")] = 0.1
+    hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's copies of results.")] = 64 << 20
+    poll_seconds: Annotated[float, Field(gt=0, description="Interval at which a waiting answer reads the store.")] = 0.1
 
     @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
     @classmethod

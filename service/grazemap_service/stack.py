@@ -32,16 +32,16 @@ from grazemap_worker.redis_settings import USAGE_ERROR
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
-# The Redis of a killed stack writes its data before it ends.
+# Seconds to wait for the Redis of a killed stack, which writes its data before it ends.
 _LOCK_SECONDS = 4.0
-# After this a line on stderr says what the stack waits for.
+# Seconds after which a line on stderr says what the stack waits for.
 _PATIENCE_SECONDS = 10.0
-# A child that dies this often before the stack was ever ready will not come up.
+# A child that dies this often before the stack was ever ready counts as unable to start.
 _MOST_EARLY_DEATHS = 3
 
 
 class StackError(RuntimeError):
-    """The stack cannot start; the message is for a person."""
+    """The stack cannot start; the message is for users."""
 
 
 class Stack:
@@ -83,7 +83,7 @@ class Stack:
         if not environment.get("GRAZEMAP_REDIS_URL"):
             server = RedisServer(data / "redis", inherited=(self._lock.fileno(),))
             environment["GRAZEMAP_REDIS_URL"] = server.url
-            environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # that of another one
+            environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # the password of another Redis
             self._children.append(server)
         listening = self._listener.fileno()
         environment["GRAZEMAP_FD"] = str(listening)
@@ -111,7 +111,7 @@ class Stack:
         Raises
         ------
         StackError
-            Something does not come up at all.
+            A child does not start.
         """
         for child in self._children:
             if not child.look():
@@ -189,7 +189,7 @@ def _locked(data: Path) -> TextIO:
 
 
 def _end(parent: int | None) -> Callable[[], bool]:
-    """Return what says whether the stack should stop: after a signal, or the end of the process that asked for it."""
+    """Return a function that says whether the stack should stop: after a signal, or the end of its parent."""
     signals: list[int] = []
 
     def note(number: int, _frame: FrameType | None) -> None:
@@ -197,7 +197,7 @@ def _end(parent: int | None) -> Callable[[], bool]:
 
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         signal.signal(number, note)
-    # Asked of the system rather than by PR_SET_PDEATHSIG, which would fire when the asking thread ends.
+    # Polled, because PR_SET_PDEATHSIG would fire when the thread that started this process ends.
     return lambda: bool(signals) or (parent is not None and os.getppid() != parent)
 
 

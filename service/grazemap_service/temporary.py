@@ -1,6 +1,6 @@
-"""Temporary folders that are gone after their user, even one that was killed.
+"""Temporary folders that are removed after use, even if their process was killed.
 
-Each holds a file that its user keeps locked; the next start removes the folders whose lock is free. Other
+Each holds a file that its process keeps locked; the next start removes the folders whose lock is free. Other
 folders are never touched, whatever their name.
 """
 
@@ -22,14 +22,14 @@ YOUNG_SECONDS = 60.0
 
 
 class TemporaryFolder:
-    """A private folder, removed by `close`, or by `remove_abandoned` once this process and its heirs are gone.
+    """A private folder, removed by `close`, or by `remove_abandoned` once this process and its children have ended.
 
     Parameters
     ----------
     purpose : str
-        Goes into its name.
+        A part of its name.
     longest : int, optional
-        Bytes that the path may have; a longer one is made in /tmp instead.
+        Maximum bytes of the path; a folder with a longer one is made in /tmp instead.
     """
 
     def __init__(self, purpose: str = "", longest: int | None = None) -> None:

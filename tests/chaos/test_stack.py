@@ -333,7 +333,7 @@ def test_a_stack_that_starts_slowly_reports_what_it_waits_for(tmp_path: Path) ->
         assert stack.stderr is not None
         line = json.loads(stack.stderr.readline())
         assert line["level"] == "warning"
-        assert line["reason"].startswith("Redis is away")
+        assert line["reason"].startswith("Redis is unavailable")
     finally:
         stack.terminate()
         assert stack.wait(8) == 0

@@ -80,7 +80,7 @@ def test_a_wrong_password_is_reported(locked: RedisServer) -> None:
             client.ping()
         assert trouble(caught.value) == "Redis refuses the password"
         client.close()
-    assert trouble(AwayError()) == "Redis is away"
+    assert trouble(AwayError()) == "Redis is unavailable"
     answer = run(
         "grazemap_worker.supervision.healthcheck",
         GRAZEMAP_REDIS_URL=locked.url,

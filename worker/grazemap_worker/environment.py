@@ -1,7 +1,7 @@
 """The environment variables of a computing process, set before numpy and numba are imported.
 
-Parallelism comes from processes: one thread each, because threads of OpenMP do not survive a fork and because the
-bytes of a result must not depend on how many cores a machine has.
+Parallelism comes from processes with one thread each: threads of OpenMP do not survive a fork, and the bytes of a
+result must not depend on the number of cores.
 """
 
 from __future__ import annotations
@@ -12,6 +12,6 @@ _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NU
 
 
 def one_thread() -> None:
-    """Give numpy's and numba's libraries one thread each; takes effect when they are not loaded yet."""
+    """Limit the libraries of numpy and numba to one thread each; call this before they are imported."""
     for name in _ONE_THREAD:
         os.environ[name] = "1"

@@ -1,4 +1,4 @@
-"""Structured logs of workers and service: one JSON object a line on stderr, RQ's and numba's from WARNING on."""
+"""Structured logs of workers and service: one JSON object per line on stderr; of RQ and numba, WARNING and above."""
 
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ class Numerics:
     """Libraries and processor that results are computed with.
 
     `cpu` is the processor that code is generated for, by LLVM's name; "interpreted" when nothing is compiled.
-    `cpu_features` are the extensions of its instruction set that the code may use, with commas between them; empty for
-    nothing beyond what every processor of that name has.
+    `cpu_features` are the extensions of its instruction set that the code may use, with commas between them; empty if
+    it uses none beyond those of every processor of that name.
     """
 
     numba: str
@@ -34,7 +34,7 @@ class Numerics:
     fingerprint: str
 
     def as_meta(self) -> dict[str, str]:
-        """Return them as a result's metadata has them."""
+        """Return the numerics as in a result's metadata."""
         return asdict(self)
 
 
@@ -42,9 +42,9 @@ class Numerics:
 def numerics() -> Numerics:
     """Return the numerics of this process; imports numba.
 
-    The fingerprint is the start of a sha256 over the versions, the core's own and its sources included, whether
-    kernels are compiled with parts, the name and the features of the processor that code is generated for, and the
-    settings that choose instructions: two machines that share it run the same instructions.
+    The fingerprint is the start of a sha256 over the versions, the core's sources, whether kernels are compiled with
+    parts, the name and the features of the processor, and the settings that choose instructions. Two machines with the
+    same fingerprint run the same instructions.
     """
     from numba.core import config
     from numba.core.registry import cpu_target
@@ -58,7 +58,7 @@ def numerics() -> Numerics:
         "core_sources": source_fingerprint(),
         "with_parts": PART_COMPILER is not None,
     }
-    # numba's own word for what it compiles for, its settings (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX ...) taken into account
+    # the processor that numba compiles for, with its settings (NUMBA_CPU_NAME, NUMBA_ENABLE_AVX ...) applied
     triple, cpu, features = cpu_target.target_context.codegen().magic_tuple()
     if config.DISABLE_JIT:  # type: ignore[attr-defined]  # set when numba is imported
         cpu, features = "interpreted", ""

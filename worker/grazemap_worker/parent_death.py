@@ -30,7 +30,7 @@ def die_with_parent(parent: int, signal_number: int = signal.SIGKILL) -> None:
     Raises
     ------
     OSError
-        The kernel refused. Elsewhere than on Linux nothing is asked for, and children may outlive a killed parent.
+        The kernel refused. On other systems than Linux nothing is done, and children may outlive a killed parent.
     """
     if _PRCTL is None:
         return
@@ -47,9 +47,9 @@ def tied(signal_number: int = signal.SIGKILL) -> Callable[[], None]:
 
 
 def adopt_orphans() -> None:
-    """Become the parent of the orphans of this process's children, so that it can wait for them and none is a zombie.
+    """Make this process the parent of its children's orphans, so that it can wait for them and none remains a zombie.
 
-    Nothing happens elsewhere than on Linux, where init does it.
+    Linux only; on other systems init adopts the orphans.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from grazemap_worker.store import connect
 from grazemap_worker.store.connection import SOCKET_TIMEOUT
 
 USAGE_ERROR = 2
-"""Exit status of a process that refuses its settings: starting it again does not help."""
+"""Exit status of a process that refuses its settings; it is not started again."""
 
 _LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL")
 

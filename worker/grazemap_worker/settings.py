@@ -21,12 +21,12 @@ def available_cores() -> int:
 
 
 def default_cache_dir() -> Path:
-    """Return the folder for compiled kernels: GRAZEMAP_CACHE_DIR wins, then XDG_CACHE_HOME, then ~/.cache."""
+    """Return the folder for compiled kernels: GRAZEMAP_CACHE_DIR, else in XDG_CACHE_HOME, else in ~/.cache."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
 
 
 class WorkerSettings(RedisSettings):
-    """What an operator may decide about the workers of one machine."""
+    """The settings of the workers of one machine."""
 
     workers: Annotated[int, Field(ge=1, le=1024, description="Worker processes.")] = Field(
         default_factory=available_cores

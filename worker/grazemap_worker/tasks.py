@@ -55,10 +55,10 @@ def run_tile(job_id: str, tile: int) -> None:
     RuntimeError
         `enter` was not called.
     redis.exceptions.RedisError
-        The store is away; the ledger will offer the tile again.
+        Redis is unavailable; the reconciler will queue the tile again.
     """
     if _context is None:
-        raise RuntimeError("run_tile belongs in a worker")
+        raise RuntimeError("run_tile runs in a worker only")
     context: Context = _context
     number: int | None = tile
     while number is not None:
@@ -125,7 +125,7 @@ def _compute(claim: Claim, context: Context) -> int:
 
 
 def _counted(claim: Claim, store: Store) -> Report:
-    """Return a function that stores the steps done of a process; it raises NotWanted when the job is over."""
+    """Return a function that stores the completed steps of a job; it raises NotWanted when the job has ended."""
 
     def report(done: int, total: int) -> None:
         if not store.jobs.progress(claim.job_id, done, total):
@@ -135,7 +135,7 @@ def _counted(claim: Claim, store: Store) -> Report:
 
 
 def _counted_after_tiles(claim: Claim, store: Store) -> Report:
-    """Return the same for an assembly: its steps are scaled to the number that the plan has for it."""
+    """Return the same for an assembly, with its steps scaled to the number of them in the plan."""
     tiles, after, stored = claim.plan.count, claim.plan.after, _counted(claim, store)
     reported = 0
 

@@ -1,4 +1,4 @@
-"""What callers pass, as the fields of a request, and the check of the request before anything is sent."""
+"""Converts the arguments of methods to the fields of a request, and validates it before anything is sent."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ StateLike = InitialState | State | Mapping[str, Any]
 Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | Mapping[str, Any]
 """(start, stop) together with a number of points, or the increasing values themselves as a list or an array."""
 MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
-"""A motion with impacts: (period, stops), the same and phases and velocities as a mapping or a wire model, or an orbit
-that was found; a mapping or an orbit for curves in a window also has omega and clearance."""
+"""A motion with impacts: (period, stops); a mapping or a wire model, which may have phases and velocities; or an orbit
+that was found. For curves in a window, a mapping may also have omega and clearance."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
@@ -52,7 +52,7 @@ class PathOptions(TypedDict, total=False):
     progress: bool
 
 
-# The service's own words for the same problem.
+# The title and the detail of the service's problem.
 _INVALID_REQUEST = Problem(
     type="urn:grazemap:problem:invalid-request",
     title="Invalid request",
@@ -61,7 +61,7 @@ _INVALID_REQUEST = Problem(
 )
 _MOTION = (
     "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
-    "a mapping with phases and velocities too; or an orbit that was found"
+    "a mapping, which may also have phases and velocities; or an orbit that was found"
 )
 _VALUES = "(start, stop) with a number of points, or an increasing list or array"
 
@@ -115,7 +115,7 @@ def rectangle(horizontal: Any, vertical: Any, shape: Any) -> dict[str, Any]:
 
 
 def one_varies(omega: Any, clearance: Any, points: int | None) -> dict[str, Any]:
-    """Return which of omega and clearance varies, its range, and the other one. Raises ParameterError."""
+    """Return the name and the range of the parameter that varies, and the value of the other. Raises ParameterError."""
     given = {"omega": plain(omega), "clearance": plain(clearance)}
     numbers = [name for name, value in given.items() if isinstance(value, int | float)]
     if len(numbers) != 1:
@@ -129,8 +129,8 @@ def one_varies(omega: Any, clearance: Any, points: int | None) -> dict[str, Any]
 def as_grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
     """Return a range, or the values as a list; a tuple of two numbers is (start, stop).
 
-    Raises ParameterError where the number of points is missing, or is not that of the values; all else the models
-    check. `keyword` is the argument that gives the number of points.
+    Raises ParameterError where the number of points is missing or differs from the number of values; the wire models
+    check all else. `keyword` is the name of the argument that gives the number of points.
     """
     if isinstance(values, tuple) and len(values) == 2:
         if points is None:
@@ -139,7 +139,7 @@ def as_grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
     values = plain(values)
     count = _count(values)
     if points is not None and count is not None and points != count:
-        detail = f"{name} has {count} values, and {keyword} asks for another number"
+        detail = f"{name} has {count} values, and {keyword} gives another number"
         raise _parameter_error(f"/{name}", detail, _VALUES)
     return values
 
@@ -165,14 +165,14 @@ def as_states(states: Any) -> Any:
 
 
 def start(motion: Any, initial: Any) -> dict[str, Any]:
-    """Return what the search for an orbit starts from: a motion, or an initial state. Raises ParameterError."""
+    """Return the start of the search for an orbit: a motion or an initial state. Raises ParameterError."""
     return {"motion": None if motion is None else as_motion(motion), "initial": as_states(initial)}
 
 
 def as_motion(motion: Any, at: str = "/motion", in_window: bool = False) -> Any:
-    """Return a motion as the models take it; one in a window with its omega and clearance, if they are known.
+    """Return a motion as the models take it; in a window, with its omega and clearance if they are known.
 
-    Raises ParameterError for an orbit that was not found, and for what is no motion.
+    Raises ParameterError for an orbit that was not found, and for a value that is not a motion.
     """
     if isinstance(motion, tuple | list) and len(motion) == 2:
         return {"period": motion[0], "stops": plain(motion[1])}
@@ -196,7 +196,7 @@ def as_motions(motions: Any) -> Any:
 
 
 def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:
-    """Return the numbers of rows and columns, None for both where no shape is given. Raises ParameterError."""
+    """Return the numbers of rows and columns, both None without a shape. Raises ParameterError."""
     try:
         rows, columns = shape if shape is not None else (None, None)
     except (TypeError, ValueError):

@@ -1,7 +1,7 @@
-"""A connection to a service: one request and its answer, with the rules for sending the request again.
+"""A connection to a service: sends requests, and repeats them after temporary failures.
 
-Every request may be sent twice: reads change nothing, DELETE is idempotent, and a POST's job is named by its own
-request, so that the second one finds the first one's job and no work is done twice.
+Every request can be repeated safely: GET and HEAD change nothing, DELETE is idempotent, and equal POSTs have the same
+job, which is computed once.
 """
 
 from __future__ import annotations
@@ -46,25 +46,25 @@ class AsyncConnection:
         retries: int | None = None,
         deadline: float | None = None,
     ) -> httpx2.Response:
-        """Send a request, again where that may help, and return its answer, of a status below 400.
+        """Send a request, repeat it after temporary failures, and return the answer, of a status below 400.
 
         Parameters
         ----------
         method, path, params, headers, content
             The request.
         retries : int, optional
-            Attempts after the first one; left out: those of the settings.
+            Number of further attempts; left out: that of the settings.
         deadline : float, optional
             Time of `now` after which no further attempt starts.
 
         Raises
         ------
         ServiceProblem
-            The service's problem, typed.
+            The service answered with a problem.
         ConnectionFailed
-            No answer after all attempts.
+            There was no answer after all attempts.
         ProtocolError
-            An answer that cannot be read.
+            The answer cannot be read.
         """
         attempts = 1 + (self.settings.retries if retries is None else retries)
         for attempt in range(attempts):
@@ -92,13 +92,13 @@ class AsyncConnection:
     def stream(
         self, path: str, headers: Mapping[str, str], silence: float
     ) -> AbstractAsyncContextManager[httpx2.Response]:
-        """Return the context of a streamed answer, in which up to `silence` seconds may pass without a byte."""
+        """Return the context of a streamed answer, which fails after `silence` seconds without data."""
         usual = self._http.timeout
         timeout = httpx2.Timeout(connect=usual.connect, read=silence, write=usual.write, pool=usual.pool)
         return self._http.stream("GET", path, headers=headers, timeout=timeout)
 
     def now(self) -> float:
-        """Return the seconds of a clock that never goes back."""
+        """Return the seconds of a monotonic clock."""
         return monotonic()
 
     async def sleep(self, seconds: float) -> None:

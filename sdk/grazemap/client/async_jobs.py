@@ -1,4 +1,4 @@
-"""Jobs of a service: submitting and listing them, their results, and the handle that a client gives for one."""
+"""Jobs of a service: submitting and listing them, fetching their results, and the handle of a job."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ R = TypeVar("R", bound=Result)
 
 
 class AsyncJobHandle:
-    """A job of an `AsyncClient`: what is known of it without asking; `refresh` and `wait` bring it up to date."""
+    """A job of an `AsyncClient`, in its last known state; `refresh` and `wait` update it."""
 
     def __init__(self, connection: AsyncConnection, job: Job) -> None:
         self._connection = connection
@@ -30,7 +30,7 @@ class AsyncJobHandle:
 
     @property
     def id(self) -> str:
-        """The content-addressed id: the same request has the same id."""
+        """The content-addressed id: equal requests have the same id."""
         return self._job.id
 
     @property
@@ -40,7 +40,7 @@ class AsyncJobHandle:
 
     @property
     def request(self) -> dict[str, Any] | None:
-        """The canonical request, every default filled in; None for a long one in a list, until `refresh`."""
+        """The canonical request, with all defaults; None for a long request in a list of jobs, until `refresh`."""
         return self._job.request
 
     @property
@@ -67,16 +67,15 @@ class AsyncJobHandle:
         return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
 
     async def refresh(self) -> AsyncJobHandle:
-        """Ask the service for the job, and return the handle."""
+        """Update the handle from the service, and return it."""
         self._job = await look(self._connection, self.id)
         return self
 
     async def events(self, timeout: float | None = None) -> AsyncGenerator[Event]:
-        """Yield the job's events, from its beginning until it is finished. Raises WaitTimeout.
+        """Yield the job's events from its start until it is finished. Raises WaitTimeout.
 
-        The events of a finished job are repeated as long as the service has them; its last progress and done always
-        are. Where less time remains than a stream may be silent (45 s), the job is polled, and only progress and done
-        are yielded.
+        For a finished job, the events that the service still stores are repeated, at least the last progress and done.
+        When less than 45 s remain, the job is polled, and only progress and done are yielded.
         """
         follower = AsyncFollower(self._connection, job_path(self.id), timeout, replay=True)
         async with aclosing(follower.events()) as events:
@@ -90,7 +89,7 @@ class AsyncJobHandle:
         Parameters
         ----------
         timeout : float, optional
-            Seconds; the job goes on when they are over.
+            Seconds to wait; the job continues after a timeout.
         progress : bool
             Show a bar on stderr.
 
@@ -106,12 +105,12 @@ class AsyncJobHandle:
     async def result(self) -> Result:
         """Fetch the result of a finished job.
 
-        A result that the service has dropped meanwhile is computed again and waited for.
+        If the service no longer stores the result, it is computed again, and this call waits for it.
 
         Raises
         ------
         ResultNotReady
-            The job is unfinished.
+            The job is not finished.
         """
         return await fetch(self._connection, self.id)
 
@@ -122,7 +121,7 @@ class AsyncJobHandle:
 
 
 async def submit(connection: AsyncConnection, request: ProcessRequest, prefer_wait: int = 0) -> Job:
-    """Submit a request and return its job, a new one or the one of an earlier submission."""
+    """Submit a request and return its job, a new one or that of an earlier equal request."""
     headers = {"content-type": "application/json"}
     if prefer_wait:
         headers["prefer"] = f"wait={prefer_wait}"
@@ -130,7 +129,7 @@ async def submit(connection: AsyncConnection, request: ProcessRequest, prefer_wa
     path = f"{API_PREFIX}/{request.operation.process}"
     job = Job.read((await connection.send("POST", path, headers=headers, content=body)).content)
     if not JOB_ID.fullmatch(job.id):
-        raise ProtocolError("the service answered with an impossible job id")
+        raise ProtocolError("the service answered with an invalid job id")
     return job
 
 
@@ -150,7 +149,7 @@ async def list_jobs(connection: AsyncConnection, status: str | None, process: st
             params["cursor"] = cursor
         page = JobList.read((await connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
         found.extend(page.jobs)
-        # Only the cursor is taken from the link: the address stays the one the client was given.
+        # Only the cursor is taken from the link; the address of the service remains the client's.
         next_links = [link.href for link in page.links if link.rel == "next"]
         cursor = parse_qs(urlsplit(next_links[0]).query).get("cursor", [""])[0] if next_links else None
         if not cursor or not page.jobs:
@@ -159,7 +158,7 @@ async def list_jobs(connection: AsyncConnection, status: str | None, process: st
 
 
 async def answer(connection: AsyncConnection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
-    """Submit a request, follow its job, and return the result, which is of a kind. Raises JobFailed, JobDismissed."""
+    """Submit a request, wait for its job, and return the result, of class `kind`. Raises JobFailed, JobDismissed."""
     with Listener(request.operation.process, progress) as listener:
         job = await submit(connection, request, PREFER_WAIT)
         _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listener))
@@ -170,7 +169,7 @@ async def answer(connection: AsyncConnection, kind: type[R], request: ProcessReq
 
 
 async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
-    """Return a job's result; one that was evicted, or is of another version, is computed and waited for.
+    """Return a job's result; compute it again if it was evicted or is of another version.
 
     Raises
     ------
@@ -183,7 +182,7 @@ async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Even
         try:
             response = await connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
         except ServiceProblem:
-            # A job that ended otherwise has no result: it says why.
+            # A job that was not successful has no result, but a reason.
             _require_success(await look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
@@ -191,7 +190,7 @@ async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Even
         if response.status_code == 202:
             job = Job.read(response.content)
             _require_success(await AsyncFollower(connection, job_path(job.id)).run(listen))
-            if job.id != job_id:  # the result is of another version, and this job computes it anew
+            if job.id != job_id:  # the result is of another version, and this job computes it again
                 return await fetch(connection, job.id, listen)
             continue
         if response.status_code != 200:

@@ -1,4 +1,4 @@
-"""Following a job until it is finished: by its event stream while that works, else by polling."""
+"""Following a job until it is finished: by its event stream or, where that fails, by polling."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from grazemap.wire import FINISHED, Job
 
 
 class AsyncFollower:
-    """Follows one job over all the connections that it takes to see its end.
+    """Follows one job until it is finished, over several connections if necessary.
 
-    A stream that breaks is resumed where it ended (Last-Event-ID). A stream cannot be left between two of its lines,
-    so when less time remains than a stream may be silent the job is polled, and `timeout` is kept.
+    A stream that breaks is resumed where it ended (Last-Event-ID). Waiting for a line of a stream cannot be
+    interrupted, so the job is polled when less time remains than a stream may be silent.
 
     Parameters
     ----------
@@ -29,10 +29,10 @@ class AsyncFollower:
     timeout : float, optional
         Seconds to wait for the end.
     job : Job, optional
-        The job as it was a moment ago; left out: the service is asked first.
+        The last known state of the job; left out: it is requested first.
     replay : bool
-        Also yield the events of a finished job, as far as the service still has them; otherwise there is nothing to
-        wait for, and its last progress and its end are the only events.
+        Whether all events of a finished job that the service still stores are yielded; otherwise only its last progress
+        and done are.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class AsyncFollower:
             async for event in events:
                 if listen is not None:
                     listen(event)
-        assert self.job is not None  # the first of the events came after it
+        assert self.job is not None  # set before the first event
         return self.job
 
     async def events(self) -> AsyncGenerator[Event]:
@@ -123,11 +123,11 @@ class AsyncFollower:
                     if self._done or self._near_deadline():
                         return
         except (httpx2.RequestError, ProtocolError):
-            # Nothing is lost: the caller asks for the job itself, opens another stream, and in the end polls.
+            # No error: the caller requests the job itself, opens another stream, and finally polls.
             pass
 
     async def _poll(self, job: Job) -> AsyncGenerator[Event]:
-        """Ask for the job at growing intervals until it is finished, and yield its progress."""
+        """Request the job at increasing intervals until it is finished, and yield its progress."""
         seconds = constants.POLL_START
         seen = None
         while job.status not in FINISHED:
@@ -137,7 +137,7 @@ class AsyncFollower:
             if self._deadline is not None:
                 left = self._deadline - self._connection.now()
                 if left <= 0:
-                    raise WaitTimeout(f"job {job.id} is still {job.status}; it goes on", job)
+                    raise WaitTimeout(f"job {job.id} is still {job.status}; it continues", job)
                 seconds = min(seconds, left)
             await self._connection.sleep(seconds)
             seconds = min(constants.POLL_LIMIT, seconds * constants.POLL_GROWTH)

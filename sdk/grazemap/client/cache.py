@@ -1,8 +1,8 @@
-"""Results on the client's disk: by job id, used again only when the service confirms their ETag.
+"""A cache of results on the client's disk, by job id; a result is used only if the service confirms its ETag.
 
 A file is one line of JSON {etag, sha256} and then the npz bytes. It is written under another name and renamed, so that
-a reader sees a whole file or none; a damaged one counts as absent. Where the folder cannot be read or written, the
-results come from the service, and the log says so.
+a reader sees a complete file or none; a damaged file counts as absent. If the folder cannot be read or written, results
+are fetched from the service, and a warning is logged.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _log = logging.getLogger(__name__)
 
 
 class ResultCache:
-    """A folder of results, made when the first result is written.
+    """A folder of results, created when the first result is written.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class ResultCache:
         return (etag, data) if hashlib.sha256(data).hexdigest() == digest else None
 
     def write(self, job_id: str, etag: str, data: bytes) -> None:
-        """Write a result; where that fails, log it."""
+        """Write a result; a failure is logged."""
         try:
             self._write(job_id, etag, data)
         except OSError as error:

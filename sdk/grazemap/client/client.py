@@ -34,9 +34,9 @@ class Client(ProcessMethods, Blocking):
     cache_dir : path, optional
         Folder for results; a result is used again when the service confirms its ETag.
     timeout : float
-        Seconds that a single answer may stay silent. It does not limit the time of a computation.
+        Seconds without data after which an answer counts as lost. It does not limit the time of a computation.
     retries : int
-        Attempts after the first one on 429, 502, 503, 504 and broken connections. No request is computed twice.
+        Further attempts after 429, 502, 503, 504 and broken connections. No request is computed twice.
     transport : httpx2.BaseTransport, optional
         A transport of httpx2, for example to an application in the same process.
 
@@ -59,7 +59,7 @@ class Client(ProcessMethods, Blocking):
 
     @property
     def base_url(self) -> str:
-        """The address this client talks to."""
+        """The address of the service."""
         return self._connection.settings.base_url
 
     def close(self) -> None:
@@ -73,12 +73,12 @@ class Client(ProcessMethods, Blocking):
         self.close()
 
     def describe(self) -> dict[str, Any]:
-        """Return what the service says about itself: versions, processes, limits."""
+        """Return the service's description: versions, processes, limits."""
         response = self._connection.send("GET", constants.API_PREFIX)
         return json_object(response.content, "the answer")
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
-        """Submit a request without waiting; the same request again gives the same job.
+        """Submit a request and return its job without waiting; equal requests have the same job.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ class Client(ProcessMethods, Blocking):
         samples_per_period : int, optional
             200 unless `times` are given.
         times : increasing list or array, optional
-            Times of the samples in the record, instead; s in SI.
+            Times of the samples in the record, instead of samples_per_period; s in SI.
         progress : bool
 
         Returns

@@ -15,7 +15,7 @@ class Event:
     Attributes
     ----------
     id : str
-        Its place in the job's stream; "" when the client made the event from polling.
+        Its position in the job's stream; "" for an event that comes from polling.
     name : {"progress", "tile", "done"}
     data : dict
         progress: done, total, unit, eta_seconds; tile: index, rows; done: status.
@@ -29,7 +29,7 @@ class Event:
 class EventDecoder:
     """Decodes a stream line by line; `feed` takes lines without their ends.
 
-    A comment, which keeps a connection alive, gives None like an unfinished event: the caller can check the time.
+    For a comment, which keeps a connection alive, `feed` returns None, so that the caller can check the time.
     """
 
     def __init__(self, last_id: str = "") -> None:

@@ -1,4 +1,4 @@
-"""What both clients share about HTTP: their settings, when a request is sent again, and what an answer means."""
+"""HTTP for both clients: their settings, the pauses between attempts, and the exceptions for answers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from grazemap.version import __version__
 from grazemap.wire import Problem
 
 _ADDRESS = "base_url must look like http://host:port or https://host"
-# A header can carry no more than this; an empty key is none.
+# The characters of a key in a header; an empty key counts as no key.
 _HEADER_TEXT = re.compile(r"[!-~]*")
 # Job ids become parts of addresses and of file names in the cache.
 JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
-# The service's own words for the same problem.
+# The title and the detail of the service's problem.
 _UNKNOWN_JOB = Problem(
     type="urn:grazemap:problem:unknown-job",
     title="Unknown job",
@@ -36,7 +36,7 @@ _UNKNOWN_JOB = Problem(
 
 
 class Settings:
-    """The arguments of a client's constructor; those that are not valid raise ValueError."""
+    """The arguments of a client's constructor; invalid ones raise ValueError."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class Settings:
         if parts.scheme not in ("http", "https") or not parts.host or not port_fits:
             raise ValueError(_ADDRESS)
         if parts.userinfo:
-            raise ValueError("base_url must not hold a user or a password; use api_key")
+            raise ValueError("base_url must not contain a user or a password; use api_key")
         if api_key is not None and not _HEADER_TEXT.fullmatch(api_key):
             raise ValueError("api_key must be printable ASCII without spaces")
         if timeout <= 0 or retries < 0:
@@ -71,7 +71,7 @@ class Settings:
 
     @property
     def use_environment(self) -> bool:
-        """Whether proxies of the environment apply: never to a service on this machine."""
+        """Whether proxies of the environment are used; never for a service on this machine."""
         host = urlsplit(self.base_url).hostname or ""
         try:
             return not ipaddress.ip_address(host).is_loopback
@@ -80,7 +80,7 @@ class Settings:
 
 
 def job_path(job_id: str) -> str:
-    """Return a job's address below the base URL. Raises NotFound for what cannot be a job id."""
+    """Return a job's address below the base URL. Raises NotFound for an invalid id."""
     if not isinstance(job_id, str) or not JOB_ID.fullmatch(job_id):
         raise NotFound(_UNKNOWN_JOB)
     return f"{constants.API_PREFIX}/jobs/{job_id}"
@@ -101,7 +101,7 @@ def failure_of(error: httpx2.RequestError) -> ConnectionFailed:
 
 
 def problem_of(response: httpx2.Response) -> ServiceProblem:
-    """Return the exception for an answer with a status of 400 or more, whoever sent it."""
+    """Return the exception for an answer with a status of 400 or more, also for one from a proxy."""
     try:
         problem = Problem.model_validate_json(response.content)
     except ValidationError:
@@ -127,7 +127,7 @@ def _retry_after(response: httpx2.Response) -> float | None:
 
 
 def json_object(content: str | bytes, name: str) -> dict[str, Any]:
-    """Return a JSON object that the service sent. Raises ProtocolError, which calls it by the name."""
+    """Return a JSON object that the service sent. Raises ProtocolError, with its name."""
     try:
         value = json.loads(content)
     except (ValueError, RecursionError) as error:

@@ -1,5 +1,5 @@
 # Generated from async_jobs.py by `make client`: do not edit.
-"""Jobs of a service: submitting and listing them, their results, and the handle that a client gives for one."""
+"""Jobs of a service: submitting and listing them, fetching their results, and the handle of a job."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ R = TypeVar("R", bound=Result)
 
 
 class JobHandle:
-    """A job of an `Client`: what is known of it without asking; `refresh` and `wait` bring it up to date."""
+    """A job of an `Client`, in its last known state; `refresh` and `wait` update it."""
 
     def __init__(self, connection: Connection, job: Job) -> None:
         self._connection = connection
@@ -31,7 +31,7 @@ class JobHandle:
 
     @property
     def id(self) -> str:
-        """The content-addressed id: the same request has the same id."""
+        """The content-addressed id: equal requests have the same id."""
         return self._job.id
 
     @property
@@ -41,7 +41,7 @@ class JobHandle:
 
     @property
     def request(self) -> dict[str, Any] | None:
-        """The canonical request, every default filled in; None for a long one in a list, until `refresh`."""
+        """The canonical request, with all defaults; None for a long request in a list of jobs, until `refresh`."""
         return self._job.request
 
     @property
@@ -68,16 +68,15 @@ class JobHandle:
         return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
 
     def refresh(self) -> JobHandle:
-        """Ask the service for the job, and return the handle."""
+        """Update the handle from the service, and return it."""
         self._job = look(self._connection, self.id)
         return self
 
     def events(self, timeout: float | None = None) -> Generator[Event]:
-        """Yield the job's events, from its beginning until it is finished. Raises WaitTimeout.
+        """Yield the job's events from its start until it is finished. Raises WaitTimeout.
 
-        The events of a finished job are repeated as long as the service has them; its last progress and done always
-        are. Where less time remains than a stream may be silent (45 s), the job is polled, and only progress and done
-        are yielded.
+        For a finished job, the events that the service still stores are repeated, at least the last progress and done.
+        When less than 45 s remain, the job is polled, and only progress and done are yielded.
         """
         follower = Follower(self._connection, job_path(self.id), timeout, replay=True)
         with closing(follower.events()) as events:
@@ -90,7 +89,7 @@ class JobHandle:
         Parameters
         ----------
         timeout : float, optional
-            Seconds; the job goes on when they are over.
+            Seconds to wait; the job continues after a timeout.
         progress : bool
             Show a bar on stderr.
 
@@ -106,12 +105,12 @@ class JobHandle:
     def result(self) -> Result:
         """Fetch the result of a finished job.
 
-        A result that the service has dropped meanwhile is computed again and waited for.
+        If the service no longer stores the result, it is computed again, and this call waits for it.
 
         Raises
         ------
         ResultNotReady
-            The job is unfinished.
+            The job is not finished.
         """
         return fetch(self._connection, self.id)
 
@@ -122,7 +121,7 @@ class JobHandle:
 
 
 def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0) -> Job:
-    """Submit a request and return its job, a new one or the one of an earlier submission."""
+    """Submit a request and return its job, a new one or that of an earlier equal request."""
     headers = {"content-type": "application/json"}
     if prefer_wait:
         headers["prefer"] = f"wait={prefer_wait}"
@@ -130,7 +129,7 @@ def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0
     path = f"{API_PREFIX}/{request.operation.process}"
     job = Job.read((connection.send("POST", path, headers=headers, content=body)).content)
     if not JOB_ID.fullmatch(job.id):
-        raise ProtocolError("the service answered with an impossible job id")
+        raise ProtocolError("the service answered with an invalid job id")
     return job
 
 
@@ -150,7 +149,7 @@ def list_jobs(connection: Connection, status: str | None, process: str | None, l
             params["cursor"] = cursor
         page = JobList.read((connection.send("GET", f"{API_PREFIX}/jobs", params=params)).content)
         found.extend(page.jobs)
-        # Only the cursor is taken from the link: the address stays the one the client was given.
+        # Only the cursor is taken from the link; the address of the service remains the client's.
         next_links = [link.href for link in page.links if link.rel == "next"]
         cursor = parse_qs(urlsplit(next_links[0]).query).get("cursor", [""])[0] if next_links else None
         if not cursor or not page.jobs:
@@ -159,7 +158,7 @@ def list_jobs(connection: Connection, status: str | None, process: str | None, l
 
 
 def answer(connection: Connection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
-    """Submit a request, follow its job, and return the result, which is of a kind. Raises JobFailed, JobDismissed."""
+    """Submit a request, wait for its job, and return the result, of class `kind`. Raises JobFailed, JobDismissed."""
     with Listener(request.operation.process, progress) as listener:
         job = submit(connection, request, PREFER_WAIT)
         _require_success(Follower(connection, job_path(job.id), job=job).run(listener))
@@ -170,7 +169,7 @@ def answer(connection: Connection, kind: type[R], request: ProcessRequest, progr
 
 
 def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
-    """Return a job's result; one that was evicted, or is of another version, is computed and waited for.
+    """Return a job's result; compute it again if it was evicted or is of another version.
 
     Raises
     ------
@@ -183,7 +182,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
         try:
             response = connection.send("GET", job_path(job_id) + "/result", params={"f": "npz"}, headers=headers)
         except ServiceProblem:
-            # A job that ended otherwise has no result: it says why.
+            # A job that was not successful has no result, but a reason.
             _require_success(look(connection, job_id))
             raise
         if response.status_code == 304 and cached:
@@ -191,7 +190,7 @@ def fetch(connection: Connection, job_id: str, listen: Callable[[Event], None] |
         if response.status_code == 202:
             job = Job.read(response.content)
             _require_success(Follower(connection, job_path(job.id)).run(listen))
-            if job.id != job_id:  # the result is of another version, and this job computes it anew
+            if job.id != job_id:  # the result is of another version, and this job computes it again
                 return fetch(connection, job.id, listen)
             continue
         if response.status_code != 200:

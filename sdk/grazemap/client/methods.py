@@ -1,8 +1,8 @@
-"""The methods of both clients, one for each process: the blocking client's return results, the other's are awaited.
+"""The methods of both clients, one for each process; those of the asynchronous client are awaited.
 
-Each is written as a function that returns the fields of the request that are not simply its arguments; `method` makes
-of it what sends the request and waits for the result. Only `trajectory`, which has two kinds of results, is written in
-the client.
+Each is a function that returns the fields of the request that differ from its arguments. The decorator `method` makes
+it send the request and wait for the result. Only `trajectory`, which has two kinds of results, is written in the
+client.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Method(Generic[P, R]):
     result : type
         The class of the result.
     fields : function
-        Its parameters are the method's. It returns the fields of the request whose values are not its arguments.
+        Has the parameters of the method, and returns the fields of the request that differ from its arguments.
     """
 
     def __init__(self, result: type[R], fields: Callable[Concatenate[Any, P], Fields]) -> None:
@@ -96,7 +96,7 @@ class Method(Generic[P, R]):
         given.apply_defaults()
         known = PROCESSES[self._process].model_fields
         body = {name: plain(value) for name, value in given.arguments.items() if name in known} | fields
-        # None, where it is the default, stands for a field that is left out
+        # an argument that is None by default is left out of the request
         body = {name: value for name, value in body.items() if value is not None or name not in self._optional}
         return arguments.validated(self._process, body), given.arguments["progress"]
 
@@ -121,7 +121,7 @@ def method(result: type[R]) -> Callable[[Callable[Concatenate[Any, P], Fields]],
 
 
 class ProcessMethods:
-    """A method for each process; what they all raise is added to their docstrings."""
+    """One method for each process; the exceptions that all of them raise are added to their docstrings."""
 
     @method(GrazingCurve)
     def grazing_curve(
@@ -145,7 +145,7 @@ class ProcessMethods:
         points : int, optional
             Number of values from start to stop, both included.
         max_order : int
-            Maximum number of half periods in which recurrence of the graze is looked for.
+            Maximum number of half periods after which a recurrence of the graze is looked for.
         sequence : bool
             Whether the result has xi_m of every point, for all orders.
         progress : bool
@@ -197,7 +197,7 @@ class ProcessMethods:
         returns: int = 8,
         progress: bool = True,
     ) -> Fields:
-        """Compute the discontinuity mapping at a graze, the Poincare map made of it, and the next contact.
+        """Compute the discontinuity mapping at a graze, the Poincare map composed with it, and the next contact.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class ProcessMethods:
         stop : {"A", "C"}
             The stop that is grazed.
         order : {"leading", "exact"}
-            The mapping that gives the mapped states and is iterated; the errors of both are given.
+            The mapping that is applied and iterated; the errors of both are returned.
         returns : int
             Number of half periods over which the Poincare map is iterated and the motion simulated.
         progress : bool
@@ -244,7 +244,7 @@ class ProcessMethods:
         points : int, optional
             Number of values from start to stop, both included.
         policy : {"rest", "sweep-up", "sweep-down"}
-            Where the trajectories start: at rest, or at the final state of the value below, or above.
+            Where the trajectories start: at rest, or at the final state for the next smaller or larger value.
         periods, transient_periods : int
             Forcing periods that are shown, and those of the transient before.
         max_period : int
@@ -279,8 +279,8 @@ class ProcessMethods:
         shape : (int, int), optional
             Numbers of clearances and of omegas, where they are given as (start, stop).
         policy : {"rest", "sweep-up", "sweep-down", "ensemble"}
-            Where the trajectories start: at rest; at the final state of the clearance below, or above; or at several
-            random states, of which the map has the motion that most of them settle to.
+            Where the trajectories start: at rest; at the final state for the next smaller or larger clearance; or at
+            several random states, where the map has the motion that most of them settle to.
         max_periods : int
             Forcing periods after which a motion counts as unresolved.
         max_period : int
@@ -288,11 +288,12 @@ class ProcessMethods:
         initial_conditions, seed : int
             Random states per point, 1 to 1000, and their seed; for the policy "ensemble" only.
         adaptive : bool
-            Whether points are computed only where neighbours differ, and inferred between those that agree: for large
-            maps. The result's `computed` is true where a point was computed. Not for a sweep.
+            Whether points are computed only where neighbours differ, and inferred where they agree. This is for large
+            maps, and not possible for a sweep. The result's `computed` is true where a point was computed.
         preview : bool
-            Whether motions are classified by their returns alone, which is faster: no motion with impacts is verified,
-            chaos is not distinguished from what has not settled, and multiplier, lyapunov and lyapunov_error are None.
+            Whether motions are classified by their returns alone, which is faster. No motion with impacts is verified,
+            chaotic motions are not distinguished from those that have not settled, and multiplier, lyapunov and
+            lyapunov_error are None.
         progress : bool
         """
         return arguments.plane(omega, clearance, shape)
@@ -325,9 +326,9 @@ class ProcessMethods:
         max_order, max_multiple : int
             As for `codimension_two_points`; the curves in closed form are those of motions up to max_multiple.
         borders : bool
-            Whether every border of the map's regions is explained: by a curve that is continued for it, or as a border
-            of basins of attraction. This takes as long as the map where motions are few, and many times as long
-            where period-adding and chaos make hundreds of them.
+            Whether every border of the map's regions is explained, by a continued curve or as a border of basins of
+            attraction. This takes as long as the map where there are few motions, and many times as long where there
+            are hundreds, as with period-adding and chaos.
         progress : bool
         """
         return arguments.plane(omega, clearance, shape)
@@ -386,12 +387,12 @@ class ProcessMethods:
         oscillator : Oscillator or mapping, optional
         omega, clearance : float
         motion : (period, stops), mapping or PeriodicOrbit, optional
-            Forcing periods, and +1 (A) or -1 (C) for every impact in order; as a mapping, or an orbit that was found,
-            also phases and velocities, the initial guess of Newton's method. Left out: the motion that the trajectory
-            from `initial`, or from rest, settles to.
+            Forcing periods, and +1 (A) or -1 (C) for every impact in order. A mapping or an orbit may also have phases
+            and velocities, the initial guess of Newton's method. Left out: the motion that the trajectory from
+            `initial`, or from rest, settles to.
         initial : State, InitialState or mapping, optional
         transient_periods, max_period : int
-            Forcing periods in which the trajectory settles, and the maximum period looked for.
+            Length of the transient and maximum period that is looked for, in forcing periods.
         progress : bool
         """
         return arguments.start(motion, initial)
@@ -414,8 +415,8 @@ class ProcessMethods:
     ) -> Fields:
         """Continue the branch of a periodic motion over clearance, omega or restitution.
 
-        The branches beyond its special points are requests of their own: with ``beyond = point.beyond[0].request``,
-        ``await client.orbit_branch(**beyond, range=...)`` is the branch of twice the period, of lost symmetry, or
+        A branch that meets this one at a special point is another request: with ``beyond = point.beyond[0].request``,
+        ``await client.orbit_branch(**beyond, range=...)`` computes the branch of twice the period, of lost symmetry, or
         beyond a graze.
 
         Parameters
@@ -424,7 +425,7 @@ class ProcessMethods:
             As for `periodic_orbit`: an orbit of the branch.
         vary : {"clearance", "omega", "restitution"}
         range : (start, stop)
-            Of the parameter that varies; contains the orbit's value. For restitution within [0, 1].
+            Interval of the parameter that varies, which contains the orbit's value; for restitution within [0, 1].
         max_points : int
             Maximum number of points in each direction.
         """
@@ -453,8 +454,8 @@ class ProcessMethods:
         points : int
             Number of frequencies across the window.
         motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
-            Motions whose curves are continued instead, with NS. A mapping may have omega and clearance of an orbit in
-            the window, and phases and velocities, the initial guess of Newton's method.
+            Motions whose curves are continued instead, with Neimark-Sacker curves. A mapping may have omega and
+            clearance of an orbit in the window, and phases and velocities, the initial guess of Newton's method.
         progress : bool
         """
         window = {

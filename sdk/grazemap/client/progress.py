@@ -54,7 +54,7 @@ def _bar(title: str, total: int, unit: str) -> _TqdmBar | PlainLine:
     return _TqdmBar(bar)
 
 
-# Without tqdm's own estimate of the time left: the service knows the tiles' times and the number of workers.
+# Without tqdm's estimate of the time left: the service's uses the times of tiles and the number of workers.
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed}{postfix}]"
 
 
@@ -75,7 +75,7 @@ class _TqdmBar:
 
 
 class PlainLine:
-    """One line that is overwritten on a terminal; elsewhere a new line at every tenth part."""
+    """One line that is overwritten on a terminal; elsewhere a new line for every 10 %."""
 
     def __init__(self, title: str, stream: TextIO) -> None:
         self._title = title

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
-    """Draw a result by itself and write it as a picture; the ending of the path decides the format."""
+    """Draw a result by itself and write it as a picture; the ending of the path gives the format."""
     if not hasattr(result, "plot"):
         raise TypeError(f"no picture of a {type(result).__name__}")
     drawn = result.plot()
@@ -25,7 +25,7 @@ def save_picture(result: Result, path: str | PathLike[str]) -> None:
 
 
 def save_axes(axes: Axes, path: str | PathLike[str]) -> None:
-    """Write the figure that axes belong to as a picture; the ending of the path decides the format."""
+    """Write the figure that axes belong to as a picture; the ending of the path gives the format."""
     figure = axes.get_figure(root=True)
     if figure is None:
         raise ValueError("the axes belong to no figure")

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from grazemap.results import Basins
 
-# Motions with one label have shades of its colour.
+# Different motions with the same label have shades of its colour.
 _SHADES = (0.0, 0.35, -0.35, 0.6, -0.6)
 
 

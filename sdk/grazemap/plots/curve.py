@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 # Recurrences by order, from early to late; the same order has the same colour in every picture.
 _ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF", "#8B4513")
 _PASSIVE, _QUIET = "#6E6E6E", "#9BD3F0"
-# So many symbols fit on the curve at their full size.
+# Maximum number of symbols that are drawn at full size.
 _ROOMY = 150
 
 
@@ -56,7 +56,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
     ax : Axes
     curve : GrazingCurve
     halo : bool
-        Give the line a white rim and leave the band out, so that it reads on coloured ground.
+        Give the line a white rim and leave the band out, so that it is legible on colours.
     dashed : bool
         Draw the line dashed, so that it differs from solid ones.
     """
@@ -98,7 +98,7 @@ def draw_points(
     span : (float, float), optional
         Interval of omega outside which points are left out.
     rim : bool
-        Give the symbols a white rim, so that they read on coloured ground.
+        Give the symbols a white rim, so that they are legible on colours.
     """
     inside = [point for point in points if span is None or span[0] <= point.omega <= span[1]]
     # Many symbols are drawn smaller, so that the curve under them stays visible.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from grazemap.results import BifurcationDiagram
 
-# Number of motions that the legend names, those with the most values.
+# Number of motions in the legend, those with the most values.
 _NAMED = 12
 _NEARLY_WHITE, _STRONGER, _LIGHT, _DARKER = 200, 8.0, 0.7, 0.58
 

@@ -80,7 +80,7 @@ def _draw(
 ) -> None:
     marker, colour, _ = BIFURCATIONS[point.bifurcation or "SN"]
     end = stop if unfolding.curve_omega > 0 else start
-    # a leading order: not as far as it would leave the grazing curve by more than a fraction of the clearance
+    # the leading order is drawn within a fraction of the clearance from the grazing curve
     far = _FAR * point.clearance
     reach = min(
         abs(end - point.omega),

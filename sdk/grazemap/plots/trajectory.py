@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from grazemap.results import Trajectories, Trajectory
 
 _BLUE, _EARLIER, _STOP, _IMPACT = "#0072B2", "#A9C9DD", "#8C8C8C", "#D55E00"
-# More forcing periods than these in the time history would run into each other.
+# Maximum number of forcing periods that are legible in the time history.
 _HISTORY_PERIODS = 12
 
 Floats = NDArray[np.float64]
 
 
 def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: int = 1) -> tuple[Axes, Axes]:
-    """Draw the last periods of one mass over time, and all that was recorded in its phase plane.
+    """Draw the last periods of one mass over time, and the whole record in its phase plane.
 
     Parameters
     ----------
@@ -120,8 +120,8 @@ def _legend(ax: Axes, columns: int) -> None:
 def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:
     """Return time, displacement and velocity of a mass, for mass 1 with the values before and after every impact.
 
-    Between two samples an impact would look like a round corner; with its position and its velocities before and
-    after it is the straight jump that it is. Each array has the shape (samples + 2 impacts,), or (samples,).
+    Without these values an impact between two samples would look like a rounded corner instead of a jump. Each array
+    has the shape (samples + 2 impacts,), or (samples,).
     """
     displacement, velocity = trajectory.displacement[mass - 1], trajectory.velocity[mass - 1]
     if mass != 1 or not len(trajectory.impacts):

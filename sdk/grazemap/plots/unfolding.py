@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
-# A map with more points than this is drawn as an image, and its regions are measured on every so many of them.
+# A map with more points than this is drawn as an image, and its regions are measured on a coarser grid.
 _DRAWN_AS_CELLS = 1 << 20
 _MEASURED_SIDE = 1024
 _INFERRED = "#f2f2f2"

@@ -1,9 +1,9 @@
 """The results of the processes as objects with numpy arrays; saving and loading them.
 
-A result keeps the document it was made from, so that what is saved is what the service sent, fields of a newer
-service included. npz is the service's own format (`codec.py`); JSON is the same document as text, its null a NaN.
-Every module of this folder is imported here, so that its classes are in `RESULTS` and `RECORDS`; the names below are
-those that others import from the package.
+A result keeps the document it was made from, so a saved file has all that the service sent, including fields of a newer
+service. npz is the service's format (`codec.py`); JSON is the same document as text, with null for NaN. Every module of
+this folder is imported here, so that its classes are in `RESULTS` and `RECORDS`; the names below are those that others
+import from the package.
 """
 
 from importlib import import_module

@@ -80,14 +80,14 @@ class Result:
         """Return the result as an xarray Dataset, with dimensions, units and labels (needs the extra "xarray").
 
         Its attributes hold the process, the version, the request as JSON and the motion, if there is one. Records are
-        columns; arrays of different lengths in them are joined, and a variable says to which record an entry belongs.
+        stored by columns. Arrays of different lengths are joined, and a variable has the record of each entry.
         """
         from grazemap.results.dataset import dataset
 
         return dataset(self)
 
     def derived(self) -> dict[str, NDArray[Any]]:
-        """Return what a Dataset has besides the fields, by the names in the schema."""
+        """Return the additional variables of a Dataset, by their names in the schema."""
         return {}
 
     def __repr__(self) -> str:
@@ -103,7 +103,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     Raises
     ------
     ResultFormatError
-        The file, which is named, is not a result.
+        The file is not a result; the message names it.
     OSError
         The file cannot be read.
     """
@@ -127,7 +127,7 @@ def _decode_json(data: bytes) -> Result:
     try:
         document = json.loads(data)
         meta = document.pop("meta")
-        # these say in JSON what the meta says
+        # in JSON these repeat the meta
         for name in ("process", "schema"):
             document.pop(name, None)
         arrays = from_json(schema_of(meta["process"], document), document)
@@ -142,11 +142,11 @@ def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
         _ = result.units  # pictures and Datasets need the request
         return result
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise ResultFormatError("the document is no result that this version can read") from error
+        raise ResultFormatError("the document is not a result that this version can read") from error
 
 
 def _decoded(record: Record, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes that a document stands for; deprecated names are left out.
+    """Return the attributes of a result from its document; deprecated names are left out.
 
     Raises KeyError where a field that is always present is missing.
     """
@@ -162,7 +162,7 @@ def _decoded(record: Record, document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def value_of(one: Field, value: Any) -> Any:
-    """Return the attribute that a field's value in a document stands for."""
+    """Return the attribute for a field's value in a document."""
     if isinstance(one.type, Record):
         kind = RECORDS[one.type.name]
         if one.dims:
@@ -176,7 +176,7 @@ def value_of(one: Field, value: Any) -> Any:
         return tuple(map(_SCALARS[one.type], value))
     if one.dims:
         array = np.asarray(value, dtype=ARRAY_TYPES[one.type])
-        # JSON and npz alike write no second dimension where the first one is empty
+        # neither JSON nor npz has the second dimension of an array without rows
         return array if array.size else array.reshape(*array.shape, *[0] * (len(one.dims) - array.ndim))
     if one.type == "float":
         return np.nan if value is None else float(value)
@@ -192,7 +192,7 @@ def _complex(pairs: Any) -> ComplexArray:
 
 
 def _plain(value: Any) -> Any:
-    """Return a request as plain values, from npz and from JSON alike."""
+    """Return a request as plain values, whether it comes from npz or JSON."""
     if isinstance(value, dict):
         return {name: _plain(item) for name, item in value.items()}
     return value.tolist() if isinstance(value, np.ndarray) else value

@@ -36,7 +36,7 @@ class Attractor(Verifiable):
 
     @property
     def motion(self) -> MotionShare:
-        """As a motion and its share, for pictures and legends."""
+        """The motion and its share, for pictures and legends."""
         counts = (self.period, self.impacts_right, self.impacts_left)
         return MotionShare(self.label or self.kind, self.kind, *counts, self.states, self.share)
 
@@ -55,7 +55,7 @@ class Basins(Result):
 
     @property
     def unresolved(self) -> float:
-        """Share of the states whose motion could not be named."""
+        """Share of the states whose motion is unresolved."""
         return float((self.label < 0).mean())
 
     def derived(self) -> dict[str, NDArray[Any]]:

@@ -40,10 +40,10 @@ class BifurcationCurve:
         Raises
         ------
         ValueError
-            The curve is a closed form, without phases.
+            The curve is in closed form, without phases.
         """
         if self.stops is None or self.phases is None or self.velocities is None:
-            raise ValueError("curves in closed form have no phases: ask for their motions")
+            raise ValueError("curves in closed form have no phases: request the curves of their motions")
         lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
         motion = {"period": self.period, "stops": list(self.stops), **lists}
         return {"omega": float(self.omega[index]), "clearance": float(self.clearance[index]), "motion": motion}
@@ -69,7 +69,7 @@ class BifurcationCurves(Result):
     motions: tuple[FollowedMotion, ...]
 
     def plot(self, ax: Axes | None = None, *, admissible: bool = True) -> Axes:
-        """Draw the curves; with `admissible` only those that are borders of motions."""
+        """Draw the curves; with `admissible` only those of admissible motions."""
         from grazemap.plots.borders import plot_bifurcation_curves
 
         return plot_bifurcation_curves(self, ax, admissible)

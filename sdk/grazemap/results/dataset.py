@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from grazemap.results.base import Result
 
 _MISSING: dict[str, Any] = {"float": np.nan, "int": 0, "bool": False, "str": ""}
-# Dimensions that the records of a list share: shorter arrays are filled up with NaN.
+# Dimensions that the records of a list share: shorter arrays are padded with NaN.
 _SHARED = ("mass", "time")
 
 
@@ -72,7 +72,7 @@ def _is_motion(one: Field) -> bool:
 
 
 class _Columns:
-    """The variables, the coordinates and their attributes, as they come together."""
+    """Collects the variables, the coordinates and their attributes."""
 
     def __init__(self, units: str) -> None:
         self.variables: dict[str, tuple[tuple[str, ...], Any]] = {}
@@ -82,7 +82,7 @@ class _Columns:
         self._sizes: dict[str, int] = {}
 
     def add(self, one: Field, name: str, dims: tuple[str, ...], values: Any, record: Record, prefix: str = "") -> None:
-        """Add a variable; complex numbers are two, and dimensions have the names of their coordinates."""
+        """Add a variable, or two for complex numbers; dimensions have the names of their coordinates."""
         if one.type == "complex":
             self._add(one, f"{name}_real", dims, values.real)
             self._add(one, f"{name}_imaginary", dims, values.imag)
@@ -152,7 +152,7 @@ class _Columns:
         self.attributes[name] = {"description": one.description} | ({"units": unit} if unit else {})
 
     def _add_nothing(self, record: Record, prefix: str) -> None:
-        """Add a record that is not there, as NaN."""
+        """Add a missing record, as NaN."""
         for one in _shown(record):
             nothing = np.full([self._sizes[dim] for dim in one.dims], _MISSING[str(one.type)])
             self.add(one, prefix + one.name, one.dims, nothing, record)
@@ -165,7 +165,7 @@ class _Columns:
         given = [value for value in values if value is not None]
         longest: Any = max(given, key=lambda value: value.shape[-1], default=None)
         shape = [self._sizes[dim] for dim in one.dims] if longest is None else longest.shape
-        if one.dims == (name,):  # a coordinate of all
+        if one.dims == (name,):  # one coordinate for all records
             self._add(one, name, one.dims, longest)
             return
         whole = np.full((len(values), *shape), np.nan)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 QUANTITIES = ("displacement", "velocity", "impact_velocity")
-"""What a diagram shows."""
+"""The quantities that a diagram can show."""
 
 
 @described(SECTION)

@@ -34,11 +34,11 @@ class NextContact:
 
 @described(RETURNS)
 class Returns:
-    """The steady motion with the stops inside its amplitude by the overshoot: by the map (26) and by simulation.
+    """The motion with the stops closer than the steady amplitude by the overshoot, by the map (26) and by simulation.
 
-    Rows: one per overshoot; columns: half periods, the first being the graze. Deviations are from the grazing point of
-    the two stops in turn, as if there were no impact there; NaN where the map is beyond its domain or the motion no
-    longer near the graze.
+    Rows are overshoots and columns half periods, the first of which is the graze. Deviations are taken alternately from
+    the grazing points of the two stops, as if there were no impact there. They are NaN outside the domain of the map,
+    and where the motion is no longer near the graze.
     """
 
     mapped: FloatArray

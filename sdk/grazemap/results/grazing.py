@@ -71,7 +71,7 @@ class GrazingCurve(Result):
     xi: FloatArray | None
 
     def plot(self, ax: Axes | None = None, *, points: CodimensionTwoPoints | None = None) -> Axes:
-        """Draw clearance over omega with the codimension-two points (its own ones, or `points`)."""
+        """Draw clearance over omega with the codimension-two points (its own, or `points`)."""
         from grazemap.plots.curve import plot_grazing_curve
 
         return plot_grazing_curve(self, ax, points)

@@ -139,7 +139,7 @@ class OrbitBranch(Verifiable, Result):
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.
 
-        It is one at omega[index] and clearance[index], with the restitution[index].
+        Its parameters are omega[index], clearance[index] and restitution[index].
         """
         lists = {"phases": self.phases[index].tolist(), "velocities": self.velocities[index].tolist()}
         return {"period": self.period, "stops": self.stops.tolist(), **lists}

@@ -29,7 +29,7 @@ RECORDS: dict[str, type[Any]] = {}
 def described(record: Record, *, comparable: bool = False) -> Callable[[type[R]], type[R]]:
     """Return a decorator that makes a class the frozen dataclass of a record, its attributes in the docstring.
 
-    `comparable` ones, without arrays, are equal where their attributes are, and have slots.
+    A `comparable` class, without arrays, has slots, and its instances are equal if their attributes are.
     """
 
     def register(cls: type[R]) -> type[R]:
@@ -68,14 +68,14 @@ def _text(one: Field) -> str:
 
 
 class Verifiable:
-    """Base of what has the attribute `verified`, with its deprecated name."""
+    """Base of classes with the attribute `verified`; it has the deprecated name."""
 
     __slots__ = ()
 
     @property
     def certified(self) -> Any:
         """Deprecated: another name of `verified`."""
-        warnings.warn("certified is deprecated: it is called verified", DeprecationWarning, stacklevel=2)
+        warnings.warn("certified is deprecated: use verified", DeprecationWarning, stacklevel=2)
         return self.verified  # type: ignore[attr-defined]
 
 
@@ -123,7 +123,7 @@ class Sticking:
 
 @described(STATE)
 class State:
-    """A moment of a motion; as the `initial` of another trajectory it is where that one starts."""
+    """The state at a moment; another trajectory starts there if it is passed as `initial`."""
 
     displacement: FloatArray
     velocity: FloatArray

@@ -111,7 +111,7 @@ class UnfoldingMap(Verifiable, Result):
         return plot_unfolding_map(self, ax, curve, points, motions, curves)
 
     def plot_computed(self, ax: Axes | None = None) -> Axes:
-        """Draw which points of an adaptive map were computed. Raises ValueError of another map."""
+        """Draw which points of an adaptive map were computed. Raises ValueError for other maps."""
         from grazemap.plots.unfolding import plot_computed
 
         return plot_computed(self, ax)
@@ -141,7 +141,7 @@ def _small(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _spread(figures: NDArray[Any] | None, computed: BoolArray) -> NDArray[Any] | None:
-    """Return an array of the grid from the figures of its computed points, in the order of its rows."""
+    """Return an array of the grid from the values at its computed points, in the order of its rows."""
     if figures is None:
         return None
     nothing: Any = {"f": np.nan, "i": -1, "b": False}[figures.dtype.kind]

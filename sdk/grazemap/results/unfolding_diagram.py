@@ -42,7 +42,7 @@ class BorderCurve:
 
     @property
     def label(self) -> str:
-        """The label of the motion; it says "asymmetric" where equal numbers of impacts would suggest symmetry."""
+        """The label of the motion, with "asymmetric" where equal numbers of impacts would suggest symmetry."""
         return _label(self.motion, self.impacts_right, self.impacts_left, self.symmetric)
 
 
@@ -53,7 +53,7 @@ class Border:
     Attributes
     ----------
     motions : tuple of two str
-        Labels, mirror images being one, or kinds; in no order.
+        Labels, the same for mirror images, or kinds; in no order.
     explanation : str
         "curve", "coexistence", "goes on" or "unexplained"; see `MapBorders`.
     curve : str
@@ -92,7 +92,7 @@ class MapBorders:
         return len(self.row)
 
     def count(self, explanation: str, regular: bool = True) -> int:
-        """Return how many pairs have an explanation; those of periodic motions, or those of all others."""
+        """Return how many pairs of two periodic motions, or how many other pairs, have an explanation."""
         return int(np.count_nonzero(self.where(explanation) & (self.regular == regular)))
 
     def count_of(self, type: str) -> int:
@@ -111,7 +111,7 @@ class MapBorders:
 
 
 class UnfoldingDiagram(Result):
-    """An unfolding map and all that is drawn over it, each as its own request would give it."""
+    """An unfolding map and the results drawn over it, each equal to that of its own request."""
 
     unfolding_map: UnfoldingMap
     grazing_curve: GrazingCurve
@@ -137,7 +137,7 @@ class UnfoldingDiagram(Result):
         return self.unfolding_map.derived()
 
     def border_list(self) -> list[Border]:
-        """Return the borders by their two motions and explanation, those with most pairs first; none without borders.
+        """Return the borders by motions and explanation, most pairs first; an empty list without borders.
 
         Those with a motion that is not periodic come last.
         """
@@ -162,7 +162,7 @@ class UnfoldingDiagram(Result):
         return [replace(border, pairs=pairs) for (_, border), pairs in listed]
 
     def summary(self) -> str:
-        """Return in a few lines how the borders of the map are explained, and how many are not."""
+        """Return a summary in a few lines: how the borders of the map are explained, and how many are not."""
         umap = self.unfolding_map
         shares: Counter[str] = Counter()
         for motion in umap.motions():

@@ -1,6 +1,6 @@
 """The schemas of all results: which fields they have, with dimensions, units and descriptions.
 
-A schema needs no line here: every module of this folder is searched for them.
+The modules of this folder are searched for schemas, so none is listed here.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def _schemas() -> Iterator[ResultSchema]:
                 yield value
 
 
-# In the order of their processes, and of several forms of a result in that of their module.
+# In the order of their processes; several forms of a result are in the order of their module.
 SCHEMAS: tuple[ResultSchema, ...] = tuple(
     sorted(
         {schema.name: schema for schema in _schemas()}.values(),
@@ -32,7 +32,7 @@ SCHEMAS: tuple[ResultSchema, ...] = tuple(
 
 
 def schema_of(process: str, names: Container[str]) -> ResultSchema:
-    """Return the schema of a process's result, of several forms the one whose first field is among the names.
+    """Return the schema of a process's result; of several forms, the one whose first field is among the names.
 
     Raises
     ------

@@ -6,7 +6,7 @@ from grazemap.schema.common import KINDS, NAME, VERIFIED
 from grazemap.schema.fields import Record, ResultSchema, deprecated, field
 
 _PLANE, _KNOWN = "vertical horizontal", "of periodic motions"
-_VERIFIED = VERIFIED.in_result(description="Whether a periodic motion is verified, from every state that leads to it.")
+_VERIFIED = VERIFIED.in_result(description="Whether a periodic motion is verified for every state that leads to it.")
 
 ATTRACTOR = Record(
     "Attractor",
@@ -18,13 +18,13 @@ ATTRACTOR = Record(
         field(
             "mean_position",
             "float",
-            "Mean displacement of mass 1 at the initial phase of the forcing, less the steady motion, over the "
+            "Mean displacement of mass 1 from the steady motion at the initial phase of the forcing, divided by the "
             "clearance.",
             when=_KNOWN,
         ),
-        field("mean_velocity", "float", "The same of the velocity, over omega times the clearance.", when=_KNOWN),
+        field("mean_velocity", "float", "The same for the velocity, over omega times the clearance.", when=_KNOWN),
         field("multiplier", "float", "Largest modulus of the multipliers over one period.", when=_KNOWN),
-        field("lyapunov", "float", "Largest exponent per forcing period.", when="where it is known"),
+        field("lyapunov", "float", "Largest Lyapunov exponent per forcing period.", when="where it is known"),
         _VERIFIED,
         deprecated("certified", _VERIFIED),
         field("states", "int", "Initial states that lead to it."),
@@ -36,18 +36,18 @@ BASINS = ResultSchema(
     "The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.",
     (
         field("horizontal", "float", "Values of the first initial coordinate.", "horizontal"),
-        field("vertical", "float", "Values of the second.", "vertical"),
+        field("vertical", "float", "Values of the second initial coordinate.", "vertical"),
         field("label", "int", "Position in `attractors`; -1 where the motion is unresolved.", _PLANE, dtype="int16"),
         field("attractors", ATTRACTOR, "The motions found, the most frequent first.", "attractor", prefix="attractor_"),
         field(
             "settled_after",
             "int",
-            "Forcing periods until the trajectory had settled; -1 where the motion is not periodic.",
+            "Forcing periods after which the trajectory had settled; -1 where the motion is not periodic.",
             _PLANE,
             "forcing periods",
             dtype="int32",
         ),
-        field("lyapunov", "float", "Largest exponent per forcing period.", _PLANE, null=True),
+        field("lyapunov", "float", "Largest Lyapunov exponent per forcing period.", _PLANE, null=True),
         field("reason", "int", "Why a state is unresolved.", _PLANE, dtype="int8", index_of="reasons"),
         field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
     ),

@@ -14,12 +14,12 @@ PERIOD = field("period", "int", "The minimum period n of a periodic motion.", un
 IMPACTS_RIGHT = field(
     "impacts_right",
     "int",
-    "Impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: mass 1 rests on it without an "
-    "impact, -2: infinitely many, in complete chatter.",
+    "Number of impacts on stop A in a period of a periodic motion; -1: the stop is not touched, 0: mass 1 rests on it "
+    "without an impact, -2: infinitely many, in complete chatter.",
 )
-IMPACTS_LEFT = field("impacts_left", "int", "The same on stop C.")
+IMPACTS_LEFT = field("impacts_left", "int", "The same for stop C.")
 SYMMETRIC = field("symmetric", "bool", "Whether the motion is its own mirror image, half a period later.")
-STICKING = field("sticking", "bool", "Whether mass 1 rests on a stop some time in the period.")
+STICKING = field("sticking", "bool", "Whether mass 1 rests on a stop at some time in the period.")
 _OF_PERIODIC = "of periodic motions"
 NAME: tuple[Field, ...] = tuple(
     one.in_result(when=_OF_PERIODIC) for one in (PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, STICKING)
@@ -29,7 +29,7 @@ ISOLATED = field("isolated", "bool", "Exactly one solution of the orbit's equati
 ADMISSIBLE = field(
     "admissible",
     "bool",
-    "Every impact velocity points at its stop, and there is no other contact: the orbit is a motion.",
+    "Every impact velocity is directed towards its stop, and there is no other contact: the orbit is a motion.",
 )
 STABLE = field("stable", "bool", "All multipliers are inside the unit circle.")
 VERIFIED = field("verified", "bool", "The orbit is isolated, admissible and stable, and its period is the minimum.")
@@ -56,24 +56,24 @@ STATE = Record(
     "State",
     "The state at a moment, as `initial` of a trajectory takes it.",
     (
-        field("displacement", "float", "Of every mass.", "mass", "m", null=True),
-        field("velocity", "float", "Of every mass.", "mass", "m/s", null=True),
-        field("phase", "float", "Of the forcing, in (-pi, pi].", unit="rad"),
+        field("displacement", "float", "Displacement of every mass.", "mass", "m", null=True),
+        field("velocity", "float", "Velocity of every mass.", "mass", "m/s", null=True),
+        field("phase", "float", "Phase of the forcing, in (-pi, pi].", unit="rad"),
     ),
 )
 IMPACTS = Record(
     "Impacts",
     "Every contact of a trajectory with a stop, in order.",
     (
-        field("time", "float", "From the start of the record.", "impact", "s", coordinate=True),
+        field("time", "float", "Time from the start of the record.", "impact", "s", coordinate=True),
         field("period", "int", "Forcing periods completed at that time.", "impact", "forcing periods"),
-        field("phase_time", "float", "The time since then, without the rounding of a long time.", "impact", "s"),
+        field("phase_time", "float", "Time since the end of these periods, without their rounding.", "impact", "s"),
         field("stop", "int", "+1: stop A, -1: stop C.", "impact", dtype="int8", values=STOPS),
-        field("velocity", "float", "Of mass 1 before the impact, signed.", "impact", "m/s"),
+        field("velocity", "float", "Velocity of mass 1 before the impact, signed.", "impact", "m/s"),
         field(
             "kind",
             "str",
-            "impact; chatter: infinitely many more follow, up to the start of the next rest; graze: round-off hides "
+            "impact; chatter: infinitely many impacts follow until the next rest; graze: round-off leaves undecided "
             "whether mass 1 touches the stop.",
             "impact",
             values=("impact", "chatter", "graze"),

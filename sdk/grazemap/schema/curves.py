@@ -21,18 +21,18 @@ _FOUND = "where an orbit was found"
 _ENDS = field(
     "ends",
     "str",
-    "How the piece ends: window, grazing (it leaves the grazing curve), admissible (another piece goes "
-    "on), none (no such motions beyond); of continued curves also closed, real (a pair of multipliers becomes real), "
-    "step (impacts come together), singular (curves meet) or points (their number is bounded).",
+    "The reason for each end: window, grazing (the curve meets the grazing curve), admissible (the admissibility "
+    "changes), none (no such motions beyond); for continued curves also closed, real (two multipliers become real), "
+    "step (impacts coincide, or orbits are not smooth), singular (curves meet), points (their maximum number).",
     "end",
     texts=True,
     variable=None,
 )
 _MOTION = (
     field(
-        "type", "str", "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker, graze.", values=BIFURCATIONS
+        "type", "str", "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker or graze.", values=BIFURCATIONS
     ),
-    field("motion", "str", "n-p_r-q_l of the motion that ends there, as plain text."),
+    field("motion", "str", "Name n-p_r-q_l of the motion that ends there, as plain text."),
     PERIOD,
     IMPACTS_RIGHT,
     IMPACTS_LEFT,
@@ -45,22 +45,22 @@ CURVE = Record(
     "A piece of a curve inside the window.",
     (
         *_MOTION,
-        ADMISSIBLE.in_result(description="Whether the orbits are motions; otherwise the piece is no border."),
-        field("stop", "int", "Of a graze: +1 A, -1 C; else 0."),
+        ADMISSIBLE.in_result(description="Whether the orbits are admissible; otherwise the piece is not a border."),
+        field("stop", "int", "Stop of a graze: +1 A, -1 C; 0 for other types."),
         *_LINE,
         field(
             "impact_velocity",
             "float",
-            "The minimum impact speed, without that of an impact that vanishes.",
+            "Minimum impact speed, except that of an impact that vanishes.",
             "point",
             "m/s",
         ),
         _ENDS,
         field("of_motion", "int", "Position of the motion in `motions`.", when=_ASKED),
         field("impact", "int", "Number of the impact that vanishes.", when="of grazes where an impact vanishes"),
-        field("stops", "int", "Of all impacts: +1 A, -1 C.", "impact", when=_ASKED, texts=True, variable=None),
-        field("phases", "float", "omega t of the impacts.", "point impact", "rad", when=_ASKED, variable=None),
-        field("velocities", "float", "Before the impacts, signed.", "point impact", "m/s", when=_ASKED, variable=None),
+        field("stops", "int", "Stops of all impacts: +1 A, -1 C.", "impact", when=_ASKED, texts=True, variable=None),
+        field("phases", "float", "Phases omega t of the impacts.", "point impact", "rad", when=_ASKED, variable=None),
+        field("velocities", "float", "Impact velocities, signed.", "point impact", "m/s", when=_ASKED, variable=None),
     ),
 )
 FOLLOWED_MOTION = Record(
@@ -68,17 +68,17 @@ FOLLOWED_MOTION = Record(
     "A motion whose curves were requested, and the orbit from which the search started.",
     (
         PERIOD,
-        field("stops", "int", "Of its impacts: +1 A, -1 C.", "impact", texts=True, variable=None),
+        field("stops", "int", "Stops of its impacts: +1 A, -1 C.", "impact", texts=True, variable=None),
         OMEGA.in_result(when=_FOUND),
         CLEARANCE.in_result(when=_FOUND),
         field("label", "str", "The name n-p_r-q_l as plain text.", when=_FOUND),
         ADMISSIBLE,
-        field("reason", "str", "Why there is none.", when="where no orbit was found"),
+        field("reason", "str", "Why no orbit was found.", when="where no orbit was found"),
     ),
 )
 BIFURCATION_CURVES = ResultSchema(
     "BifurcationCurves",
-    "Curves of special motions in a window of omega and clearance.",
+    "Bifurcation curves in a window of omega and clearance.",
     (
         field("curves", CURVE, "The pieces inside the window.", "curve", prefix="curve_"),
         field(
@@ -94,7 +94,7 @@ BIFURCATION_CURVES = ResultSchema(
 
 BORDER_CURVE = Record(
     "BorderCurve",
-    "A curve that explains borders of a map; mirror images are one motion, more impacts come first.",
+    "A curve that explains borders of a map; mirror images count as one motion, named with more impacts first.",
     (
         *_MOTION,
         *_LINE,
@@ -105,7 +105,7 @@ BORDER_CURVE = Record(
 )
 MAP_BORDERS = Record(
     "MapBorders",
-    "The borders of a map's regions: pairs of neighbouring points with different motions, mirror images being one.",
+    "The borders of a map's regions: pairs of neighbouring points with different motions; mirror images are one.",
     (
         field("row", "int", "Row of the first point of a pair.", "border"),
         field("column", "int", "Column of the same point.", "border"),
@@ -115,18 +115,18 @@ MAP_BORDERS = Record(
             "explanation",
             "int",
             "curve: one of the motions ends between the points; coexistence: both motions exist at both points, stable "
-            "and admissible; goes on: the periodic motion of a pair that is not regular exists at the other point too.",
+            "and admissible; goes on: only one motion of the pair is periodic, and it exists at the other point too.",
             "border",
             index_of="explanations",
         ),
         field("reason", "int", "Why a pair is unexplained.", "border", index_of="reasons"),
         field("explanations", "str", "The explanations.", "explanation", texts=True, variable=None),
         field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
-        field("curve", "int", "Position in `curves`; -1 without one.", "border"),
+        field("curve", "int", "Position in `curves`; -1: none.", "border"),
         field(
             "distance",
             "float",
-            "From the middle between the points to the curve, in steps of the map.",
+            "Distance of the curve from the middle between the points, in steps of the map.",
             "border",
             null=True,
         ),
@@ -140,14 +140,14 @@ MAP_BORDERS = Record(
         field(
             "irregular_pairs",
             "int",
-            "Number of further pairs: two points of different kinds, neither of them periodic.",
+            "Number of further pairs, of two different kinds, neither of which is periodic.",
             variable=None,
         ),
     ),
 )
 UNFOLDING_DIAGRAMS = ResultSchema(
     "UnfoldingDiagram",
-    "An unfolding map from rest and all that is drawn over it, each as its own process gives it.",
+    "An unfolding map from rest and the results drawn over it, each equal to that of its own process.",
     (
         field("unfolding_map", UNFOLDING_MAPS, "The map."),
         field(
@@ -156,7 +156,7 @@ UNFOLDING_DIAGRAMS = ResultSchema(
             "The curve, at 400 values of omega, or two for each column of the map.",
             prefix="grazing_",
         ),
-        field("codimension_two_points", CODIMENSION_TWO_POINTS, "The points on it.", variable=None),
+        field("codimension_two_points", CODIMENSION_TWO_POINTS, "The points on the grazing curve.", variable=None),
         field("bifurcation_curves", BIFURCATION_CURVES, "The curves in closed form.", variable=None),
         field(
             "borders",

@@ -12,36 +12,34 @@ GRAZING = Record(
     "Grazing",
     "The steady motion where it touches the stop; states are (x_1, v_1, ..., x_N, v_N, theta), equation (20).",
     (
-        field("state", "float", "theta is the phase of the forcing, in (-pi, pi].", _ENTRY),
-        field("vector_field", "float", "Of the motion there.", _ENTRY),
-        field("acceleration", "float", "Of mass 1.", unit="m/s^2"),
+        field("state", "float", "The state; theta is the phase of the forcing, in (-pi, pi].", _ENTRY),
+        field("vector_field", "float", "Vector field at the state.", _ENTRY),
+        field("acceleration", "float", "Acceleration of mass 1.", unit="m/s^2"),
         field(
             "beta",
             "float",
-            "Of the mapping x + beta u + gamma u^2 + ..., u = sqrt(2 overshoot/|acceleration|), equation (27).",
+            "Coefficient in x + beta u + gamma u^2 + ..., u = sqrt(2 overshoot/|acceleration|), equation (27).",
             _ENTRY,
         ),
-        field("gamma", "float", "Of the same.", _ENTRY),
+        field("gamma", "float", "Coefficient of the same mapping.", _ENTRY),
     ),
 )
 NEXT_CONTACT = Record(
     "NextContact",
     "The next contact of the steady motion after its first impact, slightly below the grazing curve.",
     (
-        field("order", "int", "Half periods later; 0: not within the returns that were asked for.", _EACH),
-        field("stop", "int", "+1 A, -1 C, 0 none.", _EACH),
-        field(
-            "margin", "float", "Distance of the rule from its threshold, relative to the threshold.", _EACH, null=True
-        ),
+        field("order", "int", "Half periods until that contact; 0: none within the requested returns.", _EACH),
+        field("stop", "int", "Stop of that contact: +1 A, -1 C, 0 none.", _EACH),
+        field("margin", "float", "Distance of the order from its threshold, relative to the latter.", _EACH, null=True),
     ),
 )
 RETURNS = Record(
     "Returns",
-    "The steady motion with the stops inside its amplitude by each overshoot, by the Poincare map and by simulation, "
-    "half period by half period, as deviations from the grazing points of the two stops in turn.",
+    "The motion with the stops closer than the steady amplitude by each overshoot, by the Poincare map and by "
+    "simulation, after each half period, as deviations alternately from the grazing points of the two stops.",
     (
-        field("mapped", "float", "By the Poincare map, equation (26).", f"{_ONWARD} {_ENTRY}", null=True),
-        field("simulated", "float", "By simulation.", f"{_ONWARD} {_ENTRY}", null=True),
+        field("mapped", "float", "Deviations by the Poincare map, equation (26).", f"{_ONWARD} {_ENTRY}", null=True),
+        field("simulated", "float", "Deviations by simulation.", f"{_ONWARD} {_ENTRY}", null=True),
         field(
             "mapped_overshoot",
             "float",
@@ -50,7 +48,7 @@ RETURNS = Record(
             "m",
             null=True,
         ),
-        field("simulated_overshoot", "float", "The same of the simulation.", _ONWARD, "m", null=True),
+        field("simulated_overshoot", "float", "The same for the simulation.", _ONWARD, "m", null=True),
         field(
             "error",
             "float",
@@ -67,7 +65,7 @@ DISCONTINUITY_MAPPINGS = ResultSchema(
     "entries in units of clearance, omega times clearance, and radians.",
     (
         OMEGA,
-        CLEARANCE.in_result(description="Of the grazing point."),
+        CLEARANCE.in_result(description="Clearance of the grazing point."),
         field("stop", "int", "The stop that is grazed: +1 A, -1 C.", values=STOPS),
         field(
             "grazing",
@@ -89,23 +87,23 @@ DISCONTINUITY_MAPPINGS = ResultSchema(
         field("size", "float", "Size of the exact displacement.", _EACH),
         field("error", "float", "Error of x + beta u.", _EACH),
         field("error_of_second_order", "float", "Error of x + beta u + gamma u^2.", _EACH),
-        field("fitted_order", "float", "Exponent of the overshoot in the first error: 1 in theory.", null=True),
-        field("fitted_order_of_second", "float", "Exponent in the second: 3/2 in theory.", null=True),
+        field("fitted_order", "float", "Exponent of the overshoot in `error`: 1 in theory.", null=True),
+        field("fitted_order_of_second", "float", "The same for `error_of_second_order`: 3/2 in theory.", null=True),
         field(
             "jacobian",
             "float",
-            "Of the half-period map from this stop to the other one, equation (46).",
+            "Jacobian of the half-period map from this stop to the other one, equation (46).",
             f"{_ENTRY} state_entry_before",
         ),
-        field("jacobian_opposite", "float", "The same of the half-period map back.", f"{_ENTRY} state_entry_before"),
+        field("jacobian_opposite", "float", "Jacobian of the half-period map back.", f"{_ENTRY} state_entry_before"),
         XI.in_result(
             description="xi_m for m = 1 .. returns of a graze at this stop, equations (33)-(40): an impact "
             "recurs at the first m with (-1)^m stop xi_m < 0."
         ),
-        field("first_recurrence", "int", "The first such m; 0: none."),
+        field("first_recurrence", "int", "The first m at which an impact recurs; 0: none."),
         field("recurrence_stop", "int", "The stop of that impact: +1 A, -1 C, 0 none."),
         field("next_contact", NEXT_CONTACT, "The next contact of the steady motion.", prefix="next_"),
-        field("returns", RETURNS, "The same motion over half periods.", prefix="returns_"),
+        field("returns", RETURNS, "The later returns of the motion.", prefix="returns_"),
     ),
     process="discontinuity-mappings",
 )

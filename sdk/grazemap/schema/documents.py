@@ -27,8 +27,7 @@ def add_deprecated(record: Record, document: Document) -> None:
 def upgraded(record: Record, document: Mapping[str, Any]) -> Document:
     """Return a document of the layout of version 1 in the layout of this version.
 
-    Version 1 had `certified` alone: of a periodic orbit it said that the orbit is isolated, elsewhere that the motion
-    is verified.
+    Version 1 had only `certified`, which meant isolated for a periodic orbit, and verified elsewhere.
     """
     new: Document = {}
     for name, value in document.items():
@@ -38,7 +37,7 @@ def upgraded(record: Record, document: Mapping[str, Any]) -> Document:
     if record.name == "PeriodicOrbit":
         _upgrade_orbit(new)
     if record.name == "OrbitBranch" and "isolated" not in document:
-        # version 1 did not keep whether the orbits along a branch are isolated
+        # version 1 did not store whether the orbits along a branch are isolated
         new |= dict.fromkeys(("isolated", "verified"), np.zeros_like(np.asarray(new["stable"], dtype=np.bool_)))
     return new
 
@@ -52,9 +51,9 @@ def _upgrade_orbit(new: Document) -> None:
 
 
 def from_json(record: Record, document: Mapping[str, Any]) -> Document:
-    """Return the document whose JSON was read, with arrays where the schema has them; null is NaN in an array.
+    """Return a document from its JSON, with arrays where the schema has them, and NaN for null in them.
 
-    Fields that the schema does not know, as a newer service may send, are arrays where they are lists of numbers.
+    Fields that the schema lacks, as a newer service may send, become arrays if they are lists of numbers.
     """
     return {name: _value_from_json(_field(record, name), value) for name, value in document.items()}
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 VERSION = 2
-"""The version of the layout of results: 1 is that of grazemap 0.1, which did not say it."""
+"""The version of the layout of results. Version 1 is that of grazemap 0.1, whose results lack the number."""
 
 Scalar = Literal["float", "int", "bool", "str", "complex"]
-# These units hold for nondimensional oscillators too.
+# Units that apply to nondimensional oscillators too.
 _ALWAYS = frozenset({"rad", "forcing periods"})
 
 
@@ -26,7 +26,7 @@ class Record:
     Attributes
     ----------
     name : str
-        Of the class in `grazemap.results` and of the schema in the API's document.
+        Name of the class in `grazemap.results` and of the schema in the API's document.
     description : str
         One sentence.
     fields : tuple of Field
@@ -68,33 +68,33 @@ class Field:
     ----------
     name : str
     type : {"float", "int", "bool", "str", "complex"}, Record or Request
-        A complex number travels as a pair, its real and imaginary part.
+        A complex number is stored as a pair, its real and imaginary part.
     description : str
         What it is, in one sentence.
     dims : tuple of str
         The roles of its dimensions; a record with one is a list of records.
     unit : str
-        In SI. For a nondimensional oscillator it has none, except for angles and counts of forcing periods.
+        Unit in SI. For a nondimensional oscillator only angles and counts of forcing periods have a unit.
     when : str
         When it is present; empty: always.
     null : bool
-        Whether its numbers may be NaN, or the whole of it null: in JSON both are null.
+        Whether its numbers may be NaN, or its value None; both are null in JSON.
     dtype : str
-        Of the array, if it is not that of the type.
+        dtype of the array, if it is not that of the type.
     values : tuple
-        The values that it may have, where they are few.
+        The allowed values, if there are few.
     index_of : str
-        The field whose entries these numbers are positions in.
+        The field in which these numbers are positions.
     replaces : str
-        The field that this one is a deprecated name of.
+        The field of which this is a deprecated name.
     variable : str or None
         Its name in a Dataset, if that differs; None if it is not in Datasets.
     prefix : str
-        Of the names in a Dataset of a record's fields.
+        Prefix of the names of a record's fields in a Dataset.
     coordinate : bool
-        Whether it is a coordinate in a Dataset, which those are that are named as their dimension.
+        Whether it is a coordinate in a Dataset. A field named like its dimension always is one.
     texts : bool
-        Whether short texts or numbers are a tuple in the result, and no array.
+        Whether the values are a tuple in the result, not an array.
     """
 
     name: str
@@ -137,7 +137,7 @@ class ResultSchema(Record):
     roles : mapping of str to str
         From the role of a dimension to the field with its coordinates, where the two are named differently.
     derived : tuple of Field
-        What a Dataset has besides, made by the result's class.
+        Additional variables of a Dataset, which the result's class computes.
     """
 
     process: str = ""

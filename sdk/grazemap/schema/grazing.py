@@ -20,17 +20,17 @@ UNFOLDING = Record(
         field(
             "orbits_before",
             "int",
-            "Motions of vanishing impact velocity are below (-1) or above (+1) the grazing curve, "
-            "at omega below the point.",
+            "Whether motions of vanishing impact velocity are below (-1) or above (+1) the grazing curve, at omega "
+            "below the point.",
         ),
         field("orbits_after", "int", "The same at omega above the point."),
-        field("curve_omega", "int", "The curve is at smaller (-1) or larger (+1) omega."),
-        field("curve_clearance", "int", "The curve is below (-1) or above (+1) the grazing curve."),
-        field("contact", "str", "Of the curve with the grazing curve.", values=("transversal", "tangent")),
-        field("slope", "float", "Of the difference to the grazing curve; 0 where the contact is tangent."),
-        field("quadratic", "float", "Its coefficient of x^2.", when="where the contact is tangent"),
-        field("velocity_slope", "float", "Impact velocity on the curve over |x|."),
-        field("transversality", "float", "Relative derivative of the sum that vanishes; 0: a degenerate point."),
+        field("curve_omega", "int", "Whether the curve is at smaller (-1) or larger (+1) omega."),
+        field("curve_clearance", "int", "Whether the curve is below (-1) or above (+1) the grazing curve."),
+        field("contact", "str", "Contact of the curve with the grazing curve.", values=("transversal", "tangent")),
+        field("slope", "float", "Slope of the difference from the grazing curve; 0 where the contact is tangent."),
+        field("quadratic", "float", "Coefficient of x^2 in this difference.", when="where the contact is tangent"),
+        field("velocity_slope", "float", "Impact velocity on the curve divided by |x|."),
+        field("transversality", "float", "Relative derivative of the sum that vanishes at the point; 0: degenerate."),
         field(
             "admissible",
             "bool",
@@ -40,7 +40,7 @@ UNFOLDING = Record(
         field(
             "margin",
             "float",
-            "Minimum of the distances that decide it, relative to the size of their terms.",
+            "Minimum of the distances that decide `admissible`, relative to the size of their terms.",
             when="where that is decided",
         ),
     ),
@@ -59,7 +59,7 @@ POINT = Record(
         OMEGA.in_result(coordinate=True),
         CLEARANCE,
         field("order", "int", "Number of half periods of the forcing after which the graze recurs.", when=_RECURRENCE),
-        field("active", "bool", "Whether no smaller order recurs there already.", when=_RECURRENCE),
+        field("active", "bool", "Whether no smaller order recurs at the point.", when=_RECURRENCE),
         field("families", FAMILY, "The paper's families of this order.", "family", when=_RECURRENCE, prefix="family_"),
         field(
             "multiple", "int", "The period of the motions in forcing periods.", unit="forcing periods", when=_RESONANT
@@ -75,7 +75,7 @@ POINT = Record(
         field(
             "residual",
             "float",
-            "Modulus of the function at its zero over the sum of its amplitudes.",
+            "Modulus of the function at its zero divided by the sum of its amplitudes.",
             when="where it was computed",
         ),
         field(
@@ -88,7 +88,7 @@ POINT = Record(
         field(
             "omega_error",
             "float",
-            "Error of omega by the round-off of the model.",
+            "Error of omega due to the round-off of the model.",
             unit="rad/s",
             when="where it was computed",
         ),

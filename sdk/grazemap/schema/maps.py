@@ -7,8 +7,8 @@ from grazemap.schema.fields import Field, Record, ResultSchema, deprecated, fiel
 
 PLANE = ("vertical", "horizontal")
 _FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
-_PREVIEW, _ENSEMBLE = "of maps that are no previews", "of ensembles"
-# When a figure is a field of the map itself.
+_PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
+# When a value is a field of the map itself.
 _WHEN_FULL = {
     "": _FULL,
     _PREVIEW: "of maps that are neither previews nor adaptive",
@@ -32,8 +32,8 @@ _FIGURES = (
     field(
         "lyapunov",
         "float",
-        "Largest exponent per forcing period: ln(multiplier)/n of a periodic motion, otherwise as measured; null "
-        "where it was not measured, and where all changes vanish.",
+        "Largest Lyapunov exponent per forcing period: ln(multiplier)/n for a periodic motion, otherwise measured; "
+        "null where it was not measured, and where all perturbations vanish.",
         null=True,
         when=_PREVIEW,
     ),
@@ -47,14 +47,14 @@ _FIGURES = (
     field(
         "least_impact_velocity",
         "float",
-        "Of a periodic motion with impacts; 0 in complete chatter.",
+        "Minimum impact speed of a periodic motion with impacts; 0 in complete chatter.",
         unit="m/s",
         null=True,
     ),
     field(
         "settled_after",
         "int",
-        "Forcing periods after which the trajectory had settled, or was so close that its orbit could be solved for; "
+        "Forcing periods after which the trajectory had settled, or was close enough for its orbit to be solved for; "
         "-1 unless periodic.",
         unit="forcing periods",
         dtype="int32",
@@ -73,7 +73,7 @@ _FIGURES = (
 )
 AT_COMPUTED = Record(
     "FiguresAtComputedPoints",
-    "The figures of the computed points of an adaptive map, in the order of the rows of `computed`.",
+    "The values at the computed points of an adaptive map, in the order of the rows of `computed`.",
     (
         *(one.in_result(dims=("computed_point",)) for one in _FIGURES),
         deprecated("certified", VERIFIED.in_result(dims=("computed_point",))),
@@ -114,11 +114,11 @@ UNFOLDING_MAPS = ResultSchema(
         field(
             "computed",
             "bool",
-            "Whether the point was computed, or inferred from those around it.",
+            "Whether the point was computed, or inferred from its neighbours.",
             " ".join(PLANE),
             when=_ADAPTIVE,
         ),
-        field("at_computed", AT_COMPUTED, "The figures, of the computed points only.", when=_ADAPTIVE, variable=None),
+        field("at_computed", AT_COMPUTED, "The values at computed points only.", when=_ADAPTIVE, variable=None),
     ),
     process="unfolding-maps",
     roles={"vertical": "clearance", "horizontal": "omega"},
@@ -134,7 +134,7 @@ TILE_OF_BASINS = Record(
             for one in UNFOLDING_MAPS.fields
             if one.dims == PLANE and not one.replaces and one.name != "computed"
         ),
-        field("mean_position", "float", "As of an attractor.", " ".join(PLANE), null=True),
-        field("mean_velocity", "float", "As of an attractor.", " ".join(PLANE), null=True),
+        field("mean_position", "float", "As for an attractor.", " ".join(PLANE), null=True),
+        field("mean_velocity", "float", "As for an attractor.", " ".join(PLANE), null=True),
     ),
 )

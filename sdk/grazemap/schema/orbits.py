@@ -17,10 +17,10 @@ from grazemap.schema.fields import Record, Request, ResultSchema, deprecated, fi
 
 _REST_STOP = RESTS["stop"].in_result(dtype="int64")
 _RESTS = Record(RESTS.name, RESTS.description, (*RESTS.fields[:-1], _REST_STOP))
-_PHASES = "omega t of the impacts, with the forcing f sin(omega t)."
-_VELOCITIES = "Of mass 1 before each impact, signed."
-_EXCESS = "Distance of mass 1 beyond a stop at its highest maximum between the impacts; negative: inside."
-RESTITUTION = field("restitution", "float", "Speed after an impact over that before it.")
+_PHASES = "Phases omega t of the impacts, with the forcing f sin(omega t)."
+_VELOCITIES = "Velocities of mass 1 before each impact, signed."
+_EXCESS = "Maximum distance of mass 1 beyond a stop between the impacts; negative: it stays inside."
+RESTITUTION = field("restitution", "float", "Speed after an impact divided by the speed before it.")
 
 PERIODIC_ORBITS = ResultSchema(
     "PeriodicOrbit",
@@ -28,31 +28,31 @@ PERIODIC_ORBITS = ResultSchema(
     (
         OMEGA,
         CLEARANCE,
-        field("converged", "bool", "Whether there is such an orbit."),
+        field("converged", "bool", "Whether an orbit was found."),
         field(
             "found_by",
             "str",
-            "equations: solved for by Newton's method; simulation: followed until it closes, as mass 1 "
-            "rests on a stop.",
+            "equations: solved for by Newton's method; simulation: simulated until it closes, because mass 1 rests on "
+            "a stop.",
             values=("equations", "simulation"),
         ),
         field("reason", "str", "Why no orbit was found, or why it is not verified.", null=True),
         field("period", "int", "The period, as requested or found.", unit="forcing periods"),
-        field("stops", "int", "Of the impacts in order: +1 A, -1 C.", "impact", variable="impact_stops"),
+        field("stops", "int", "Stops of the impacts in order: +1 A, -1 C.", "impact", variable="impact_stops"),
         field("phases", "float", _PHASES, "impact", "rad", variable="impact_phases"),
         field("times", "float", "The times of the impacts, from phase 0 on.", "impact", "s", variable="impact_times"),
         field("velocities", "float", _VELOCITIES, "impact", "m/s", variable="impact_velocity"),
         field(
-            "sticking", _RESTS, "Rests on a stop in a period from phase 0 on; of a simulation only.", prefix="sticking_"
+            "sticking", _RESTS, "Rests on a stop in a period from phase 0 on; only of a simulation.", prefix="sticking_"
         ),
         field(
             "residual",
             "float",
-            "Residual of the equations of impact, relative; of a simulation the distance between the start and the "
-            "state a period later, over the clearance.",
+            "Relative residual of the equations of the impacts; for a simulation, the distance between the start and "
+            "the state a period later, divided by the clearance.",
             null=True,
         ),
-        field("kantorovich", "float", "Newton-Kantorovich number; up to 1/2 the orbit is isolated.", null=True),
+        field("kantorovich", "float", "Newton-Kantorovich number; isolated if at most 1/2.", null=True),
         field(
             "radius",
             "float",
@@ -62,17 +62,17 @@ PERIODIC_ORBITS = ResultSchema(
         *EVIDENCE,
         deprecated("certified", VERIFIED),
         field("multipliers", "complex", "Floquet multipliers, by decreasing modulus.", "multiplier", null=True),
-        field("physical", "bool", "Whether every impact velocity points at its stop."),
+        field("physical", "bool", "Whether every impact velocity is directed towards its stop."),
         field(
             "contacts",
             "str",
-            "Contacts with a stop other than the impacts.",
+            "Number of contacts with a stop other than the impacts.",
             values=("none", "some", "undecided", "not searched"),
         ),
         field("excess", "float", _EXCESS, unit="m", null=True),
-        field("excess_phase", "float", "Phase of that maximum.", unit="rad", null=True),
-        field("excess_stop", "int", "Stop of that maximum: +1 A, -1 C, 0 none."),
-        field("start", STATE, "The state at phase 0: a trajectory from there runs along the orbit.", prefix="start_"),
+        field("excess_phase", "float", "Phase of this maximum.", unit="rad", null=True),
+        field("excess_stop", "int", "Stop of this maximum: +1 A, -1 C, 0 none."),
+        field("start", STATE, "The state at phase 0; a trajectory from there follows the orbit.", prefix="start_"),
         field("motion", MOTION, "Its name.", variable="label"),
     ),
     process="periodic-orbits",
@@ -80,13 +80,13 @@ PERIODIC_ORBITS = ResultSchema(
 
 BEYOND = Record(
     "Beyond",
-    "An orbit of another branch that passes through a special point, next to it.",
+    "An orbit near a special point, on another branch through this point.",
     (
         ADMISSIBLE,
         field(
             "request",
             Request("periodic-orbits"),
-            "Its request: to be posted to `/v1/periodic-orbits` unchanged, or with `vary` and `range` to "
+            "Its request: post it unchanged to `/v1/periodic-orbits`, or with `vary` and `range` to "
             "`/v1/orbit-branches`.",
         ),
     ),
@@ -99,18 +99,18 @@ SPECIAL_POINT = Record(
         field(
             "type",
             "str",
-            "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker, graze.",
+            "Saddle-node, period doubling, symmetry breaking, Neimark-Sacker or graze.",
             values=BIFURCATIONS,
         ),
         field("parameter", "float", "Value of the parameter that varies.", variable=None),
         CLEARANCE,
         OMEGA,
         RESTITUTION,
-        field("status", "str", "Whether it was solved for to round-off.", values=("converged", "guess")),
+        field("status", "str", "Whether it was solved for to round-off (converged).", values=("converged", "guess")),
         ADMISSIBLE.in_result(
-            description="Whether the orbit there is a motion; of a graze, whether the orbits on one side of it are."
+            description="Whether the orbit there is admissible; for a graze, whether the orbits on one side are."
         ),
-        field("segment", "int", "It lies between this point of the branch and the next."),
+        field("segment", "int", "The special point lies between this point of the branch and the next."),
         field("phases", "float", _PHASES, "impact", "rad", variable=None),
         field("velocities", "float", _VELOCITIES, "impact", "m/s", variable=None),
         field("stop", "int", "The stop that is grazed: +1 A, -1 C.", when=_OF_GRAZE),
@@ -119,7 +119,7 @@ SPECIAL_POINT = Record(
         field(
             "beyond",
             BEYOND,
-            "Orbits of other branches: of twice the period at a PD, without the symmetry at an SB, with one impact "
+            "Orbits of other branches: with twice the period at a PD, without the symmetry at an SB, with one impact "
             "more or less at a GR.",
             "beyond",
             variable=None,
@@ -134,34 +134,32 @@ ORBIT_BRANCHES = ResultSchema(
         OMEGA.in_result(dims=("point",)),
         CLEARANCE.in_result(dims=("point",)),
         RESTITUTION.in_result(dims=("point",)),
-        field("stops", "int", "Of the impacts in order: +1 A, -1 C.", "impact"),
-        field("period", "int", "Of the orbits.", unit="forcing periods", variable=None),
+        field("stops", "int", "Stops of the impacts in order: +1 A, -1 C.", "impact"),
+        field("period", "int", "Period of the orbits.", unit="forcing periods", variable=None),
         field(
             "symmetric",
             "bool",
             "Whether the second half of the period is the mirror image of the first.",
             variable=None,
         ),
-        field("phases", "float", _PHASES + " They change smoothly along the branch.", "point impact", "rad"),
-        field(
-            "velocities", "float", _VELOCITIES + " Away from the stop: the impact is virtual.", "point impact", "m/s"
-        ),
+        field("phases", "float", _PHASES + " They are continuous along the branch.", "point impact", "rad"),
+        field("velocities", "float", _VELOCITIES + " Away from the stop: a virtual impact.", "point impact", "m/s"),
         field("multipliers", "complex", "Floquet multipliers, by decreasing modulus.", "point multiplier", null=True),
         *(one.in_result(dims=("point",)) for one in EVIDENCE),
         deprecated("certified", VERIFIED.in_result(dims=("point",))),
         field("excess", "float", _EXCESS, "point", "m", null=True),
-        field("residual", "float", "Of the equations of impact, relative.", "point", null=True),
+        field("residual", "float", "Relative residual of the equations of the impacts.", "point", null=True),
         field(
             "special_points",
             SPECIAL_POINT,
-            "SN, PD, SB, NS and GR, in the order of the branch.",
+            "The points SN, PD, SB, NS and GR, in the order of the branch.",
             "special",
             prefix="special_",
         ),
         field(
             "ends",
             "str",
-            "Why the branch ends before its first point, and after its last.",
+            "Why the branch ends at its first point and at its last.",
             "end",
             texts=True,
             variable=None,

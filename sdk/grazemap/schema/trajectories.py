@@ -7,19 +7,18 @@ from grazemap.schema.fields import Record, ResultSchema, field
 
 _FIELDS = (
     field("time", "float", "Times of the samples, from the start of the record.", "time", "s"),
-    field("displacement", "float", "Of every mass.", "mass time", "m", null=True),
+    field("displacement", "float", "Displacement of every mass.", "mass time", "m", null=True),
     field(
-        "velocity", "float", "Of every mass; at the time of an impact, the one after it.", "mass time", "m/s", null=True
+        "velocity", "float", "Velocity of every mass; at an impact, the one after it.", "mass time", "m/s", null=True
     ),
     field("impacts", IMPACTS, "Every contact with a stop.", prefix="impact_"),
     field("sticking", RESTS, "The rests on a stop.", prefix="sticking_"),
-    field("undecided", "int", "Number of events that round-off leaves undecided, from the start of the transient on."),
-    field("motion", MOTION, "The motion at the end, or unresolved and the reason.", variable=None),
+    field("undecided", "int", "Number of events, since the start of the transient, that round-off leaves undecided."),
+    field("motion", MOTION, "The motion at the end; if it is unresolved, with the reason.", variable=None),
     field(
         "final",
         STATE,
-        "The state at the end of the record, from which a trajectory continues this one; null where there is no such "
-        "state.",
+        "The state at the end of the record, from which another trajectory can continue; null where there is none.",
         null=True,
         prefix="final_",
     ),
@@ -33,7 +32,7 @@ TRAJECTORIES = ResultSchema(
         field(
             "trajectories",
             Record("TrajectoryRecord", TRAJECTORY.description, _FIELDS),
-            "In the order of the states.",
+            "The trajectories, in the order of the states.",
             "trajectory",
         ),
     ),
@@ -44,17 +43,15 @@ SECTION = Record(
     "Section",
     "The motion at one value of the parameter.",
     (
-        field(
-            "displacement", "float", "Of mass 1 once a forcing period, where the forcing's phase is 0.", "point", "m"
-        ),
-        field("velocity", "float", "Of mass 1 at the same times.", "point", "m/s"),
-        field("impact_velocity", "float", "Of every impact, signed, before it.", "impact", "m/s"),
-        field("impact_stop", "int", "Of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS),
+        field("displacement", "float", "Displacement of mass 1 once per forcing period, at phase 0.", "point", "m"),
+        field("velocity", "float", "Velocity of mass 1 at the same times.", "point", "m/s"),
+        field("impact_velocity", "float", "Velocity before every impact, signed.", "impact", "m/s"),
+        field("impact_stop", "int", "Stop of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS),
         field(
             "motion",
             MOTION,
-            "The motion; where it has not closed, the growth of small changes over 500 more periods "
-            "names it, or leaves it unresolved.",
+            "The motion; if it does not close, it is classified by the growth of small perturbations over 500 more "
+            "periods, or unresolved.",
             variable="motion",
         ),
     ),
@@ -64,7 +61,7 @@ BIFURCATION_DIAGRAMS = ResultSchema(
     "Settled motions along clearance or omega.",
     (
         field("parameter", "float", "Values of the parameter that varies, increasing.", "parameter"),
-        field("sections", SECTION, "One for each value.", "parameter"),
+        field("sections", SECTION, "The sections, one for each value.", "parameter"),
     ),
     process="bifurcation-diagrams",
 )

@@ -37,7 +37,7 @@ _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 class Request(BaseModel):
     """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
 
-    The line below a field is its description wherever the API is described.
+    The text below a field is its description in the API's document.
     """
 
     model_config = ConfigDict(
@@ -50,7 +50,7 @@ class Request(BaseModel):
     )
 
     def unused(self) -> Collection[str]:
-        """Return the names of the fields that have no meaning in this request; its canonical text is without them."""
+        """Return the names of fields without meaning in this request; its canonical text lacks them."""
         return ()
 
     @model_serializer(mode="wrap")
@@ -110,7 +110,7 @@ NonNegative = Annotated[float, Field(ge=0), Sized, Listable]
 
 
 class _Ordered(Request):
-    """Base of what goes from a start to a greater stop."""
+    """Base of models with a start and a greater stop."""
 
     order: ClassVar[str] = "stop > start > 0"
 

@@ -27,7 +27,7 @@ class BasinCoordinate(Request):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Its first and last value; the others may be too many to compute here."""
+        """Its first and last value, without the others, which may be too many."""
         if isinstance(self.values, list):
             return self.values[0], self.values[-1]
         return self.values.start, self.values.stop
@@ -82,11 +82,11 @@ class BasinsRequest(PointRequest):
         if self.horizontal.varied == self.vertical.varied:
             raise invalid("vertical is the same coordinate as horizontal", "another coordinate", "vertical")
         initial = self.initial.fitted(count, self.clearance, ("initial",))
-        # what the rectangle replaces is not part of the request
+        # values that the rectangle replaces are not part of the request
         state = {"displacement": list(initial.displacement or ()), "velocity": list(initial.velocity or ())}
         for coordinate in (self.horizontal, self.vertical):
             state[coordinate.quantity][coordinate.mass - 1] = 0.0
-        # strictly between the stops: a start on one is a matter of rounding
+        # strictly between the stops, as a start on a stop would depend on rounding
         if not abs(state["displacement"][0]) < self.clearance:
             raise invalid(
                 "initial.displacement of mass 1 lies on a stop",

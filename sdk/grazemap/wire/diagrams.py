@@ -15,7 +15,7 @@ class BifurcationDiagramsRequest(ProcessRequest):
     """Settled motions along clearance or omega: stroboscopic points, impact velocities and the name of each motion.
 
     `range` has the values of the parameter that varies; the other one is given by its name. Trajectories start at rest,
-    or at the final state of the value below ("sweep-up") or above ("sweep-down").
+    or at the final state for the next smaller ("sweep-up") or larger ("sweep-down") value.
     """
 
     operation = Operation(
@@ -41,7 +41,7 @@ class BifurcationDiagramsRequest(ProcessRequest):
     clearance: Positive | None = None
     """Distance of each stop from the middle, where omega varies."""
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
-    """Where trajectories start: at rest, or at the final state of the value below (sweep-up) or above."""
+    """Where trajectories start: at rest, or at the final state for the next smaller (sweep-up) or larger value."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 300
     """Forcing periods of the transient at each value, before those that are shown."""
     periods: Count = 64

@@ -1,8 +1,8 @@
 """Errors of a request, from those of pydantic: pointer, detail, and what is allowed.
 
 Client and service use the same texts. `allowed` is taken from the JSON schema of the request's model at the place of
-the error, so it cannot disagree with the validation. The service repeats nothing that was sent: for an unknown field
-it gives the known name that is closest. The client also names the unknown field, since its user wrote it.
+the error, so it cannot disagree with the validation. The service repeats nothing that was sent; for an unknown field it
+gives the closest known name. The client also gives the unknown name.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from grazemap.wire.job import ProblemError
 
 Schema = Mapping[str, Any]
 MAX_ERRORS = 20
-# No known name is nearly as long, and a comparison of longer names takes time.
+# All known names are much shorter, and the comparison of longer names takes time.
 _LONGEST_NAME = 64
 # Messages of these types contain no input; every other type has a sentence below.
 _QUOTABLE = {
@@ -51,7 +51,7 @@ _PARSED = {"int_parsing": "an integer"}
 def errors_of(
     errors: Sequence[Mapping[str, Any]], model: type[BaseModel] | None, *, naming: bool = False
 ) -> list[ProblemError]:
-    """Return pydantic's errors as the problem's.
+    """Return pydantic's errors as those of a problem.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemErr
     kind = str(error["type"])
     unknown = ""
     if kind == "extra_forbidden":
-        unknown = str(rest.pop())  # the pointer is that of its object: the name was sent by the client
+        unknown = str(rest.pop())  # the pointer is that of its object, without the name that the client sent
     # the names of union branches, such as "[range]", are not in the body
     where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
     context = error.get("ctx") or {}

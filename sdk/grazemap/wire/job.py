@@ -83,7 +83,7 @@ class JobList(Response):
 
 
 INFINITE = -2
-"""The count of infinitely many impacts."""
+"""The number that stands for infinitely many impacts."""
 
 
 def motion_label(period: int, impacts_right: int, impacts_left: int) -> str:

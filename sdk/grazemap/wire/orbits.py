@@ -26,13 +26,13 @@ class OrbitMotion(Request):
     """
 
     period: MaxPeriod
-    """In forcing periods."""
+    """Period, in forcing periods."""
     stops: Annotated[list[Stop], Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True), Listable]
     """The stops of a period's impacts in order: 1 is A (right), -1 is C (left)."""
     phases: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
-    """Of the impacts, omega t in radians, increasing: initial guess of Newton's method; given with velocities only."""
+    """Phases omega t of the impacts in radians, increasing: initial guess of Newton's method; only with velocities."""
     velocities: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
-    """Of mass 1 before each impact, signed; given with phases only."""
+    """Velocities of mass 1 before each impact, signed; only with phases."""
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
     """The motion's name n-p_r-q_l; it must agree with the period and the stops."""
 
@@ -73,7 +73,7 @@ class PeriodicOrbitsRequest(PointRequest):
         "periodic-orbits",
         "submit_periodic_orbits",
         "Periodic orbit",
-        "Compute the periodic orbit near some impacts, with its multipliers, and whether it is a motion.",
+        "Compute the periodic orbit near given impacts, its multipliers, and whether it is admissible.",
         {"default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}},
     )
 
@@ -84,7 +84,7 @@ class PeriodicOrbitsRequest(PointRequest):
     transient_periods: Annotated[int, Field(ge=0), Listable] = 1000
     """Forcing periods in which that trajectory settles."""
     max_period: MaxPeriod = 32
-    """The maximum period looked for in it, in forcing periods."""
+    """The maximum period looked for, in forcing periods."""
 
     @model_validator(mode="after")
     def _one_guess(self) -> PeriodicOrbitsRequest:
@@ -107,7 +107,7 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
         "orbit-branches",
         "submit_orbit_branches",
         "Branch of a periodic orbit",
-        "Follow the branch of a periodic orbit over a parameter, with its special points and what lies beyond them.",
+        "Follow the branch of a periodic orbit over a parameter, with its special points and the branches from there.",
         {
             "default oscillator": {
                 "omega": 0.27,
@@ -152,9 +152,9 @@ class CurveMotion(OrbitMotion):
     """
 
     omega: Positive | None = None
-    """Of an orbit of the motion, inside the window; left out, it is looked for."""
+    """Value at an orbit of the motion, inside the window; left out, an orbit is looked for."""
     clearance: Positive | None = None
-    """Of an orbit of the motion, inside the window; left out, it is looked for."""
+    """Value at an orbit of the motion, inside the window; left out, an orbit is looked for."""
 
     @model_validator(mode="after")
     def _phases_have_a_place(self) -> CurveMotion:
@@ -192,9 +192,9 @@ class BifurcationCurvesRequest(ProcessRequest):
     clearance: Interval
     """The window's clearances."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
-    """Of curves in closed form: the maximum period of their motions, in forcing periods."""
+    """For curves in closed form: the maximum period of their motions, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
-    """Of curves in closed form: frequencies across the window."""
+    """For curves in closed form: number of frequencies across the window."""
     motions: Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None = None
     """The motions whose curves are continued; left out, the curves in closed form are computed."""
 
@@ -209,5 +209,5 @@ class BifurcationCurvesRequest(ProcessRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `Request.unused`: the fields of the other kind of curves."""
+        """Return the names of the fields of the other kind of curves."""
         return ("motions",) if self.motions is None else ("max_multiple", "points")

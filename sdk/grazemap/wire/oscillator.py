@@ -25,8 +25,8 @@ Damping = Annotated[
 _DESCRIPTION = """\
 A chain of N masses. Mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
 
-Link i, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; what
-is left out has its default, also in SI.
+Link i, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; a field
+that is left out has its default, also in SI.
 """
 
 

@@ -1,6 +1,6 @@
-"""What the requests of several processes share: the oscillator, initial states, types of numbers.
+"""Parts of the requests of several processes: the oscillator, initial states, types of numbers.
 
-Also what the API's document says of a process.
+Also the description of a process in the API's document.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 
 @dataclass(frozen=True)
 class Operation:
-    """What the API's document says of a process.
+    """The description of a process in the API's document.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Operation:
 
 
 class ProcessRequest(Request):
-    """What the requests of all processes share; a class with an `operation` is the request of a process."""
+    """Base of all requests; a class with an `operation` is the request of a process."""
 
     operation: ClassVar[Operation]
 
@@ -50,7 +50,7 @@ class ProcessRequest(Request):
 
 
 class PointRequest(ProcessRequest):
-    """What requests at one point of the plane of omega and clearance share."""
+    """Base of requests at one point of the plane of omega and clearance."""
 
     omega: Positive
     """Forcing frequency."""
@@ -69,7 +69,7 @@ class InitialState(Request):
     """Of the forcing f sin(omega t + phase) at t = 0, in radians."""
 
     def fitted(self, count: int, clearance: float, at: tuple[str, ...]) -> InitialState:
-        """Return the state with zeros where it was left out, so that the same request has the same text.
+        """Return the state with zeros for values that were left out, so that equal requests have the same text.
 
         `at` is its place in the request. Raises where it does not fit the number of masses or the stops.
         """

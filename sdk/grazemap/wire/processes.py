@@ -1,9 +1,9 @@
-"""The table of all processes, and what is done with the request of any of them.
+"""The table of all processes, and the functions that apply to the request of any of them.
 
-The client builds a model, the service validates it and the worker parses it; a job's id is made from its canonical
-text. The same request has the same id: defaults are filled in, 1 is 1.0, -0.0 is 0.0, and the order of keys does not
-count. A process needs no line here: every module of this folder is searched for requests with an `operation`,
-`process.Operation`.
+The client builds a model, the service validates it and the worker parses it; a job's id is the hash of its canonical
+text. Equal requests have the same id: defaults are filled in, 1 equals 1.0, -0.0 equals 0.0, and the order of keys does
+not matter. The modules of this folder are searched for requests with an `operation` (`process.Operation`), so no
+process is listed here.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 
 from grazemap.wire.process import ProcessRequest
 
-# The order in which documents and messages name the processes; others follow, in the order of their names.
+# The order in which documents and messages name the processes; others follow in alphabetical order.
 _ORDER = (
     "grazing-curves",
     "codimension-two-points",
@@ -51,7 +51,7 @@ PROCESSES: dict[str, type[ProcessRequest]] = {process: _FOUND[process] for proce
 
 
 def parse_request(process: str, body: dict[str, Any]) -> ProcessRequest:
-    """Validate a request body. KeyError: no such process; pydantic.ValidationError: bad values."""
+    """Validate a request body. Raises KeyError (no such process) and pydantic.ValidationError."""
     return PROCESSES[process].model_validate(body)
 
 

@@ -24,9 +24,9 @@ from grazemap.wire.process import (
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
-# The end of a record has three roundings, and a given time its own; as the core's END_ROUNDING.
+# Allows for the three roundings of a record's end and one of a given time; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
-# Curves over a map: the minimum number of values of omega, and the number for each column of the map.
+# For curves over a map: the minimum number of values of omega, and their number for each column of the map.
 _CURVE_POINTS = 400
 _CURVE_FINER = 2
 
@@ -34,7 +34,7 @@ _CURVE_FINER = 2
 class GrazingCurvesRequest(ProcessRequest):
     """The curve clearance = A(omega) on which the steady motion touches both stops (equations (16)-(19)).
 
-    With `sequence` its result has xi_m of every point too, (33)-(40), whose signs say where an impact recurs.
+    With `sequence` the result also has xi_m of every point, (33)-(40), whose signs show where an impact recurs.
     """
 
     operation = Operation(
@@ -64,7 +64,7 @@ class GrazingCurvesRequest(ProcessRequest):
     max_order: Order = 8
     """The maximum number of half periods after the graze in which a recurring impact is looked for."""
     sequence: bool = False
-    """Whether the result has xi_m of every point, whose signs say where an impact recurs."""
+    """Whether the result has xi_m of every point, whose signs show where an impact recurs."""
 
 
 class CodimensionTwoPointsRequest(ProcessRequest):
@@ -87,7 +87,7 @@ class CodimensionTwoPointsRequest(ProcessRequest):
 
 
 class DiscontinuityMappingsRequest(ProcessRequest):
-    """The discontinuity mapping (27) of states that overshoot a grazing stop, and the Poincare map made of it, (26).
+    """The discontinuity mapping (27) of states that overshoot a grazing stop, and the resulting Poincare map (26).
 
     In each state mass 1 lies beyond the stop by one overshoot, and all else is as in the graze. `order` selects the
     mapping that gives the mapped states and is iterated, over `returns` half periods.
@@ -114,13 +114,13 @@ class DiscontinuityMappingsRequest(ProcessRequest):
 
 
 class TrajectoriesRequest(PointRequest):
-    """One trajectory or, for a list of initial states, one from each of them; every impact exact."""
+    """One trajectory or, for a list of initial states, one from each of them, with every impact."""
 
     operation = Operation(
         "trajectories",
         "submit_trajectory",
         "Trajectories",
-        "Compute a trajectory from each initial state: its impacts, where it ends, the motion that it settles to.",
+        "Compute a trajectory from each initial state: its impacts, its final state, the motion that it settles to.",
         {
             "from rest": {"omega": 0.29, "clearance": 1.6, "periods": 20, "samples_per_period": 50},
             "from an initial state": {
@@ -141,15 +141,15 @@ class TrajectoriesRequest(PointRequest):
     )
 
     initial: InitialStates = InitialState()
-    """The initial state, or a list of 1 to 1000; what is left out of one is 0."""
+    """The initial state, or a list of 1 to 1000; values that are left out are 0."""
     periods: Count
     """Forcing periods that are recorded."""
     transient_periods: Annotated[int, Field(ge=0), Listable] = 0
     """Forcing periods before the record."""
     samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
-    """Samples at equal parts of each forcing period; instead of times."""
+    """Number of equally spaced samples in each forcing period; instead of times."""
     times: Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None = None
-    """Samples at these times within the record, increasing; instead of samples_per_period."""
+    """Times of the samples within the record, increasing; instead of samples_per_period."""
 
     @model_validator(mode="after")
     def _initial_states_fit(self) -> TrajectoriesRequest:
@@ -181,7 +181,7 @@ class TrajectoriesRequest(PointRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `Request.unused`: no request has both kinds of samples."""
+        """Return the name of the field of the other kind of samples."""
         return ("times",) if self.times is None else ("samples_per_period",)
 
     @property
@@ -203,18 +203,18 @@ def _example(points: int) -> dict[str, Any]:
 class UnfoldingMapsRequest(ProcessRequest):
     """The motion that each point of a rectangle of (omega, clearance) settles to.
 
-    Trajectories start at rest; or, in a sweep, at the final state of the clearance below or above; or, in an ensemble,
+    Trajectories start at rest; in a sweep, at the final state for the next smaller or larger clearance; in an ensemble,
     at random states, and the map has the motion that most of them settle to.
 
-    An adaptive map is computed where neighbours differ and inferred between those that agree. A preview names periodic
-    motions only, and takes less time.
+    An adaptive map is computed where neighbours differ and inferred where they agree. A preview takes less time; it
+    classifies periodic motions only.
     """
 
     operation = Operation(
         "unfolding-maps",
         "submit_unfolding_map",
         "Unfolding map",
-        "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is whole.",
+        "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is complete.",
         {
             "coarse map of the default oscillator": _example(16),
             "map computed where neighbours differ": {**_example(32), "adaptive": True},
@@ -238,9 +238,9 @@ class UnfoldingMapsRequest(ProcessRequest):
     seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
     """Seed of the random states, for the policy ensemble; ignored with another policy."""
     adaptive: bool = False
-    """Whether points are inferred where all neighbours agree, and computed elsewhere only; not for a sweep."""
+    """Whether points are inferred where all neighbours agree, and computed only elsewhere; not for a sweep."""
     preview: bool = False
-    """Whether motions are classified by their returns alone: faster, not verified, no multipliers, no chaos."""
+    """Whether motions are classified by their returns alone: faster, without verification, multipliers and chaos."""
 
     @model_validator(mode="after")
     def _no_adaptive_sweep(self) -> UnfoldingMapsRequest:
@@ -251,7 +251,7 @@ class UnfoldingMapsRequest(ProcessRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """As `Request.unused`: what is of ensembles only, and what is not asked for."""
+        """Return the names of the fields of ensembles for other policies, and of options that are false."""
         random = () if self.policy == "ensemble" else ("initial_conditions", "seed")
         return (*random, *(name for name in ("adaptive", "preview") if not getattr(self, name)))
 
@@ -267,7 +267,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
         "unfolding-diagrams",
         "submit_unfolding_diagram",
         "Unfolding diagram",
-        "Compute an unfolding map, the curves and points over it, and for every border of its regions what it is.",
+        "Compute an unfolding map, the curves and points over it, and an explanation of every border of its regions.",
         {
             "coarse diagram near the paper's codimension-two point": {
                 "omega": {"start": 0.275, "stop": 0.29, "points": 16},
@@ -290,7 +290,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     max_multiple: Multiple = 4
     """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
     borders: Annotated[bool, Listable] = False
-    """Whether every border of the map's regions is explained; this takes a few times as long, or many times."""
+    """Whether every border of the map's regions is explained; this may take many times as long."""
 
     @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:

@@ -1,1 +1,1 @@
-"""The routers: processes, jobs, events, results, what the service is, and its pages."""
+"""The routers: processes, jobs, events, results, the service's description, and its pages."""

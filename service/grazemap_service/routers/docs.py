@@ -1,6 +1,6 @@
-"""Pages for people: / and /docs, and their static files, all from this host and clean under a strict policy.
+"""The HTML pages / and /docs, and their static files, all from this host and under a strict policy.
 
-The docs page is Swagger UI out of the files that the package fastapi-offline carries; its start-up script and its
+The docs page is Swagger UI from the files of the package fastapi-offline; its start-up script and its
 style are files of our own, so that neither inline scripts nor inline styles are needed.
 """
 
@@ -38,7 +38,7 @@ def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
 
 
 def _swagger_files() -> Path:
-    """Return the folder of Swagger UI's files, without importing the package that carries them."""
+    """Return the folder of Swagger UI's files, without importing the package that has them."""
     spec = find_spec("fastapi_offline")
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError('the docs page needs fastapi-offline: pip install "grazemap[server]"')

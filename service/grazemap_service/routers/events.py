@@ -20,9 +20,9 @@ from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
 
 _BEGINNING = "0"
-# 19 digits: what Redis takes for certain
+# at most 19 digits, which Redis always accepts
 _EVENT_ID = re.compile(r"\d{1,19}(?:-\d{1,19})?", re.ASCII)
-# Seconds between looks at a store that is away.
+# Seconds between attempts while the store is unavailable.
 _AWAY_SECONDS = 1.0
 
 router = APIRouter(tags=["jobs"])
@@ -30,10 +30,10 @@ router = APIRouter(tags=["jobs"])
 
 def resume_point(
     last_event_id: Annotated[
-        str | None, Header(description="The id of the last event that arrived; the stream goes on after it.")
+        str | None, Header(description="The id of the last event that arrived; the stream continues after it.")
     ] = None,
 ) -> str:
-    """Return the id after which to go on. Raises ProblemException when it is not an event's id."""
+    """Return the id after which the stream continues. Raises ProblemException if it is not an event's id."""
     if not last_event_id:
         return _BEGINNING
     if not _EVENT_ID.fullmatch(last_event_id):
@@ -43,7 +43,7 @@ def resume_point(
 
 @router.head("/v1/jobs/{job_id}/events", include_in_schema=False)
 async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_point)]) -> Response:
-    """Give the headers of a stream, without beginning one that may not end."""
+    """Return the headers of a stream, without starting it."""
     return Response(media_type="text/event-stream")
 
 
@@ -60,12 +60,12 @@ async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_poi
 async def get_events(
     job: KnownJob, context: CurrentContext, after: Annotated[str, Depends(resume_point)]
 ) -> AsyncIterator[ServerSentEvent]:
-    """Follow a job from its beginning, or from where a broken stream ended, to its end."""
+    """Stream the events of a job to its end, from its beginning or after the last event that arrived."""
     store, pause = context.store, context.settings.poll_seconds
     ending = False
     while True:
         try:
-            # the state is read before the events: an end that is seen has its event in what is read next
+            # the status is read before the events, so that these include the event of an end that is seen here
             status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
             events = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
         except redis.exceptions.RedisError:
@@ -81,7 +81,7 @@ async def get_events(
             continue
         if status is None or status in FINISHED:
             if ending:
-                # resumed after the last event, or the stream is gone: the end is sent anyway
+                # resumed after the last event, or the events were removed: the end is sent anyway
                 yield ServerSentEvent(event="done", data={"status": status or "dismissed"})
                 return
             ending = True

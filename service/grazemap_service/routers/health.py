@@ -18,13 +18,13 @@ router = APIRouter(tags=["operations"])
 
 
 class Health(BaseModel):
-    """That the service answers."""
+    """The service answers."""
 
     status: str = "ok"
 
 
 class Readiness(BaseModel):
-    """That jobs will be computed."""
+    """Jobs will be computed."""
 
     status: str = "ready"
     workers: int
@@ -33,7 +33,7 @@ class Readiness(BaseModel):
 @router.get("/healthz", operation_id="get_health", summary="Liveness")
 @router.head("/healthz", include_in_schema=False)
 async def get_health() -> Health:
-    """Answer as long as the process does, whatever Redis and the workers do."""
+    """Answer 200 as long as the process runs, also without Redis or workers."""
     return Health()
 
 
@@ -62,5 +62,5 @@ async def get_readiness(context: CurrentContext) -> Readiness:
 )
 @router.head("/metrics", include_in_schema=False)
 def get_metrics(context: CurrentContext) -> Response:
-    """Give requests, latencies, jobs by status, unfinished tiles and live workers."""
+    """Return requests, latencies, jobs by status, unfinished tiles and live workers."""
     return Response(context.metrics.render(), headers={"Content-Type": CONTENT_TYPE_LATEST})

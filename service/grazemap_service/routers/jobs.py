@@ -35,7 +35,7 @@ async def list_jobs(
     limit: Annotated[int, Query(ge=1, le=500, description="Jobs on one page.")] = 50,
     cursor: Annotated[str | None, Query(max_length=64, description="From the link `next` of a page.")] = None,
 ) -> Response:
-    """List the jobs that the service remembers, a page at a time; requests over 4 kB are left out (null)."""
+    """List the jobs that the service stores, a page at a time; requests over 4 kB are left out (null)."""
     if process is not None and process not in PROCESSES:
         raise invalid("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
 
@@ -70,7 +70,7 @@ def _links(status: Status | None, process: str | None, limit: int, following: st
 )
 @router.head("/v1/jobs/{job_id}", include_in_schema=False)
 async def get_job(job: KnownJob) -> Response:
-    """Give a job's request, status, progress and links."""
+    """Return a job's request, status, progress and links."""
     return job_response(job, 200)
 
 
@@ -82,7 +82,7 @@ async def get_job(job: KnownJob) -> Response:
     responses=problem_responses("unknown-job"),
 )
 async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
-    """Stop a job that is not finished; leave one that is as it is. Doing it twice does no harm."""
+    """Stop an unfinished job; a finished one is not changed. The request is idempotent."""
 
     def dismiss() -> Job | None:
         dismissed = context.store.jobs.dismiss(job.id)

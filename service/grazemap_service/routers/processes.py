@@ -25,22 +25,22 @@ def waiting_time(
     request: Request,
     prefer: Annotated[
         str | None,
-        Header(description="`wait=5` lets the answer wait up to 5 seconds (30 at most) for the end."),
+        Header(description="`wait=5` lets the answer wait up to 5 seconds (at most 30) for the end of the job."),
     ] = None,
 ) -> int | None:
     """Return the seconds that the Prefer header (RFC 7240) asks to wait, at most the limit."""
-    # the parameter is for the OpenAPI document, where a list would be a form of its own; the header may be repeated
+    # the parameter is for the OpenAPI document; the header itself may be repeated
     match = _WAIT.search(", ".join(request.headers.getlist("prefer")))
     return min(int(match[1]), int(context.settings.max_wait_seconds)) if match else None
 
 
 async def _finished(context: Context, job: Job, seconds: float) -> Job:
-    """Return the job as it is at its end, or when the time is over."""
+    """Return the job when it has ended, or when the time is over."""
     jobs, deadline = context.store.jobs, time.monotonic() + seconds
     status: Status | None = job.status
     while status is not None and status not in FINISHED and time.monotonic() < deadline:
         await anyio.sleep(context.settings.poll_seconds)
-        # the status alone: a question may be a megabyte long
+        # the status alone, as a request may be a megabyte long
         status = await run_sync(jobs.status, job.id, limiter=context.threads)
     if status == job.status:
         return job
@@ -81,7 +81,7 @@ for _process, _model in PROCESSES.items():
         response_description="A new job.",
         responses={
             200: {"model": Job, "description": "The job that computes, or has computed, the same request."},
-            201: {"model": Job, "description": "A new job; Location says where."},
+            201: {"model": Job, "description": "A new job; Location is its address."},
             **problem_responses(*SUBMISSION_KINDS),
         },
     )

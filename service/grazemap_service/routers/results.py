@@ -1,4 +1,4 @@
-"""Results: whole ones, and the tiles of a map while the rest is still computed.
+"""Results: whole ones, and the tiles of a map while the others are still computed.
 
 A result never changes under its id, so a client that has it gets 304 instead. One that was evicted is computed
 again when it is asked for: 202 and the job.
@@ -29,11 +29,11 @@ Form = Annotated[
     str | None,
     Query(
         alias="f",
-        description="The form of the result; wins over Accept.",
+        description="The form of the result; overrides Accept.",
         json_schema_extra={"enum": sorted(MEDIA_TYPES)},
     ),
 ]
-# Lists: what comes in more than one header line is one list (RFC 9110 5.3).
+# Lists, because several header lines form one list (RFC 9110 5.3).
 Accept = Annotated[list[str] | None, Header(include_in_schema=False)]
 IfNoneMatch = Annotated[list[str] | None, Header(include_in_schema=False)]
 _IF_NONE_MATCH = {
@@ -90,7 +90,7 @@ async def get_result(
     accept: Accept = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
-    """Give the whole result. That of a failed job is the problem it failed with."""
+    """Return the whole result; for a failed job, the problem that it failed with."""
     name = negotiate(", ".join(accept or ()), form)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
@@ -100,7 +100,7 @@ async def get_result(
         return await _computed_again(request, context, job)
     results = context.store.results
     info = await run_sync(results.info, job.id, limiter=context.threads)
-    # the job keeps the tag of a result that was evicted: a client with a copy needs no other
+    # the job keeps the tag of a result that was evicted, so a client with a copy needs no other
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
     headers = cache_headers(etag or "", name)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
@@ -126,7 +126,7 @@ async def get_result(
 )
 @router.head("/v1/jobs/{job_id}/result/tiles", include_in_schema=False)
 async def list_tiles(job: KnownJob, context: CurrentContext) -> TileIndex:
-    """List the tiles that are finished by now; a job of one tile has none, and an assembled map soon forgets its."""
+    """List the finished tiles; a job of one tile has none, and those of an assembled map are soon removed."""
     finished = await run_sync(context.store.tiles.finished, job.id, limiter=context.threads)
     plan = await run_sync(context.store.jobs.plan_of, job.id, limiter=context.threads)
     if plan is None:
@@ -155,7 +155,7 @@ async def get_tile(
     form: Form = None,
     accept: Accept = None,
 ) -> Response:
-    """Give a finished tile."""
+    """Return a finished tile."""
     name = negotiate(", ".join(accept or ()), form)
     if job.core_version != context.core_version:
         raise ProblemException("outdated-job")

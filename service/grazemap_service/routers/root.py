@@ -1,4 +1,4 @@
-"""GET /v1: what this service is, which processes it has, and its limits."""
+"""GET /v1: the service's versions, processes and limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ router = APIRouter(tags=["operations"])
 
 
 class ProcessDescription(BaseModel):
-    """A process and where to post to."""
+    """A process and the address to post requests to."""
 
     name: str
     description: str

@@ -1,8 +1,7 @@
-"""How a request is cut into tiles, and what it is expected to cost: pure functions of it, without the core.
+"""Cuts a request into tiles and estimates its cost: pure functions of the request, without the core.
 
-The service plans a request, and the worker reads the plan. What a process costs, and what of it a server limits, stands
-in the module of this folder that is named as the process, in its `PLANNING`. Only maps and basins have more than one
-tile.
+The service plans a request, and the worker reads the plan. The cost of a process, and the quantities that a server
+limits, are in `PLANNING` of the module that is named after the process. Only maps and basins have more than one tile.
 """
 
 from __future__ import annotations

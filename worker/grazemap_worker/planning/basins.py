@@ -1,4 +1,4 @@
-"""The tiles of basins: whole rows, if they are short enough, for all states of a tile run side by side."""
+"""The tiles of basins: whole rows, if they are short enough, because all states of a tile run side by side."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def _plan(request: BifurcationCurvesRequest) -> Plan:
 def _of_motions(request: BifurcationCurvesRequest) -> Plan:
     """Return the cost of finding motions in a window, and of following their curves.
 
-    A point of a curve takes singular values and differences, together a few times as much as a point of a branch.
+    A point of a curve needs singular values and differences, and costs a few times as much as a point of a branch.
     """
     cost = period_cost(request.oscillator, request.omega.start)
     periods, seconds = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""The cost of a bifurcation diagram: as many forcing periods at each value of the parameter."""
+"""The cost of a bifurcation diagram: the same number of forcing periods at each value of the parameter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cost of codimension-two points, which goes with the square of the orders looked at."""
+"""The cost of codimension-two points, which grows with the square of the maximum order."""
 
 from __future__ import annotations
 

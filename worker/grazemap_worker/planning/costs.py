@@ -1,4 +1,4 @@
-"""What a forcing period of an oscillator costs, and how many a pixel takes."""
+"""The cost of a forcing period of an oscillator, and the number of periods of a pixel."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def spectral_bound(oscillator: Oscillator) -> float:
 
 
 def period_costs(oscillator: Oscillator, omega: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what a forcing period costs at each omega, shape (n,), in periods of the default oscillator, >= 1."""
+    """Return the cost of a forcing period at each omega, shape (n,), in periods of the default oscillator, >= 1."""
     with np.errstate(over="ignore"):
         stiffness = spectral_bound(oscillator) * 2.0 * math.pi / omega
     return np.maximum(1.0, stiffness / REFERENCE_STIFFNESS)
@@ -55,10 +55,10 @@ def expected_periods(max_periods: int) -> float:
 
 
 def period_cost(oscillator: Oscillator, omega: float) -> float:
-    """Return what a forcing period costs at one omega, as `period_costs`."""
+    """Return the cost of a forcing period at one omega, as `period_costs`."""
     return float(period_costs(oscillator, np.array([omega]))[0])
 
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
-    """Return what a point of the branch of an orbit with some impacts takes."""
+    """Return the seconds for a point of the branch of an orbit with this number of impacts."""
     return BRANCH_SECONDS * (1.0 + (impacts / BRANCH_IMPACTS) ** 2) * oscillator.size

@@ -1,4 +1,4 @@
-"""The cost of a grazing curve: of every order looked at, at each of its points."""
+"""The cost of a grazing curve: of every order at each of its points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cost of the branch of a periodic orbit: that of finding the orbit, and of as many points as branches have."""
+"""The cost of the branch of a periodic orbit: of finding the orbit, and of a typical number of points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plan: a grid cut into rectangular tiles of about the same time, with its estimate."""
+"""A plan: a grid cut into rectangular tiles that take about the same time, with its estimate."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Tile(NamedTuple):
 class Plan(BaseModel):
     """A grid of `rows` (clearance) by `columns` (omega), cut into rectangles of `tile_rows` by `tile_columns`.
 
-    `after` is the number of steps that joining the tiles counts in a job's progress, in addition to 1 for each tile;
-    with 0 the progress counts tiles only.
+    `after` is the number of steps in a job's progress for joining the tiles, in addition to 1 for each tile; 0: only
+    tiles are counted.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -70,18 +70,18 @@ class Plan(BaseModel):
         return Tile(row, min(row + self.tile_rows, self.rows), column, min(column + self.tile_columns, self.columns))
 
     def place(self, index: int) -> dict[str, Any]:
-        """Return the number of a tile, its rows and its columns, as events, results and lists of tiles have them."""
+        """Return the number of a tile, its rows and its columns, as in events, results and lists of tiles."""
         row_start, row_stop, column_start, column_stop = self.tile(index)
         return {"index": index, "rows": [row_start, row_stop], "columns": [column_start, column_stop]}
 
     @property
     def tiles(self) -> list[Tile]:
-        """All tiles, row by row; a list position is a tile's number."""
+        """All tiles, row by row; the position in the list is the tile's number."""
         return [self.tile(index) for index in range(self.count)]
 
 
 def pixels_per_tile(seconds: float, at_worst: float) -> int:
-    """Return the pixels of a tile, from the seconds of one: those expected, and those at worst."""
+    """Return the number of pixels of a tile, from the expected and the maximum seconds of a pixel."""
     return max(1, round(min(TILE_SECONDS / seconds, WORST_TILE_SECONDS / at_worst)))
 
 
@@ -93,5 +93,5 @@ def estimated(shape: Plan, periods: float, seconds: float) -> Plan:
 
 
 def even(length: int, longest: int) -> int:
-    """Return the length of equal pieces, none longer than `longest`, that a length is cut into."""
+    """Return the length of the equal pieces, at most `longest`, into which a length is cut."""
     return -(-length // -(-length // min(length, longest)))

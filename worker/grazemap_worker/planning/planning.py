@@ -1,4 +1,4 @@
-"""What a process is to the planner: its tiles and its estimate, and what of it a server limits."""
+"""The planning of a process: its tiles, its estimate, and the quantities that a server limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BYTES_PER_NUMBER = 8
 
 
 class Limits(NamedTuple):
-    """What a server takes at most of a request, as its settings say."""
+    """The maximum quantities of a request, from the server's settings."""
 
     points: int
     pixels: int
@@ -23,7 +23,7 @@ class Limits(NamedTuple):
 
 
 class Count(NamedTuple):
-    """What can be counted without a plan, and its limit; `pointer` names the field that decides it."""
+    """A quantity that is known without a plan, and its limit; `pointer` is that of the field that decides it."""
 
     pointer: str
     quantity: str
@@ -32,7 +32,7 @@ class Count(NamedTuple):
 
 
 class Step(NamedTuple):
-    """What is computed once the tiles of a job are; where it is `timed`, it has the time of one tile."""
+    """A step after the tiles of a job; if it is `timed`, the time limit of one tile applies to it."""
 
     pointer: str
     seconds: float
@@ -49,8 +49,8 @@ class Planning:
     counts : callable (request, limits) -> list of Count
         Cheap: the service calls it before the plan is made, so that a range of 10**18 points costs nothing.
     longest_period : callable (request) -> float or None
-        What the longest forcing period that is simulated costs, as `costs.period_cost`; None where none is. Like the
-        counts it is looked at before the plan is made, whose numbers would overflow.
+        The cost of the longest forcing period that is simulated, as `costs.period_cost`; None: none is. Like the counts
+        it is checked before the plan is made, whose numbers could overflow.
     after : callable (request) -> list of Step
     """
 
@@ -61,11 +61,11 @@ class Planning:
 
 
 def of_grid(across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int) -> Count:
-    """Return the points of a grid, from the names and the values of its sides; the longer one decides."""
+    """Return the number of points of a grid, from the names and the values of its sides; the longer side decides."""
     columns, rows = grid_points(across[1]), grid_points(down[1])
     return Count(of_points(*(across if columns > rows else down)), "points", columns * rows, limit)
 
 
 def of_points(name: str, grid: Grid | CoordinateRange) -> str:
-    """Return the pointer to what says how many points a grid has."""
+    """Return the pointer to the field that gives the number of points of a grid."""
     return f"/{name}" if isinstance(grid, list) else f"/{name}/points"

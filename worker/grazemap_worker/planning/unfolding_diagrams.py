@@ -1,4 +1,4 @@
-"""The tiles of an unfolding diagram, which are those of its map, and what is computed once they are."""
+"""The tiles of an unfolding diagram, which are those of its map, and the steps after them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from grazemap_worker.planning.rates import (
 
 
 def _plan(request: UnfoldingDiagramsRequest) -> Plan:
-    """Return the plan of the map, and as many steps after its tiles as tiles would take so long."""
+    """Return the plan of the map, with the steps after its tiles, each of about the time of a tile."""
     shape = unfolding_maps.plan(request.unfolding_map)
     seconds = _curves_seconds(request) + _borders_seconds(request)
     after = math.ceil(min(seconds * shape.count / shape.estimate.seconds, MOST_STEPS_AFTER))
@@ -27,7 +27,7 @@ def _plan(request: UnfoldingDiagramsRequest) -> Plan:
 
 
 def _curves_seconds(request: UnfoldingDiagramsRequest) -> float:
-    """Return what the curves and points over the map take."""
+    """Return the seconds for the curves and points over the map."""
     over = (
         grazing_curves.PLANNING.plan(request.grazing_curve),
         codimension_two_points.PLANNING.plan(request.codimension_two_points),
@@ -37,7 +37,7 @@ def _curves_seconds(request: UnfoldingDiagramsRequest) -> float:
 
 
 def _borders_seconds(request: UnfoldingDiagramsRequest) -> float:
-    """Return what explaining the borders of the map takes."""
+    """Return the seconds for explaining the borders of the map."""
     if not request.borders:
         return 0.0
     points = float(grid_points(request.omega) * grid_points(request.clearance))

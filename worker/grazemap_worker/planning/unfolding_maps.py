@@ -1,9 +1,9 @@
 """The tiles of an unfolding map.
 
 Its grid is cut into equal rectangles (the last ones smaller) that should take `TILE_SECONDS` each, as tall as possible,
-because the clearances of one omega run side by side; the bytes of a result do not depend on the cut. A sweep's tiles
-are whole columns. An adaptive map's are strips of `ADAPTIVE_COLUMNS`: which of its points are computed does depend on
-them.
+because the clearances of one omega run side by side. The result does not depend on the tiles. The tiles of a sweep are
+whole columns. Those of an adaptive map are strips of `ADAPTIVE_COLUMNS`, which do affect the choice of the computed
+points.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
 
 
 def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, period_seconds: float) -> Plan:
-    """Return strips, and the cost from the share of pixels that are expected to be computed.
+    """Return a plan of strips, with the cost from the expected share of computed pixels.
 
-    `period_seconds` is what a forcing period of all trajectories of a pixel takes.
+    `period_seconds` is the time for a forcing period of all trajectories of a pixel.
     """
     share = min(1.0, (ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** ADAPTIVE_POWER)
     periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(max_periods))
@@ -82,7 +82,7 @@ def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
 
 
 def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
-    """Return what a period of the least omega of the grid costs."""
+    """Return the cost of a period at the minimum omega of the grid."""
     return period_cost(request.oscillator, float(grid_values(request.omega)[0]))
 
 

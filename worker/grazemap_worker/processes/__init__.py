@@ -1,7 +1,7 @@
 """The processes: what each of them computes, one module per process, named after it.
 
-In: a validated request. Out: a document (see `grazemap.codec`) with the fields of the process's schema (see
-`grazemap.schema`), without their deprecated names. The core is imported when a process is first used, so that this
+The input is a validated request, the output a document (see `grazemap.codec`) with the fields of the process's schema
+(see `grazemap.schema`), without their deprecated names. The core is imported when a process is first used, so that this
 table can be read without it.
 """
 

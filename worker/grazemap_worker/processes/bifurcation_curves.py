@@ -100,9 +100,9 @@ def _continued(
 
 
 def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dict[str, Any]]:
-    """Yield the stretches of a curve that are admissible, or are not, throughout."""
+    """Yield the pieces of a curve, each wholly admissible or wholly inadmissible."""
     keep = np.ones(len(curve.stops), dtype=np.bool_)
-    if further and curve.impact is not None:  # the motion is that without the contact that appears
+    if further and curve.impact is not None:  # the motion without the contact that appears
         keep[curve.impact] = False
     stops, phases, velocities = whole_period(
         curve.stops[keep], curve.phases[:, keep], curve.velocities[:, keep], curve.period, curve.symmetric
@@ -115,7 +115,7 @@ def _pieces(curve: BifurcationCurve, number: int, further: bool) -> Iterator[dic
         strikes = np.delete(strikes, vanishing, axis=1)
     least = np.min(strikes, axis=1) if strikes.shape[1] else np.zeros(len(strikes))
     ends = ["window" if end == "range" else end for end in curve.ends]
-    # stretches of neighbours that are alike
+    # runs of equal neighbours
     runs = np.split(np.arange(len(curve.admissible)), np.flatnonzero(np.diff(curve.admissible)) + 1)
     for place, members in enumerate(runs):
         if len(members) < 2:

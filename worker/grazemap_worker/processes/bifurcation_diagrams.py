@@ -13,7 +13,7 @@ from grazemap_worker.processes.trajectories import motion_document
 if TYPE_CHECKING:
     from grazemap_core.maps.bifurcation_diagrams import Section
 
-# Times that progress is reported.
+# Number of progress reports.
 REPORTS = 100
 
 

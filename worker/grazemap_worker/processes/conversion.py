@@ -22,7 +22,7 @@ Report = Callable[[int, int], object]
 """Called with (steps done, steps in all) by processes that count steps."""
 
 EVIDENCE = ("isolated", "admissible", "stable", "verified")
-"""What is known of an orbit, or of the orbits of a branch."""
+"""The names of the checks of an orbit, or of the orbits of a branch."""
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
@@ -40,7 +40,7 @@ def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
 
 
 def record(item: Any) -> Any:
-    """Return a dataclass or named tuple of the core as plain values, a dataclass without its fields that are None."""
+    """Return a dataclass or named tuple of the core as plain values, without fields of a dataclass that are None."""
     if dataclasses.is_dataclass(item) and not isinstance(item, type):
         values = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
         return {name: record(value) for name, value in values.items() if value is not None}
@@ -68,12 +68,12 @@ def request_pointer(request: ProcessRequest, name: str | None) -> str | None:
 
 
 def pairs(values: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return complex numbers (...) as real and imaginary parts, (..., 2): JSON has no others."""
+    """Return complex numbers (...) as real and imaginary parts, (..., 2), as JSON has no complex numbers."""
     return np.stack([values.real, values.imag], axis=-1)
 
 
 def fields(found: Any, *names: str) -> Document:
-    """Return attributes of an object, as it has them, by their names."""
+    """Return the named attributes of an object."""
     return {name: getattr(found, name) for name in names}
 
 
@@ -84,7 +84,7 @@ def label(motion: Mapping[str, Any]) -> str | None:
 
 
 def counted(found: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:
-    """Yield `count` items, and report about so many times how many there have been."""
+    """Yield `count` items, and report their number about `times` times."""
     for done, item in enumerate(found):
         if done % -(-count // times) == 0:
             report(done, count)
@@ -92,7 +92,7 @@ def counted(found: Iterable[Item], count: int, report: Report, times: int) -> It
 
 
 def joined(plan: Plan, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Return an array of the grid from those of its tiles, in the plan's order."""
+    """Return an array of the grid, joined from those of its tiles in the plan's order."""
     array = np.empty((plan.rows, plan.columns), dtype=parts[0].dtype)
     for tile, part in zip(plan.tiles, parts, strict=True):
         array[tile.rows, tile.columns] = part

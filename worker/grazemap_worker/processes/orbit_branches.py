@@ -23,7 +23,7 @@ _PER_POINT = ("omega", "clearance", "restitution", "excess", "residual")
 
 
 def compute(request: OrbitBranchesRequest, report: Report) -> Document:
-    """Return the branch of the orbit; one without points, and the reason, where there is no orbit. Raises CoreError."""
+    """Return the branch of the orbit; without an orbit, a branch without points and the reason. Raises CoreError."""
     from grazemap_core.continuation.branch_switching import starts_beyond
     from grazemap_core.continuation.branches import orbit_branch
     from grazemap_core.continuation.pseudo_arclength import ENDS
@@ -68,7 +68,7 @@ def whole_period(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Return stops (k,), phases and velocities (m, k) of all impacts of a period, from what was solved for.
 
-    Of symmetric motions that is half of them: the others are their mirror images, half a period later.
+    For symmetric motions half of the impacts are solved for; the others are mirror images, half a period later.
     """
     if not symmetric:
         return stops, phases, velocities
@@ -113,7 +113,7 @@ def _special(request: OrbitBranchesRequest, point: SpecialPoint, beyond: tuple[O
 
 
 def _request(request: OrbitBranchesRequest, start: OrbitStart) -> dict[str, Any]:
-    """Return an orbit beyond a special point as the request of it: with a range, as that of its branch."""
+    """Return the request for an orbit beyond a special point; with a range, it is a request for its branch."""
     impacts = start.impacts.whole
     return {
         "oscillator": {**request.oscillator.model_dump(mode="json"), "restitution": start.restitution},

@@ -1,4 +1,4 @@
-"""The process periodic-orbits: an orbit near some impacts, or near what a trajectory settles to."""
+"""The process periodic-orbits: an orbit near given impacts, or near the motion that a trajectory settles to."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from grazemap_core.simulation.trajectories import Trajectory
 
 NOTHING_FOUND = "no motion with these stops was met by trajectories from rest and from random states"
-# Figures that only an orbit that was solved for has.
+# Fields of orbits from the equations only.
 _OF_EQUATIONS = ("kantorovich", "radius", "excess", "excess_phase")
 
 
 def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
-    """Return the orbit, or why there is none; one that rests on a stop as the simulation has it. Raises CoreError."""
+    """Return the orbit, or why there is none; one with rests is taken from the simulation. Raises CoreError."""
     from grazemap_core.errors import LinearisationError
     from grazemap_core.orbits.simulated_orbits import simulated_orbit
 
@@ -44,7 +44,7 @@ def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
 def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
-    """Return the requested orbit, or why there is no guess to start from; `run` if it has settled already."""
+    """Return the requested orbit, or why there is no initial guess; `run` is the settled trajectory, if known."""
     from grazemap_core.errors import ParameterError
     from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -68,11 +68,11 @@ def orbit_asked_for(
 
 
 def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:
-    """Follow the trajectory that the orbit is looked for with."""
+    """Return the trajectory whose motion is the initial guess of the orbit."""
     from grazemap_core.simulation.trajectories import trajectory
 
     initial = request.initial
-    assert initial is not None  # filled in where both were left out
+    assert initial is not None  # the model fills it in where both were left out
     return trajectory(
         oscillator,
         request.omega,

@@ -22,7 +22,7 @@ class Process:
     tile : callable (request, tile) -> document, optional
         Computes a rectangle of the grid.
     assembled : callable (request, plan, tiles, report) -> document, optional
-        Puts the tiles' documents, in the plan's order, together; `report` counts for plans with steps after the tiles.
+        Joins the tiles' documents, in the plan's order; `report` is for plans with steps after the tiles.
     """
 
     whole: Callable[[Any, Report], Document] | None = None

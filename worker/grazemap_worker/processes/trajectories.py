@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from grazemap_core.simulation.start import State
     from grazemap_core.simulation.trajectories import Trajectory
 
-# The unfolding map's default, so that the two agree on what a motion is called.
+# The unfolding map's default, so that both give a motion the same name.
 MAX_PERIOD = 32
-# Times that progress is reported while a list of trajectories is computed.
+# Number of progress reports while a list of trajectories is computed.
 REPORTS = 20
 
 
@@ -45,7 +45,7 @@ def compute(request: TrajectoriesRequest, report: Report) -> Document:
 def _state(state: InitialState) -> State:
     from grazemap_core.simulation.start import State
 
-    # the model has written out what was left out
+    # the model has filled in values that were left out
     return State(np.array(state.displacement), np.array(state.velocity), state.phase)
 
 
@@ -60,12 +60,12 @@ def _document(found: Trajectory) -> Document:
 
 
 def state_document(state: State) -> Document:
-    """Return a state of the core as clients see it."""
+    """Return the document of a state of the core."""
     return fields(state, "displacement", "velocity", "phase")
 
 
 def motion_document(found: Motion) -> Document:
-    """Return a motion of the core as clients see it, with its label; what is not known is None."""
+    """Return the document of a motion of the core, with its label; unknown values are None."""
     motion = record(found)
     names = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking", "reason")
     known = {name: motion.get(name) for name in names}

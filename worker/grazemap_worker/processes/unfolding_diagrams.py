@@ -25,7 +25,7 @@ def compute_tile(request: UnfoldingDiagramsRequest, tile: Tile) -> Document:
 def assemble(request: UnfoldingDiagramsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
     """Return the documents of the map, the curves and the points, and borders where they are asked for.
 
-    Each is what its own process gives; the steps that are reported are those of the borders. Raises CoreError.
+    Each equals the document of its own process. Only the steps of the borders are reported. Raises CoreError.
     """
     whole = unfolding_maps.assemble(request.unfolding_map, plan, tiles)
     over = {

@@ -1,7 +1,7 @@
 """The process unfolding-maps: the motion that every point of a grid settles to, in tiles of the grid.
 
-The document of an adaptive map has arrays of the grid for what is known at inferred points too. All other arrays are of
-the computed points only, in `at_computed`: in the order of the grid's rows, as numpy's ``array[computed]``.
+The document of an adaptive map has arrays of the grid for values that are known at inferred points too. All others are
+in `at_computed`, with values at computed points only, in the order of numpy's ``array[computed]``.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed"
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     """Return a rectangle of the map: its omega and clearance, and the arrays [clearance, omega] of the core.
 
-    The values of the grid are those of the whole one, so any cut of a map that is not adaptive gives the same bytes (a
-    sweep's tiles are as tall as the map). Raises CoreError.
+    Omega and clearance are slices of those of the whole grid, so the bytes of a map that is not adaptive do not depend
+    on its tiles (those of a sweep are as tall as the map). Raises CoreError.
     """
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -80,7 +80,7 @@ def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
 def _closed(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document, report: Report | None
 ) -> Document:
-    """Close the seams of an adaptive map, in place, and return the figures of what was computed in all of it."""
+    """Close the seams of an adaptive map, in place, and return the values at all computed points."""
     from grazemap_core.maps.adaptive_map import close_seams
 
     rows, columns, fresh = close_seams(
@@ -95,7 +95,7 @@ def _closed(
     if report is not None:
         report(1, 2)
     figures: Document = {}
-    for name, first in tiles[0][_AT_COMPUTED].items():  # one at a time: an array of the grid for each is much
+    for name, first in tiles[0][_AT_COMPUTED].items():  # one at a time, as each needs an array of the grid
         array = np.zeros((plan.rows, plan.columns), dtype=first.dtype)
         for place, tile in zip(plan.tiles, tiles, strict=True):
             array[place.rows, place.columns][tile["computed"]] = tile[_AT_COMPUTED][name]

@@ -1,1 +1,1 @@
-"""RQ: entries for tiles, the worker that performs them, and what killed workers leave; nothing is imported here."""
+"""RQ: entries for tiles, the worker that performs them, cleaning up after killed workers; nothing is imported here."""

@@ -1,7 +1,7 @@
 """Entries in RQ's queues: one per tile, by name, with the JSON serializer.
 
-The service enqueues what it submitted, the reconciler what the ledger still misses. An entry is only a hint to claim
-the tile, so a doubled or a lost entry does no harm.
+The service enqueues the tiles of a new job, the reconciler those that the ledger still lacks. An entry is only a hint
+to claim the tile, so a duplicate or lost entry does no harm.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from grazemap_worker.queue import rq_keys
 from grazemap_worker.store.keys import ASSEMBLY, queue_name
 
 RUN_TILE = "grazemap_worker.tasks.run_tile"
-# A tile takes seconds; a long trajectory or a huge curve is one tile. Over this something hangs.
+# Time limit of a tile, in seconds: most tiles take seconds, but a long trajectory or a large curve is one tile.
 TILE_TIMEOUT = 3600
 FAILURE_TTL = 60
 # Entries of one job that are queued at a time; the reconciler adds the next ones as workers take them.
 QUEUED_AHEAD = 1000
-# Single tiles that may be put before what waits first; then it has to be taken before more may.
+# Maximum number of single tiles that are put before the first entry until it is taken.
 MOST_OVERTAKING = 8
 # "<id>-<tile>-<nonce>"; the assembly's number is negative.
 _ENTRY = re.compile(r"([^-]*)-(-?\d+)-[^-]*", re.ASCII)
@@ -46,8 +46,8 @@ def named_queue(redis: Redis, name: str) -> Queue:
 def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -> int:
     """Queue tiles of a job, at most the first `QUEUED_AHEAD`; return how many.
 
-    The assembly of a map goes to the front. So does a single tile, as long as not too many have done so: a curve, or
-    the last missing piece of a map, should not wait for another map, nor keep it waiting for ever.
+    The assembly of a map goes to the front. So does a single tile, up to a limit: a curve, or the last missing tile of
+    a map, should not wait for another map, nor delay it for ever.
     """
     numbers = list(islice(tiles, QUEUED_AHEAD))
     at_front = len(numbers) == 1 and (numbers[0] == ASSEMBLY or _may_overtake(redis, queue(redis, fingerprint)))
@@ -70,10 +70,10 @@ def enqueue(redis: Redis, job_id: str, tiles: Iterable[int], fingerprint: str) -
 
 
 def _may_overtake(redis: Any, target: Queue) -> bool:
-    """Return whether another entry may go to the front, and note that it did.
+    """Return whether another entry may go to the front; if so, it is counted.
 
-    At most `MOST_OVERTAKING` go before the entry that was first when the first of them came; the next ones wait until
-    it is taken, so that each entry is reached. (Two concurrent callers may both overtake, so the bound is approximate.)
+    At most `MOST_OVERTAKING` entries are put before the first entry until it is taken, so that every entry is reached.
+    (Two concurrent callers may both overtake, so the bound is approximate.)
     """
     noted = overtaken_key(target)
     head = redis.lrange(rq_keys.waiting_key(target), 0, 2 * MOST_OVERTAKING)
@@ -90,12 +90,12 @@ def _may_overtake(redis: Any, target: Queue) -> bool:
 
 
 def overtaken_key(target: Queue) -> str:
-    """Return the key of the note of how many entries went before the first one."""
+    """Return the key of the number of entries that went before the first one."""
     return f"{rq_keys.waiting_key(target)}:overtaken"
 
 
 def queued(redis: Redis, fingerprint: str) -> set[tuple[str, int]]:
-    """Return (job id, tile) of what is waiting in a queue."""
+    """Return (job id, tile) of the entries that wait in a queue."""
     found = (parse_entry(entry) for entry in queue(redis, fingerprint).get_job_ids())
     return {entry for entry in found if entry}
 
@@ -121,7 +121,7 @@ def cancel(redis: Redis, job_id: str, fingerprint: str) -> int:
             send_stop_job_command(redis, entry, serializer=JSONSerializer)
             stopped += 1
         except (InvalidJobOperation, NoSuchJobError):
-            continue  # it ended, or has not begun and will find the job dismissed
+            continue  # it has ended, or has not started and will find the job dismissed
     return len(waiting) + stopped
 
 
@@ -135,6 +135,6 @@ def drop(redis: Redis, entry: str, fingerprint: str) -> None:
 
 
 def parse_entry(entry: str) -> tuple[str, int] | None:
-    """Return (job id, tile) from the id of a queue's entry, or None when it is not one of ours."""
+    """Return (job id, tile) from the id of a queue's entry, or None if it is not a tile's."""
     found = _ENTRY.fullmatch(entry)
     return (found[1], int(found[2])) if found else None

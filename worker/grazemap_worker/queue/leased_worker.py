@@ -1,8 +1,8 @@
-"""The worker: RQ's, with a lease on its tiles and with work-horses that die when it dies.
+"""The worker: RQ's, with a lease on its tiles and with work-horses that end when it ends.
 
-RQ itself notices a killed worker after minutes and leaves its work-horse running. Here the worker renews a lease in
-the store (every second while it works), the kernel kills the work-horse with it, and nothing that others may have
-put into Redis is performed unless it is a tile of ours.
+RQ itself notices a killed worker after minutes and leaves its work-horse running. Here the worker renews a lease in the
+store (every second while it works), the operating system kills the work-horse with it, and entries that are not tiles
+of grazemap are never performed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, core_version
 from grazemap_worker.store.records import FailureKind
 
-# RQ waits for work this long less 15 s before it renews its heartbeat, and our lease with it.
+# RQ renews its heartbeat, and the lease with it, after waiting for work this long less 15 s.
 WORKER_TTL = 18
 
 
@@ -42,7 +42,7 @@ class LeasedWorker(Worker):
     numerics : Numerics
         What the tiles of this worker are computed with.
     name : str
-        Unique; the holder of its tiles.
+        Unique; under this name it holds its tiles.
     """
 
     max_connection_wait_time = 2.0
@@ -82,23 +82,22 @@ class LeasedWorker(Worker):
     def kill_horse(self, sig: signal.Signals = signal.SIGKILL) -> None:
         """Kill the work-horse if there is one.
 
-        RQ kills the group of process 0 otherwise, which is the worker's own, when a command to stop comes at the end
-        of a tile.
+        Otherwise, after a stop command at the end of a tile, RQ would kill process group 0, which is the worker's own.
         """
         if self.horse_pid:
             super().kill_horse(sig)
 
     def run_maintenance_tasks(self) -> None:
-        """Do nothing: the supervisor sweeps.
+        """Do nothing: the supervisor cleans up.
 
-        RQ's own cleaning performs the failure callbacks of whatever lies in its registries.
+        RQ's own cleanup would call the failure callbacks of any entry in its registries.
         """
         self.last_cleaned_at = datetime.now(UTC)  # type: ignore[assignment] # RQ's own type is that of its first value
 
     def execute_job(self, job: Job, queue: Queue) -> None:
-        """Run a tile in a work-horse; drop, unperformed, what is not a tile of ours.
+        """Run a tile in a work-horse; drop any other entry without performing it.
 
-        A claim that the work-horse leaves was lost with it.
+        A claim that remains when the work-horse has ended counts as lost.
         """
         reason = refusal(job)
         if reason is not None:
@@ -107,20 +106,20 @@ class LeasedWorker(Worker):
             return
         began = monotonic()
         super().execute_job(job, queue)
-        # compiled code notices no signal: RQ kills such a work-horse some time after its limit
+        # compiled code does not handle signals: RQ kills such a work-horse some time after its limit
         kind: FailureKind = "timeout" if monotonic() - began > (job.timeout or entries.TILE_TIMEOUT) else "lost"
         for job_id, tile, holder in self._store.tiles.claims_of(self.name):
             self._store.tiles.record_failure(job_id, tile, kind, holder)
 
     def main_work_horse(self, job: Job, queue: Queue) -> None:
-        """Enter the work-horse, tied to the worker's life."""
+        """Run in the work-horse, which ends when the worker ends."""
         if self.pid is None:
             os._exit(1)
         die_with_parent(self.pid)
         super().main_work_horse(job, queue)
 
     def teardown(self) -> None:
-        """Leave in order."""
+        """Give back the claims and end the lease."""
         super().teardown()  # type: ignore[no-untyped-call]
         if not self.is_horse:
             self._store.workers.remove(self.name, return_claims=True)

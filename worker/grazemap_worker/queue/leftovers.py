@@ -12,17 +12,17 @@ from grazemap_worker.queue import rq_keys
 from grazemap_worker.queue.entries import drop, named_queue, overtaken_key, queue
 from grazemap_worker.store.keys import PREFIX, queue_name
 
-# Between taking an entry and beginning it a worker only forks.
+# Seconds from taking an entry to starting it; in between, a worker only forks.
 TAKEN_SECONDS = 30.0
 
 
 def sweep(connection: Redis, fingerprint: str) -> None:
     """Remove what killed workers leave in RQ's registries.
 
-    An entry that a worker took and did not begin within `TAKEN_SECONDS` is forgotten, and so is one whose worker
-    stopped renewing it; the ledger knows which tiles that concerns.
+    An entry that a worker took and did not start within `TAKEN_SECONDS` is removed, and so is one that its worker no
+    longer renews. The ledger has the tiles of these entries.
     """
-    redis: Any = connection  # redis-py's types are those of bytes and of text at once
+    redis: Any = connection  # redis-py's types allow bytes and text
     target = queue(connection, fingerprint)
     now = time.time()
     started = rq_keys.started_key(target)
@@ -39,7 +39,7 @@ def sweep(connection: Redis, fingerprint: str) -> None:
 
 
 def _sweep_taken(redis: Any, fingerprint: str, now: float) -> None:
-    """Forget entries that were taken `TAKEN_SECONDS` ago and not begun; note when others were first seen."""
+    """Remove entries that were taken `TAKEN_SECONDS` ago and not started; note when others were first seen."""
     taken_key = rq_keys.taken_key(queue(redis, fingerprint))
     seen_key = _seen_key(taken_key)
     taken = {as_text(member) for member in redis.lrange(taken_key, 0, -1)}
@@ -55,7 +55,7 @@ def _sweep_taken(redis: Any, fingerprint: str, now: float) -> None:
 
 
 def _sweep_queues(redis: Any, fingerprint: str) -> None:
-    """Remove what names workers that are gone, and the queues of numerics that nobody has had for a while."""
+    """Remove the names of ended workers, and the queues of numerics that no worker has had for some time."""
     known = {rq_keys.fingerprint_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)}
     for found in sorted({fingerprint, *(one for one in known if one is not None)}):
         _remove_gone(redis, rq_keys.listeners_key(queue_name(found)))
@@ -93,7 +93,7 @@ def _seen_key(taken_key: str) -> str:
 
 
 def _remove_gone(redis: Any, members: str) -> None:
-    """Remove from a set of names of keys those that are not there."""
+    """Remove from a set of names of keys those without a key."""
     names = list(redis.smembers(members))
     pipeline = redis.pipeline(transaction=False)
     for name in names:
@@ -104,7 +104,7 @@ def _remove_gone(redis: Any, members: str) -> None:
 
 
 def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
-    """Remove a worker that is known to be gone from RQ's keys."""
+    """Remove a worker that has ended from RQ's keys."""
     description, executions = rq_keys.worker_keys(name)
     pipeline = redis.pipeline(transaction=False)
     pipeline.srem(rq_keys.ALL_WORKERS, description)

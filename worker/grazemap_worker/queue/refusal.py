@@ -1,9 +1,9 @@
-"""What an entry may hold: the call of one tile, and nothing else that RQ would act on.
+"""Refuses entries of the queue that are not the call of one tile.
 
-A serializer does not protect: whoever writes to Redis may name any function, a method of an instance, callbacks or
-addresses to post to, and have RQ repeat an entry, enqueue others when it ends, or count it in a registry of theirs.
-So an entry may hold the fields that `entries.enqueue` writes; one with any other is refused, whether this version of
-RQ acts on it or a later one.
+The serializer is no protection: a program that can write to Redis can name any function, method, callback or address to
+post to, and can make RQ repeat an entry, enqueue others after it, or add it to other registries. So an entry may have
+only the fields that `entries.enqueue` writes. One with any other field is refused, even if this version of RQ ignores
+it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FIELDS = {
 
 
 class Entry(Job):
-    """An entry as a worker reads it: one with a field that RQ cannot read is unreadable, and ends no worker."""
+    """An entry as a worker reads it; a field that RQ cannot read makes it unreadable, but does not end the worker."""
 
     def restore(self, raw_data: Any) -> None:
         """Take the fields of an entry."""

@@ -1,6 +1,6 @@
-"""Names that RQ gives its keys in Redis and does not document: all of them, and the objects that they come from.
+"""The undocumented names of RQ's keys in Redis, and the objects that they come from.
 
-They are taken from RQ, never spelled here, so that its RQ_KEY_PREFIX holds. That variable must be the same for every
+They are taken from RQ's objects, so that RQ_KEY_PREFIX applies. That variable must be the same for every
 service and worker on one Redis.
 """
 
@@ -21,7 +21,7 @@ ALL_WORKERS = Worker.redis_workers_keys
 
 
 def entry_key(entry: str) -> str:
-    """Return the key of the hash that an entry is."""
+    """Return the key of the hash of an entry."""
     return Job.key_for(entry)
 
 
@@ -31,7 +31,7 @@ def queue_of(queue_key: str) -> str:
 
 
 def fingerprint_of(queue_key: str) -> str | None:
-    """Return the fingerprint whose queue has this key, or None when it is not one of ours."""
+    """Return the fingerprint whose queue has this key, or None if it is not one of grazemap's."""
     name = queue_of(queue_key)
     return name.removeprefix(QUEUE_PREFIX) if name.startswith(QUEUE_PREFIX) else None
 
@@ -57,7 +57,7 @@ def failed_key(target: Queue) -> str:
 
 
 def started_entries(target: Queue) -> list[str]:
-    """Return the entries that are being performed; nothing is cleaned up on the way."""
+    """Return the entries that are being performed, without RQ's cleanup."""
     return list(target.started_job_registry.get_job_ids(cleanup=False))
 
 
@@ -68,7 +68,7 @@ def execution_keys(redis: Redis, composite: str) -> tuple[str, tuple[str, str]]:
 
 
 def worker_keys(name: str) -> tuple[str, str]:
-    """Return the keys of a worker: of what it says of itself, and of the set of its executions."""
+    """Return the keys of a worker: of its description, and of the set of its executions."""
     return Worker.redis_worker_namespace_prefix + name, WORKER_EXECUTIONS_KEY_TEMPLATE.format(name)
 
 

@@ -1,7 +1,7 @@
 """Everything that grazemap keeps in Redis: job records, the ledger of tiles, results, workers.
 
-The service and the workers use it. Every change is one Lua script, so any number of them may run at once; of two that
-commit the same thing the first wins.
+The service and the workers use it. Every change is one Lua script, so any number of them may run at once; of two
+commits of the same tile or result the first wins.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from redis.retry import Retry
 
 from grazemap_worker.store.keys import PREFIX
 
-# Longer than any script takes, shorter than a client's patience. RQ's workers set their own for blocking reads.
+# Seconds: longer than any script takes, short enough for a client. RQ's workers set their own for blocking reads.
 SOCKET_TIMEOUT = 5.0
 _AWAY = re.compile(r"\b(?:MISCONF|OOM|LOADING|READONLY|BUSY|MASTERDOWN|NOREPLICAS|TRYAGAIN)\b")
 
@@ -32,10 +32,10 @@ def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, pa
     Parameters
     ----------
     tries : int
-        1: a command fails at once when Redis is away (the service). More: it is sent again after 0.05, 0.1, ... 1 s
-        (the workers, which wait rather than lose a finished tile; every step of the store may be repeated).
+        1: a command fails at once when Redis is unavailable (the service). More: it is sent again after 0.05, 0.1, ...
+        1 s (the workers, so that no finished tile is lost; every step of the store may be repeated).
     password : str, optional
-        One in the URL wins.
+        A password in the URL overrides it.
     """
     return Redis.from_url(
         url,
@@ -48,8 +48,8 @@ def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, pa
 
 
 def trouble(error: RedisError) -> str:
-    """Return a short text for logs: why Redis cannot be used."""
-    return "Redis refuses the password" if isinstance(error, AuthenticationError) else "Redis is away"
+    """Return a short text for logs that says why Redis cannot be used."""
+    return "Redis refuses the password" if isinstance(error, AuthenticationError) else "Redis is unavailable"
 
 
 @cache
@@ -60,10 +60,10 @@ def script_text(name: str) -> str:
 
 
 def is_away(error: RedisError) -> bool:
-    """Return whether an error means that Redis takes no commands for now, so that trying again later may help."""
+    """Return whether an error means that Redis takes no commands for now, so that a later attempt may succeed."""
     if isinstance(error, ConnectionError | TimeoutError | OutOfMemoryError | ReadOnlyError):
         return True
-    # an error inside a script carries the code somewhere in its text
+    # an error inside a script has the code somewhere in its text
     return _AWAY.search(str(error)) is not None
 
 

@@ -41,15 +41,15 @@ class Jobs:
     def submit(
         self, process: str, request: ProcessRequest, core_version: str, plan: Plan, max_pending_tiles: int
     ) -> tuple[Job, bool]:
-        """Start the job that answers a request, unless it is there already.
+        """Start the job of a request, unless it exists already.
 
         Returns
         -------
         job : Job
             Its id is the hash of process, core version and canonical request.
         created : bool
-            True when the caller has to queue the tiles: the job is new, or it had failed, was dismissed or had lost
-            its result, and was started again.
+            Whether the caller has to queue the tiles: the job is new, or was started again after it had failed, was
+            dismissed or had lost its result.
 
         Raises
         ------
@@ -92,12 +92,12 @@ class Jobs:
         return _read_job(identity, fields) if fields else None
 
     def status(self, identity: str) -> Status | None:
-        """Return how far a job is without reading the rest of it, or None when there is no such job."""
+        """Return the status of a job without reading the rest of it, or None when there is no such job."""
         value = self._redis.hget(job_key(identity), "status")
         return value.decode() if value else None
 
     def fingerprint_of(self, identity: str) -> str | None:
-        """Return the fingerprint that a job is bound to; None: to none yet, or no such job."""
+        """Return the fingerprint that a job is bound to; None if it is not bound yet, or does not exist."""
         value = self._redis.hget(job_key(identity), "fingerprint")
         return value.decode() or None if value else None
 
@@ -116,7 +116,7 @@ class Jobs:
         Raises
         ------
         ValueError
-            The cursor is not one of ours.
+            The cursor is not valid.
         """
         if cursor is not None and not (cursor.isascii() and cursor.isdigit() and len(cursor) < 19):
             raise ValueError("not a cursor of a job list")
@@ -140,9 +140,9 @@ class Jobs:
         return bool(self._scripts.run("fail", identity, text, TILES_KEPT_AFTER_FAILURE))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
-        """Report how far a job is whose steps are counted. Returns whether it is still wanted.
+        """Store the progress of a job whose steps are counted. Returns whether it is still wanted.
 
-        The progress that clients see never goes back, and is complete only with the result.
+        The progress that clients see never decreases, and is complete only with the result.
         """
         return bool(self._scripts.run("progress", identity, done, total, unit, ASSEMBLY))
 
@@ -169,15 +169,15 @@ class Jobs:
         return {identity.decode(): int(count) for identity, count in remaining.items()}
 
     def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
-        """Return the next cursor and about so many unfinished jobs; cursor 0 begins a pass over all, and ends it."""
+        """Return the next cursor and roughly `about` unfinished jobs; cursor 0 begins and ends a pass over all."""
         after, found = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
         return int(after), [identity.decode() for identity in found]
 
     def bind(self, fingerprint: str, core_version: str, identities: Collection[str] | None = None) -> list[str]:
-        """Bind to `fingerprint` the jobs of a core version that have no live numerics; return their ids.
+        """Bind to `fingerprint` the jobs of a core version whose numerics no live worker has; return their ids.
 
-        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails. Left out, the
-        jobs are all unfinished ones.
+        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails. Without
+        `identities` all unfinished jobs are checked.
         """
         bound: list[str] = []
         for some in in_chunks(self.unfinished() if identities is None else identities):
@@ -194,7 +194,7 @@ class Jobs:
 
 
 def in_chunks(identities: Iterable[str]) -> Iterator[list[str]]:
-    """Yield so many ids at a time that a script over them is short."""
+    """Yield ids in chunks that are small enough for a short script."""
     everything = list(identities)
     for start in range(0, len(everything), _JOBS_A_SCRIPT):
         yield everything[start : start + _JOBS_A_SCRIPT]

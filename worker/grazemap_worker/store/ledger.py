@@ -1,9 +1,9 @@
 """The ledger of tiles, and the results: what workers claim and commit.
 
-The ledger says which tiles are done, which worker holds which, and what failed how often. It decides: entries of RQ's
-queues are hints that a tile may be worth claiming, and a second entry for the same tile finds it claimed or done.
+The ledger has, for every tile, whether it is done, which worker holds it, and how often it failed. Only the ledger
+decides: entries of RQ's queues are hints to claim a tile, and a second entry for a tile finds it claimed or done.
 
-Results are whole npz files, content-addressed; over a byte budget the least recently used ones are forgotten. A result
+Results are whole npz files, content-addressed; over a byte budget the least recently used ones are removed. A result
 is a function of its request, the core version and the numerics fingerprint, which are all in its key; one that is lost
 is computed again.
 """
@@ -91,14 +91,14 @@ class Tiles:
         return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, event, cpu_seconds))
 
     def record_failure(self, identity: str, tile: int, kind: FailureKind, holder: str = "") -> Verdict:
-        """Count a failed try at a tile and free the tile; the job fails when it was one too many.
+        """Count a failed attempt at a tile and free the tile; the job fails when there are too many.
 
         Parameters
         ----------
         kind : {"exception", "lost", "timeout"}
-            Counted apart: 3 exceptions, 10 lost workers and 1 timeout end the job.
+            Counted separately: 3 exceptions, 10 lost workers and 1 timeout end the job.
         holder : str
-            The worker whose try failed. Nothing is counted when another one holds the tile by now. Empty: any holder.
+            The worker whose attempt failed. Nothing is counted if another one now holds the tile. Empty: any holder.
         """
         plan = self._jobs.plan_of(identity)
         if plan is None:
@@ -125,10 +125,10 @@ class Tiles:
     def pending(
         self, fingerprint: str, limit: int = 1 << 30, identities: Sequence[str] | None = None
     ) -> Iterator[tuple[str, int]]:
-        """Yield (id, tile) of what is neither done nor held by a live worker, of the jobs bound to `fingerprint`.
+        """Yield (id, tile) of the tiles neither done nor held by a live worker, of jobs bound to `fingerprint`.
 
-        At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done. Left out, the
-        jobs are all unfinished ones.
+        At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done. Without
+        `identities` all unfinished jobs are checked.
         """
         for some in in_chunks(self._jobs.unfinished() if identities is None else identities):
             answers = self._scripts.run("pending", fingerprint, ASSEMBLY, limit, *some)
@@ -162,7 +162,7 @@ class Results:
     def commit(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
         """Store the whole result and end the job; the first commit wins. `cpu_seconds` are added to those of the tiles.
 
-        Results that were used longest ago are dropped until all fit the byte budget, this one excepted.
+        The least recently used results, except this one, are dropped until all fit the byte budget.
 
         Returns
         -------
@@ -196,7 +196,7 @@ class Results:
         return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None
 
     def etag(self, identity: str) -> str | None:
-        """Return the entity tag of a job's result, evicted or not, or None when it has not ended with one."""
+        """Return the entity tag of a job's result, evicted or not, or None if the job has no result."""
         value = self._redis.hget(job_key(identity), "etag")
         return value.decode() if value else None
 

@@ -1,7 +1,7 @@
-"""Jobs that an earlier version of grazemap stored: their records are taken over, everything else of it is removed.
+"""Jobs that an earlier version of grazemap stored: their records are taken over, and everything else is removed.
 
-A job that was finished stays so. Its result belongs to another version of the core, so it is not kept; it is computed
-anew when it is asked for. A job that was not finished fails, with a problem that says why.
+A finished job stays finished. Its result belongs to another version of the core, so it is not kept; it is computed
+again when it is requested. An unfinished job fails, with a problem that says why.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _NUMBER = re.compile(rb"\d+:")
 
 
 class OlderLayouts:
-    """What earlier layouts left in a Redis."""
+    """The keys of earlier layouts in a Redis."""
 
     def __init__(self, scripts: Scripts) -> None:
         self._scripts = scripts
@@ -46,10 +46,10 @@ class OlderLayouts:
         return bool(leases) and self._redis.exists(*leases) > 0
 
     def _remove(self, prefix: str) -> None:
-        """Remove every key of a layout; the one by which it is recognised last."""
+        """Remove every key of a layout, and last the one by which it is recognised."""
         mark, length = _mark(prefix).encode(), len(prefix)
         keys = self._redis.scan_iter(f"{prefix}*", count=_KEYS_A_STEP)
-        # what goes on with a number is of another layout
+        # a key that continues with a number is of another layout
         removed = [key for key in keys if key != mark and not _NUMBER.match(key, length)]
         for start in range(0, len(removed), _KEYS_A_STEP):
             self._redis.unlink(*removed[start : start + _KEYS_A_STEP])
@@ -57,5 +57,5 @@ class OlderLayouts:
 
 
 def _mark(prefix: str) -> str:
-    """Return the key that every layout has as long as a job was ever submitted to it."""
+    """Return the key that a layout has once a job was submitted to it."""
     return f"{prefix}sequence"

@@ -23,7 +23,7 @@ def refused_problem(detail: str, pointer: str | None = None) -> Problem:
 
 
 def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
-    """Return the problem of a job one of whose tiles failed too often; it says which part of the grid that was."""
+    """Return the problem of a job with a tile that failed too often; it names the part of the grid."""
     if tile == ASSEMBLY:
         where = "joining the finished tiles"
     elif plan.count == 1:
@@ -39,7 +39,7 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
         detail = f"{where} did not end within the time limit of one tile."
     else:
         name = "worker-lost"
-        detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log says more."
+        detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log has details."
     return _problem(name, 500, detail[0].upper() + detail[1:])
 
 

@@ -22,7 +22,7 @@ class QueueFull(Exception):
 
 
 class ResultTooLarge(Exception):
-    """A result that the store does not take; it was not sent."""
+    """The result is too large for the store; it was not sent."""
 
     def __init__(self, size: int, most: int) -> None:
         super().__init__(f"the result takes {size} bytes; at most {most} are stored: ask for fewer values")

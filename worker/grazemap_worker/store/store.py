@@ -44,7 +44,7 @@ class Store:
     Raises
     ------
     redis.exceptions.RedisError
-        From any method, when Redis is away: nothing is retried here.
+        From any method, when Redis is unavailable; nothing is retried here.
     """
 
     def __init__(self, redis: Redis, result_bytes: int = DEFAULT_RESULT_BYTES) -> None:

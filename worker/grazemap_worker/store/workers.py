@@ -10,7 +10,7 @@ from grazemap_worker.store.records import WorkerInfo
 
 
 class Workers:
-    """Leases: a worker holds its tiles for as long as it renews its lease; those of a dead one are free afterwards."""
+    """Leases: a worker holds its tiles as long as it renews its lease; then they are free."""
 
     def __init__(self, scripts: Scripts) -> None:
         self._scripts = scripts
@@ -24,11 +24,11 @@ class Workers:
         )
 
     def renew(self, holder: str, lease_seconds: float) -> bool:
-        """Renew a lease. Returns False when it has expired: the worker has to register, its tiles may be another's."""
+        """Renew a lease. Returns False if it has expired: the worker has to register, and may have lost its tiles."""
         return bool(self._scripts.run("renew", holder, round(1000 * lease_seconds), FINGERPRINT_REMEMBERED))
 
     def remove(self, name: str, *, return_claims: bool = False) -> None:
-        """End the lease of a worker that is known to be gone.
+        """End the lease of a worker that has ended.
 
         With `return_claims` its tiles are free and nothing is counted (an orderly stop); without, they count as lost.
         """
@@ -40,10 +40,10 @@ class Workers:
         found = []
         for name, text in zip(answer[::2], answer[1::2], strict=True):
             description = json.loads(text)
-            # by field: another release may say more
+            # by field, as another release may store more
             found.append(WorkerInfo(name.decode(), description["fingerprint"], description["core_version"]))
         return sorted(found, key=lambda worker: worker.name)
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
-        """Return whether `holder` has a role that one process has at a time, for so many seconds after each call."""
+        """Return whether `holder` has a role, which one process has at a time, for some seconds after each call."""
         return bool(self._scripts.run("lead", role, holder, round(1000 * seconds)))

@@ -1,8 +1,8 @@
 """Compiling the kernels once, before the first fork, with a disk cache that may be broken.
 
-The cache holds code that is executed, and a file that was not written to its end raises, or crashes, when it is read.
-So the folder is private, one process at a time warms up, a mark lies in it meanwhile, and a cache that raises, or two
-warm-ups in a row that did not end, have it removed and compiled again.
+The cache holds code that is executed, and reading an incomplete file raises an error or crashes. So the folder is
+private, and one process at a time warms up and leaves a mark in it meanwhile. After an error, or two warm-ups in a row
+that did not end, the cache is removed and compiled again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import structlog
 
 from grazemap_worker.settings import available_cores
 
-# One character for every warm-up in a row that began and did not end. One may have been killed by an impatient person.
+# One character for every warm-up in a row that did not end. A single one may have been stopped by a user.
 _MARK = "warming-up"
 _MOST_UNFINISHED = 2
 
@@ -34,7 +34,7 @@ def use_folder(root: Path) -> Path:
     Raises
     ------
     CacheFolderError
-        The folder is a link, or another user's: what lies in it would be executed.
+        The folder is a link, or another user's, and its code would be executed.
     """
     folder = root / "kernels"
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -65,7 +65,7 @@ def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
     Raises
     ------
     Exception
-        What `compile_kernels` raises with an empty cache too: then the kernels are at fault, not the cache.
+        Raised by `compile_kernels` with an empty cache too, so it is an error of the kernels.
     """
     log = structlog.get_logger("grazemap_worker")
     mark, cached = folder / _MARK, folder / "numba"

@@ -1,8 +1,8 @@
 """Makes the queues agree with the ledger: the ledger decides, queues hold hints.
 
 One supervisor per fingerprint does this every second. It takes over the jobs of an earlier layout of the store, counts
-the tiles of workers that are gone as lost, binds jobs that were submitted while no worker was there, and queues every
-tile that is neither done nor held nor queued.
+the tiles of ended workers as lost, binds jobs that were submitted while no worker was there, and queues every tile that
+is neither done nor held nor queued.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from grazemap_worker.queue import entries, leftovers
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
-# About how many jobs a round looks at, and the time after which it queues no more: a long backlog takes several
-# rounds, so that none keeps Redis or a signal waiting.
+# Approximate number of jobs of a round, and the time after which it queues no more: a long backlog takes several
+# rounds, so that no round delays Redis or a signal.
 JOBS_A_ROUND = 1000
 ROUND_SECONDS = 0.5
 _LEAD_SECONDS = 4.0

@@ -1,8 +1,8 @@
 """The supervisor of one machine's workers.
 
-It compiles the kernels once, then forks the workers from its main thread (they share the compiled code, and so does
-one that replaces a dead one: 20 ms instead of seconds), replaces those that end, gives back what dead ones held, and
-reconciles ledger and queue every second. When it ends, by whatever means, its workers end with it.
+It compiles the kernels once, then forks the workers from its main thread. They share the compiled code, so a new one
+starts in 20 ms instead of seconds. It replaces workers that end, gives back their tiles, and reconciles ledger and
+queue every second. When it ends, even if it is killed, its workers end with it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _STOP_SECONDS = 2.0
 # A worker that lived this long is not part of a crash loop.
 _HEALTHY_SECONDS = 10.0
 _LONGEST_WAIT = 5.0
-# Tries of a worker's command while Redis is away: 0.05 + 0.1 + ... + 1 + 1 ... about ten seconds.
+# Attempts of a worker's command while Redis is unavailable: 0.05 + 0.1 + ... + 1 + 1 ... is about ten seconds.
 _WORKER_TRIES = 14
 
 
@@ -105,7 +105,7 @@ class Supervisor:
             except BaseException:
                 self._log.exception("worker ended")
             finally:
-                os._exit(status)  # never into the supervisor's own code
+                os._exit(status)  # never return into the supervisor's code
 
     def _reap(self) -> None:
         """Notice every child that ended: workers, and the work-horses that dead workers left."""
@@ -123,7 +123,7 @@ class Supervisor:
             self._forget(slot.name, return_claims=False)
 
     def _forget(self, name: str, *, return_claims: bool) -> None:
-        """Give back at once what a dead worker held; if Redis is away, its lease runs out by itself."""
+        """Give back the tiles of a dead worker at once; if Redis is unavailable, its lease runs out."""
         try:
             self._store.workers.remove(name, return_claims=return_claims)
             leftovers.forget_worker(self._store.redis, name, self._numerics.fingerprint)
