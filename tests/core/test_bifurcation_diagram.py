@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from one_impact_oracle import orbits_at_clearance
+from one_impact_orbits import orbits_at_clearance
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.bifurcation_diagrams import sections

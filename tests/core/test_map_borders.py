@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from one_impact_oracle import orbits_at_clearance
+from one_impact_orbits import orbits_at_clearance
 from test_periodic_orbits import DEFAULT
 
 from grazemap_core.codes import INFINITE
@@ -203,7 +203,7 @@ def test_progress_is_reported_in_steps_that_increase_and_end_before_the_total():
 def test_borders_that_exceed_the_work_limit_give_this_reason(monkeypatch, bound, words):
     free = map_borders(DEFAULT, *small())
     assert count(free, "unexplained") == 0
-    monkeypatch.setattr(f"grazemap_core.maps.borders.map_borders.{bound}", 1)
+    monkeypatch.setattr(f"grazemap_core.maps.tolerances.{bound}", 1)
     found = map_borders(DEFAULT, *small())
     assert len(found.row) == len(free.row)
     left = found.explanation == EXPLANATIONS.index("unexplained")
@@ -214,7 +214,7 @@ def test_borders_that_exceed_the_work_limit_give_this_reason(monkeypatch, bound,
 
 
 def test_more_impacts_are_followed_over_fewer_orbits(monkeypatch):
-    monkeypatch.setattr("grazemap_core.maps.borders.map_borders.BORDER_WORK", 16**2 * 8)
+    monkeypatch.setattr("grazemap_core.maps.tolerances.BORDER_WORK", 16**2 * 8)
     found = map_borders(DEFAULT, *small())
     points = {curve.type: len(curve.omega) for curve in found.curves if curve.orbits is not None}
     assert points["GR"] <= 2 * 8 + 1

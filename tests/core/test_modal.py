@@ -143,7 +143,7 @@ def test_exponents_of_a_very_stiff_chain_are_right_relative_to_themselves(kind):
 
 def test_slow_modes_of_a_stiff_chain_would_lose_digits_without_the_refinement(monkeypatch):
     # the checker above is worth something only if a plain Schur form fails it
-    monkeypatch.setattr("grazemap_core.model.modal_refinement.MODAL_REFINEMENT_GOAL", np.inf)
+    monkeypatch.setattr("grazemap_core.model.tolerances.MODAL_REFINEMENT_GOAL", np.inf)
     monkeypatch.setattr(
         "grazemap_core.model.modal_refinement.invariance_residual",
         lambda m, k, c, columns, *rest: np.zeros_like(columns),

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 from flint import arb
-from one_impact_oracle import orbit_at, orbits_at_clearance
+from one_impact_orbits import orbit_at, orbits_at_clearance
 from oracles import digits
 from orbit_oracle import Family
 from scipy.linalg import expm

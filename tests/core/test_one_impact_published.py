@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 import pytest
-from one_impact_oracle import orbit_at, orbits_at_clearance
+from one_impact_orbits import orbit_at, orbits_at_clearance
 
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch

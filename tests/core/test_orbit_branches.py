@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 from impact_orbit_oracle import solved
-from one_impact_oracle import orbit_at
+from one_impact_orbits import orbit_at
 from oracles import digits
 from test_one_impact_orbits import mismatch, random_families
 from test_periodic_orbits import DEFAULT, default_orbit, guess_of

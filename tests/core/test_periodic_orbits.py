@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 from impact_orbit_oracle import solved
-from one_impact_oracle import orbit_at
+from one_impact_orbits import orbit_at
 from oracles import digits
 from random_chains import random_oscillator
 from scipy.linalg import expm

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from one_impact_oracle import orbit_at
+from one_impact_orbits import orbit_at
 from test_branch_switching import orbit_of
 from test_one_impact_orbits import mismatch
 from test_orbit_branches import start

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from one_impact_oracle import orbits_at_clearance
+from one_impact_orbits import orbits_at_clearance
 
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.schema import schema_of
