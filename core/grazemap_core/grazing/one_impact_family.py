@@ -93,8 +93,7 @@ def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse
 def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> PeriodicSums:
     """Return the sums of a family."""
     tau = pattern.spacing(omega)
-    unit_impulse = np.stack([response.value, response.slope], axis=1)
-    same, doubled = (before_impulse(kind, response, unit_impulse, tau) for kind in pattern.kinds)
+    same, doubled = (state_before_impulse(kind, *response.blocks, tau) for kind in pattern.kinds)
     acceleration, doubled_acceleration = (
         float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
         for state in (same, doubled)
@@ -106,7 +105,7 @@ def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> 
         doubled_displacement=float(np.sum(doubled[:, 0])),
         doubled_velocity=float(np.sum(doubled[:, 1])),
         doubled_acceleration=doubled_acceleration,
-        state=same + unit_impulse,
+        state=same + np.stack([response.value, response.slope], axis=1),
     )
 
 

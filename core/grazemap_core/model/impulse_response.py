@@ -42,7 +42,7 @@ class ImpulseResponse:
     @property
     def blocks(self) -> ResponseBlocks:
         """The blocks as the kernels take them."""
-        return ResponseBlocks(self.decay, self.discriminant, self.frequency_squared, self.value, self.slope)
+        return self.decay, self.discriminant, self.frequency_squared, self.value, self.slope
 
 
 def impulse_response(model: ModalModel) -> ImpulseResponse:

@@ -15,7 +15,6 @@ Results are multiplied by ``exp(shift tau)``: with the slowest decay rate as shi
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -32,14 +31,9 @@ ALTERNATING = 2
 """h_s(tau) = sum (-1)^k g(k tau)."""
 
 
-class ResponseBlocks(NamedTuple):
-    """The blocks of a modal model, with the contribution of each to g(0) and g'(0); arrays of shape (N,)."""
-
-    decay: Floats
-    discriminant: Floats
-    frequency_squared: Floats
-    value: Floats
-    slope: Floats
+ResponseBlocks = tuple[Floats, Floats, Floats, Floats, Floats]
+"""Decay, discriminant and frequency_squared of the blocks of a modal model, and the contribution of each to g(0) and
+g'(0); arrays of shape (N,). A plain tuple, as numba is slow to unpack a named one from Python."""
 
 
 @kernel
