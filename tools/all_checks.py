@@ -1,7 +1,8 @@
 """Every long check, one after another, with a record of the outcomes.
 
-`python -m tools.all_checks` (`make all-checks`) runs the targets below with `make`, goes on after a failure, and writes
-docs/checks.md after each of them. It exits with 1 when one has failed. `--age` prints how old the record is.
+`python -m tools.all_checks` (`make all-checks`) runs the targets below with `make`, continues after a failure, and
+writes docs/checks.md after each of them. It exits with 1 when one has failed. With targets as arguments it runs these,
+and keeps the rows of the others. `--age` prints how old the record is.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -37,7 +38,7 @@ The record of the last `make all-checks`, which runs every long check and writes
 | target | outcome | minutes | commit | finished, UTC |
 | --- | --- | --- | --- | --- |
 """
-_ROW = re.compile(r"^\| [\w-]+ \| \w+ \| [\d.]+ \| ([0-9a-f]+)[^|]*\| (\S+) ", re.MULTILINE)
+_ROW = re.compile(r"^\| ([\w-]+) \| (passed|failed) \| ([\d.]+) \| (\w[^|]*) \| (\S+ \S+) \|$", re.MULTILINE)
 
 
 class Outcome(NamedTuple):
@@ -51,21 +52,30 @@ class Outcome(NamedTuple):
 
 
 def run(targets: Sequence[str], page: Path = PAGE, make: Sequence[str] = ("make", "--no-print-directory")) -> bool:
-    """Run the targets, write the page after each, and return whether all have passed."""
+    """Run the targets, write the page after each, and return whether all of them have passed."""
     commit = _commit()
-    outcomes: list[Outcome] = []
+    outcomes = {outcome.target: outcome for outcome in recorded(page)}
     for target in targets:
         began = time.monotonic()
         done = subprocess.run([*make, target], cwd=ROOT, check=False)
         minutes = (time.monotonic() - began) / 60.0
-        outcomes.append(Outcome(target, done.returncode == 0, minutes, commit, datetime.now(UTC)))
-        page.write_text(written(outcomes), "utf-8")
-    for outcome in outcomes:
-        print(f"{outcome.target}: {'passed' if outcome.passed else 'failed'}")
-    return all(outcome.passed for outcome in outcomes)
+        outcomes[target] = Outcome(target, done.returncode == 0, minutes, commit, datetime.now(UTC))
+        page.write_text(written(outcomes.values()), "utf-8")
+    for target in targets:
+        print(f"{target}: {'passed' if outcomes[target].passed else 'failed'}")
+    return all(outcomes[target].passed for target in targets)
 
 
-def written(outcomes: Sequence[Outcome]) -> str:
+def recorded(page: Path) -> list[Outcome]:
+    """Return the outcomes on the page, none if there is no page."""
+    rows = _ROW.findall(page.read_text("utf-8")) if page.exists() else []
+    return [
+        Outcome(target, outcome == "passed", float(minutes), commit, datetime.fromisoformat(f"{finished}+00:00"))
+        for target, outcome, minutes, commit, finished in rows
+    ]
+
+
+def written(outcomes: Iterable[Outcome]) -> str:
     """Return the page of the outcomes."""
     return _HEAD + "".join(
         f"| {target} | {'passed' if passed else 'failed'} | {minutes:.1f} | {commit} | {finished:%Y-%m-%d %H:%M} |\n"
@@ -74,16 +84,16 @@ def written(outcomes: Sequence[Outcome]) -> str:
 
 
 def age(page: Path = PAGE, now: datetime | None = None) -> str:
-    """Return a line that says how many commits and days old the record is, and what has failed."""
-    rows = _ROW.findall(page.read_text("utf-8")) if page.exists() else []
-    if not rows:
+    """Return a line that says how many commits and days old the oldest outcome of the record is, and what has failed."""
+    outcomes = recorded(page)
+    if not outcomes:
         return "make all-checks has no record in docs/checks.md"
-    commit, finished = rows[0]
-    days = ((now or datetime.now(UTC)).date() - datetime.fromisoformat(finished).date()).days
-    distance = _git("rev-list", "--count", f"{commit}..HEAD")
+    oldest = min(outcomes, key=lambda outcome: outcome.finished)
+    days = ((now or datetime.now(UTC)).date() - oldest.finished.date()).days
+    distance = _git("rev-list", "--count", f"{oldest.commit.split()[0]}..HEAD")
     commits = f"{distance} commits" if distance else "an unknown number of commits"
-    failed = page.read_text("utf-8").count("| failed |")
-    return f"the last make all-checks is {commits} and {days} days old; {len(rows)} targets, {failed} failed"
+    failed = sum(not outcome.passed for outcome in outcomes)
+    return f"the last make all-checks is {commits} and {days} days old; {len(outcomes)} targets, {failed} failed"
 
 
 def _commit() -> str:

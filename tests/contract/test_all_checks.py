@@ -17,8 +17,18 @@ def test_a_failure_is_recorded_and_the_next_target_is_run(tmp_path: Path) -> Non
     text = page.read_text()
     assert "| false | failed |" in text
     assert "| true | passed |" in text
+
+
+def test_named_targets_replace_their_own_rows(tmp_path: Path) -> None:
+    page = tmp_path / "checks.md"
+    before = datetime(2026, 3, 1, 23, 5, tzinfo=UTC)
+    rows = [all_checks.Outcome(name, False, 0.5, "0123456789ab with changes", before) for name in ("false", "true")]
+    page.write_text(all_checks.written(rows))
+    assert all_checks.recorded(page) == rows
     assert all_checks.run(["true"], page, MAKE)
-    assert "failed" not in page.read_text()
+    kept, replaced = all_checks.recorded(page)
+    assert kept == rows[0]
+    assert (replaced.target, replaced.passed) == ("true", True)
 
 
 def test_the_age_counts_commits_and_days(tmp_path: Path) -> None:
