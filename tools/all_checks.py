@@ -84,7 +84,7 @@ def written(outcomes: Iterable[Outcome]) -> str:
 
 
 def age(page: Path = PAGE, now: datetime | None = None) -> str:
-    """Return a line that says how many commits and days old the oldest outcome of the record is, and what has failed."""
+    """Return a line with the age of the oldest outcome, in commits and days, and the number of failures."""
     outcomes = recorded(page)
     if not outcomes:
         return "make all-checks has no record in docs/checks.md"
