@@ -80,9 +80,8 @@ def refine(chain: Chain, columns: Floats, frequency_squared: Floats, decay: Floa
             break
         frequency = np.sqrt(frequency_squared)
         size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
-        if (
-            not size <= tolerances.MODAL_REFINEMENT_REACH
-        ):  # too far for Newton's method, or two blocks with the same exponents
+        if not size <= tolerances.MODAL_REFINEMENT_REACH:
+            # too far for Newton's method, or two blocks with the same exponents
             conditioning = np.inf
             break
 

@@ -116,14 +116,14 @@ def rectangle(horizontal: Any, vertical: Any, shape: Any) -> dict[str, Any]:
 
 def one_varies(omega: Any, clearance: Any, points: int | None) -> dict[str, Any]:
     """Return the name and the range of the parameter that varies, and the value of the other. Raises ParameterError."""
-    given = {"omega": plain(omega), "clearance": plain(clearance)}
-    numbers = [name for name, value in given.items() if isinstance(value, int | float)]
+    given = {"omega": omega, "clearance": clearance}
+    numbers = [name for name, value in given.items() if isinstance(plain(value), int | float)]
     if len(numbers) != 1:
         detail = "one of omega and clearance varies, and the other one is a number"
         raise _parameter_error("/range", detail, f"one number, and for the other {_VALUES}")
-    vary = "clearance" if numbers == ["omega"] else "omega"
-    values = as_grid(vary, {"omega": omega, "clearance": clearance}[vary], points, "points")
-    return {**given, "vary": vary, vary: None, "range": values}
+    fixed = numbers[0]
+    vary = "clearance" if fixed == "omega" else "omega"
+    return {fixed: plain(given[fixed]), "vary": vary, vary: None, "range": as_grid(vary, given[vary], points, "points")}
 
 
 def as_grid(name: str, values: Any, points: int | None, keyword: str) -> Any:

@@ -39,7 +39,7 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 
 @kernel
-def expand_pressing(
+def expand_contact_acceleration(
     problem: CellProblem,
     held: HeldProblem,
     clearance: float,
@@ -94,7 +94,7 @@ def begin_rest(
     time = problem.step * (cell % (problem.cells // 2)) + offset
     angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
     held_from_free(held, u, stop * clearance, problem.omega, angle_real, angle_imag, held.physical, held.state)
-    error = expand_pressing(problem, held, clearance, stop, cell, offset, problem.step, work)
+    error = expand_contact_acceleration(problem, held, clearance, stop, cell, offset, problem.step, work)
     contact_acceleration = work.distance[0]
     delay = 0.0
     if leaving > 0.0:
@@ -172,7 +172,7 @@ def carry_rest(
     """
     stop = work.cursor[workspace.HELD]
     length = problem.step - offset
-    error = expand_pressing(problem, held, clearance, stop, cell, offset, length, work)
+    error = expand_contact_acceleration(problem, held, clearance, stop, cell, offset, length, work)
     work.tally[workspace.HELD_RIGHT if stop > 0 else workspace.HELD_LEFT] = 1.0
     # the contact acceleration may be zero to within round-off at the start; mass 1 is released where it turns negative
     degree = plain(TAYLOR_DEGREE)
@@ -219,11 +219,8 @@ def start_on_stop(
     work.near[0] = 0.0
     work.near[1] = 0.0
     if not held.exists:
-        return (
-            workspace.NO_HELD_FLOW
-            if stop * first_acceleration(problem, u, problem.steady_table[0, 1]) > 0.0
-            else workspace.OK
-        )
+        acceleration = stop * first_acceleration(problem, u, problem.steady_table[0, 1])
+        return workspace.NO_HELD_FLOW if acceleration > 0.0 else workspace.OK
     begin_rest(problem, held, u, clearance, plain(0), 0.0, plain(0), work)
     return workspace.OK
 

@@ -235,11 +235,10 @@ def _keep_final_state(column: Column, lane: int) -> bool:
 @kernel
 def _finish(column: Column, lane: int, k: int) -> None:
     """Write how long the trajectory in a lane ran, and take the lane out of use."""
-    counts, codes = column.records.counts, column.results.codes
-    codes[counts[lane, lane_state.TRAJECTORY], lane_state.HALVES_RUN] = k - counts[lane, lane_state.STARTED]
-    codes[counts[lane, lane_state.TRAJECTORY], lane_state.IMPACTS] = int(
-        column.records.sizes[lane, lane_state.FOLLOWED_IMPACTS]
-    )
+    counts = column.records.counts[lane]
+    codes = column.results.codes[counts[lane_state.TRAJECTORY]]
+    codes[lane_state.HALVES_RUN] = k - counts[lane_state.STARTED]
+    codes[lane_state.IMPACTS] = int(column.records.sizes[lane, lane_state.FOLLOWED_IMPACTS])
     _vacate(column, lane)
 
 
