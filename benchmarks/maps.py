@@ -22,15 +22,13 @@ from benchmarks.result import MapRun, PixelCost
 from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA, Floats, Integers, chain
 
 FIXED = "fixed length, classified"
-SETTLING = "until settled"
-WHOLE = "until settled, with multipliers and exponents"
+PREVIEW = "preview"
 VERIFIED = "verified, with multipliers and exponents"
 COLUMNS = 4
 """Columns of a block."""
 _TILES = {
     FIXED: this_core.map_of_fixed_length,
-    SETTLING: this_core.map_with_settling,
-    WHOLE: this_core.map_with_exponents,
+    PREVIEW: this_core.map_as_preview,
     VERIFIED: this_core.map_as_served,
 }
 MODES = tuple(_TILES)
@@ -84,7 +82,7 @@ def run_map(
 
     Parameters
     ----------
-    mode : FIXED, SETTLING, WHOLE or VERIFIED
+    mode : FIXED, PREVIEW or VERIFIED
     operation_rate : float
         Operations per CPU second on the reference work, to compare with.
     verified : (side, side)

@@ -13,11 +13,10 @@ from collections.abc import Callable
 from typing import Any
 
 import grazemap
+from benchmarks.maps import PREVIEW, VERIFIED
 from benchmarks.result import ServedMap
 from benchmarks.work import MAP_CLEARANCE, MAP_OMEGA
 
-VERIFIED = "verified, with multipliers and exponents"
-PREVIEW = "preview"
 _MODES: dict[str, dict[str, Any]] = {VERIFIED: {}, PREVIEW: {"preview": True}}
 _APART = 1e-9
 """Between the questions of two rounds: the same work to eight digits."""

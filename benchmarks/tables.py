@@ -168,8 +168,7 @@ def _served(bench: Bench) -> str:
         + "\n\n"
         + wrapped(
             f"The maps are computed over HTTP by a stack with {bench.served[0].workers} workers, in turn, for"
-            f" {len(bench.served[0].wall_seconds)} rounds. Core seconds are the `cpu_seconds` of the job. A preview is"
-            f' the map "{bench.maps[1].mode}" of the table above.'
+            f" {len(bench.served[0].wall_seconds)} rounds. Core seconds are the `cpu_seconds` of the job."
         )
     )
 

@@ -82,22 +82,17 @@ def first_contacts(oscillator: Oscillator, start: Start, clearances: Floats) -> 
 
 def map_of_fixed_length(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
     """Run every pixel of a grid for so many forcing periods, whatever it does, then classify it."""
-    return _map(oscillator, omegas, clearances, periods, early=False)
+    return _map(oscillator, omegas, clearances, periods, early=False, linearised=False)
 
 
-def map_with_settling(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
-    """Run every pixel of a grid until its motion can be named, for so many forcing periods at most."""
-    return _map(oscillator, omegas, clearances, periods, early=True)
-
-
-def map_with_exponents(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
-    """Run every pixel until its motion can be named, and for multipliers and Lyapunov exponents."""
-    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True)
+def map_as_preview(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
+    """Compute a preview as the service does: periodic motions, verified."""
+    return _map(oscillator, omegas, clearances, periods, early=True, linearised=False)
 
 
 def map_as_served(oscillator: Oscillator, omegas: Floats, clearances: Floats, periods: int) -> Classified:
     """Compute a map as the service does: motions verified, with multipliers and Lyapunov exponents."""
-    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True, verified=True)
+    return _map(oscillator, omegas, clearances, periods, early=True, linearised=True)
 
 
 def _map(
@@ -106,10 +101,9 @@ def _map(
     clearances: Floats,
     periods: int,
     early: bool,
-    linearised: bool = False,
-    verified: bool = False,
+    linearised: bool,
 ) -> Classified:
-    task = Settling(periods, LONGEST_PERIOD, early, linearised, verified)
+    task = Settling(periods, LONGEST_PERIOD, early, linearised)
     codes, _ = settle_grid(oscillator, omegas, clearances, task)
     codes = codes[..., 0]
     name = codes[[lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.SYMMETRIC]]

@@ -108,7 +108,7 @@ def test_chaos_with_uneven_growth_is_named() -> None:
 def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
     """Motions that are not named because they take two periods and more, and go on with growth until the last one."""
     clearances = np.linspace(1.2, 2.1, 64)
-    task = Settling(80, 1, early=False, verified=False)
+    task = Settling(80, 1, early=False)
     codes, figures = settle_grid(DEFAULT, np.array([0.27]), clearances, task)
     exponents = figures[lane_state.LYAPUNOV, :, 0, 0] / (2.0 * np.pi / 0.27)
     grown = np.flatnonzero((codes[lane_state.REASON, :, 0, 0] == NOT_CLOSED) & np.isfinite(exponents))
@@ -137,7 +137,7 @@ def test_verified_motions_are_those_that_trajectories_settle_to() -> None:
     clearances = np.sort(rng.uniform(1.2, 2.1, 96))
     omegas = rng.uniform(0.26, 0.32, 5)
     quick, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32))
-    slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, verified=False))
+    slow, _ = settle_grid(DEFAULT, omegas, clearances, Settling(1000, 32, early=False))
     named = (quick[lane_state.REASON] == 0) & (slow[lane_state.REASON] == 0)
     assert named.mean() > 0.8
     assert (quick[lane_state.REASON] == 0).sum() >= (slow[lane_state.REASON] == 0).sum()

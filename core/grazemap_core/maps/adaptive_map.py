@@ -157,7 +157,7 @@ class _Points:
         self._omega, self._clearance = omega, clearance
         self._ensemble, self._preview = policy == "ensemble", preview
         starts = random_starts(oscillator, initial_conditions, seed) if self._ensemble else None
-        task = Settling(max_periods, max_period, linearised=not preview, verified=not preview, starts=starts)
+        task = Settling(max_periods, max_period, linearised=not preview, starts=starts)
         self._settler = Settler(oscillator, task)
         self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
         self._at_rest = np.zeros((2, oscillator.size))

@@ -35,11 +35,10 @@ class Settling(NamedTuple):
     max_periods, max_period : int
         As in `unfolding.unfolding_map_tile`.
     early : bool
-        Whether a trajectory stops once its motion can be named.
+        Whether a trajectory stops once its motion is verified, or named by its returns where it cannot be verified.
+        Otherwise all run for `max_periods` and are named by their returns alone.
     linearised : bool
         Whether exponents of motions that are not periodic are computed, and multipliers of those that are not verified.
-    verified : bool
-        Whether periodic motions are to be verified.
     follow : bool
         Whether a trajectory starts at the final state of the trajectory at the previous clearance.
     starts : (s, 2, N) or None
@@ -50,7 +49,6 @@ class Settling(NamedTuple):
     max_period: int
     early: bool = True
     linearised: bool = True
-    verified: bool = True
     follow: bool = False
     starts: Floats | None = None
 
@@ -62,7 +60,7 @@ class Settler:
         """Allocate lanes, histories and tangents; nothing is run."""
         size = oscillator.size
         self._models = trajectory_models(oscillator)
-        self._blocks = _impulse_blocks(self._models.free, task.verified)
+        self._blocks = _impulse_blocks(self._models.free, task.early)
         self._task = task
         self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
         events = RECORDED_IMPACTS if task.linearised or self._blocks.verifiable else 0

@@ -58,7 +58,7 @@ def unfolding_map_tile(
         Ensemble only: number of initial states per point, and seed of the random numbers. The states are the same for
         every point, apart from scale: displacements uniform in (-b, b), velocities in (-omega b, omega b).
     preview : bool
-        Whether motions are identified by their returns alone, which is faster: no motion with impacts is verified, and
+        Whether only periodic motions are identified, which is faster: the growth of small changes is not measured, and
         a trajectory that has not settled is unresolved, chaotic or not.
 
     Returns
@@ -89,7 +89,6 @@ def unfolding_map_tile(
         follow=policy.startswith("sweep"),
         starts=random_starts(oscillator, initial_conditions, seed) if policy == "ensemble" else None,
         linearised=not preview,
-        verified=not preview,
     )
     codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
     if down:

@@ -291,9 +291,8 @@ class ProcessMethods:
             Whether points are computed only where neighbours differ, and inferred where they agree. This is for large
             maps, and not possible for a sweep. The result's `computed` is true where a point was computed.
         preview : bool
-            Whether motions are classified by their returns alone, which is faster. No motion with impacts is verified,
-            chaotic motions are not distinguished from those that have not settled, and multiplier, lyapunov and
-            lyapunov_error are None.
+            Whether only periodic motions are identified, which is faster. Chaotic motions are not distinguished from
+            those that have not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
         """
         return arguments.plane(omega, clearance, shape)

@@ -56,7 +56,7 @@ class UnfoldingMap(Verifiable, Result):
 
     @property
     def preview(self) -> bool:
-        """Whether motions are named by their returns alone."""
+        """Whether only periodic motions are identified."""
         return bool(self.meta["request"].get("preview"))
 
     def motions(self) -> list[MotionShare]:
@@ -131,8 +131,8 @@ class UnfoldingMap(Verifiable, Result):
         periodic = self.kind == self._code("periodic")
         share = self.verified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
-        verified = f"{share:.1%} of the periodic points verified"
-        return f"{points}, {len(self.motions())} motions, {'a preview' if self.preview else verified}"
+        preview = ", a preview" if self.preview else ""
+        return f"{points}, {len(self.motions())} motions, {share:.1%} of the periodic points verified{preview}"
 
 
 def _small(values: NDArray[Any]) -> NDArray[Any]:

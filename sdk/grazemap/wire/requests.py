@@ -240,7 +240,7 @@ class UnfoldingMapsRequest(ProcessRequest):
     adaptive: bool = False
     """Whether points are inferred where all neighbours agree, and computed only elsewhere; not for a sweep."""
     preview: bool = False
-    """Whether motions are classified by their returns alone: faster, without verification, multipliers and chaos."""
+    """Whether only periodic motions are identified: faster, without multipliers, exponents and chaos."""
 
     @model_validator(mode="after")
     def _no_adaptive_sweep(self) -> UnfoldingMapsRequest:

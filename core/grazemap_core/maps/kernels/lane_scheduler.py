@@ -77,9 +77,10 @@ def settle_column(masses: Masses, column: Column) -> None:
             done += 1
             if task.follow:
                 k = int(np.int64(0))  # the next one starts at once
-        if queued == n and done < n and used >= 2 * max(n - done, LANE_BLOCK):
-            _move_to_first_lanes(column, used)
-            used = (n - done + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
+        needed = (n - done + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
+        if queued == n and used > needed > 0:
+            _move_to_first_lanes(column, k, used)
+            used = needed
 
 
 @kernel
@@ -243,8 +244,11 @@ def _finish(column: Column, lane: int, k: int) -> None:
 
 
 @kernel
-def _move_to_first_lanes(column: Column, used: int) -> None:
-    """Move the last trajectories to the first lanes that are out of use, until no such lane is before one in use."""
+def _move_to_first_lanes(column: Column, k: int, used: int) -> None:
+    """Move the last trajectories to the first lanes that are out of use, until no such lane is before one in use.
+
+    k half periods are done.
+    """
     counts, sizes = column.records.counts, column.records.sizes
     target, source = 0, used - 1
     while True:
@@ -254,7 +258,9 @@ def _move_to_first_lanes(column: Column, used: int) -> None:
             source -= 1
         if target >= source:
             break
-        _move_lane(column.group, column.history, source, target)
+        _move_lane(column.group, source, target)
+        _move_history(column.history, k, k - counts[source, lane_state.STARTED], source, target)
+        clear_lane(column.group, source)
         if column.task.growth_halves > 0:
             move_tangents(column.tangents, source, target)
         copy_vector(counts[target], counts[source])
@@ -264,8 +270,8 @@ def _move_to_first_lanes(column: Column, used: int) -> None:
 
 
 @kernel
-def _move_lane(group: Lanes, history: StroboscopicHistory, source: int, target: int) -> None:
-    """Move a trajectory to a lane that is out of use, at the start of a half period."""
+def _move_lane(group: Lanes, source: int, target: int) -> None:
+    """Copy the current state of a trajectory to a lane that is out of use, at the start of a half period."""
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + target] = group.even[c * LANES + source]
     group.clearance[target] = group.clearance[source]
@@ -280,10 +286,16 @@ def _move_lane(group: Lanes, history: StroboscopicHistory, source: int, target: 
     copy_vector(group.since[target], group.since[source])
     for row in range(min(group.cursor[source, workspace.ROWS], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
-    for row in range(history.min_speed.shape[0]):
+
+
+@kernel
+def _move_history(history: StroboscopicHistory, k: int, halves: int, source: int, target: int) -> None:
+    """Copy the history of a trajectory that has run for so many half periods to another lane; k are done in all."""
+    size = history.min_speed.shape[0]
+    for past in range(min(halves, size)):
+        row = (k - past) % size
         copy_vector(history.states[row, :, target], history.states[row, :, source])
         copy_vector(history.impacts[row, :, target], history.impacts[row, :, source])
         copy_vector(history.held[row, :, target], history.held[row, :, source])
         history.min_speed[row, target] = history.min_speed[row, source]
         history.min_unpressed_speed[row, target] = history.min_unpressed_speed[row, source]
-    clear_lane(group, source)

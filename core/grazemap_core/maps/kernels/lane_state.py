@@ -139,4 +139,4 @@ def begin_record(records: LaneRecords, lane: int, trajectory: int, k: int, task:
     counts[lane, DEADLINE] = k + 2 * task.max_periods
     counts[lane, EVENTS_FROM] = k
     sizes[lane] = 0.0
-    sizes[lane, RETURN_GOAL] = APPROACH if task.early and verifiable else CLOSING_GOAL
+    sizes[lane, RETURN_GOAL] = APPROACH if verifiable else CLOSING_GOAL
