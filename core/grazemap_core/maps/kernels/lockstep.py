@@ -406,8 +406,12 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
 @kernel
 def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
-    not_free, regime, lane_of, start = group.not_free, group.regime, group.lane_of, group.second_pass.start
-    clearance, on, here = group.clearance, group.second_pass.rows, step.here
+    flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
+    clearance, limit, here, there = group.clearance, group.limit, step.here, step.there
+    tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
+    at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
+    length = model.problem.step
+    half_cell, cell_start = 0.5 * length, length * (step.cell % (model.problem.cells // 2))
     states = 2 * len(masses)
     free, others = _solve_free(masses, model, group, step, used)
     # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
@@ -415,15 +419,24 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
     deferred = int(np.int64(0))
     for i in range(free + others):
         if i < free:
-            lane = group.flagged[i]
-            if not _put_free_lane(model.problem, group, i, filled):
+            lane, outcome = flagged[i], at[first.OUTCOME * LANES + i]
+            if outcome == first.NO_IMPACT:
                 continue
+            if outcome == first.SINGLE_IMPACT:
+                for c in range(states):
+                    there[c * LANES + lane] = end[c * LANES + i]
+                there[states * LANES + lane] = at[first.END_X * LANES + i]
+                there[(states + 1) * LANES + lane] = at[first.END_V * LANES + i]
+                limit[lane] = at[first.END_LIMIT * LANES + i]
+                _enter_impact(tally, cursor, events, lane, half, _impact(at, i, cell_start, half_cell))
+                continue
+            _put_free_lane(at, on, outcome, i, filled, half_cell)
         else:
             lane = not_free[i - free]
             if regime[lane] == RESTING:
                 deferred = _defer_cell(group, lane, deferred, here)
                 continue
-            _put_near_lane(model.problem, group, lane, filled)
+            _put_near_lane(cursor, group.near, on, lane, filled, half_cell)
         lane_of[filled] = lane
         on[second.CLEARANCE * WIDTH + filled] = clearance[lane]
         for c in range(states):
@@ -439,7 +452,7 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
 
 @kernel
 def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int) -> tuple[int, int]:
-    """Find the impacts of the flagged lanes that are FREE, and write those that are the only ones in the cell.
+    """Find the impacts of the flagged lanes that are FREE.
 
     Returns how many flagged lanes are FREE, which come first in group.flagged, and how many are in group.not_free. A
     FREE lane needs a second pass unless its OUTCOME is NO_IMPACT or SINGLE_IMPACT.
@@ -467,38 +480,24 @@ def _solve_free(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, 
         free += 1
     if free > 0:
         solve_impacts(masses, model.tables, step.cell, group.first_pass, (free + VECTOR - 1) // VECTOR * VECTOR)
-        _write_single_impacts(model.problem, group, step, free, states)
     return free, others
 
 
-@kernel
-def _write_single_impacts(problem: CellProblem, group: Lanes, step: CellStep, free: int, states: int) -> None:
-    """Enter the impacts that are the only ones in the cell, and write the states at its end."""
-    flagged, limit, end, at = group.flagged, group.limit, group.first_pass.end, group.first_pass.rows
-    tally, cursor, events, there, half = group.tally, group.cursor, group.events, step.there, step.half
-    half_cell, cell_start = 0.5 * problem.step, problem.step * (step.cell % (problem.cells // 2))
-    for i in range(free):
-        if at[first.OUTCOME * LANES + i] != first.SINGLE_IMPACT:
-            continue
-        lane = flagged[i]
-        for c in range(states):
-            there[c * LANES + lane] = end[c * LANES + i]
-        there[states * LANES + lane] = at[first.END_X * LANES + i]
-        there[(states + 1) * LANES + lane] = at[first.END_V * LANES + i]
-        limit[lane] = at[first.END_LIMIT * LANES + i]
-        after, side = half_cell * (1.0 + at[first.IMPACT_Z * LANES + i]), at[first.SIDE * LANES + i]
-        speed, contact_acceleration = at[first.SPEED * LANES + i], at[first.CONTACT_ACCELERATION * LANES + i]
-        impact = Impact(cell_start + after, side, speed, contact_acceleration)
-        _enter_impact(tally, cursor, events, lane, half, impact)
+@inlined
+def _impact(at: Floats, i: int, cell_start: float, half_cell: float) -> Impact:
+    """Return the impact of lane i of the first pass."""
+    return Impact(
+        cell_start + half_cell * (1.0 + at[first.IMPACT_Z * LANES + i]),
+        at[first.SIDE * LANES + i],
+        at[first.SPEED * LANES + i],
+        at[first.CONTACT_ACCELERATION * LANES + i],
+    )
 
 
 @inlined
-def _put_free_lane(problem: CellProblem, group: Lanes, i: int, k: int) -> bool:
-    """Write lane i of the first pass to lane k of the second. Returns whether it needs one."""
-    at, on = group.first_pass.rows, group.second_pass.rows
-    outcome, side = at[first.OUTCOME * LANES + i], at[first.SIDE * LANES + i]
-    if outcome == first.NO_IMPACT or outcome == first.SINGLE_IMPACT:
-        return False
+def _put_free_lane(at: Floats, on: Floats, outcome: float, i: int, k: int, half_cell: float) -> None:
+    """Write lane i of the first pass, which needs a second one, to lane k of that."""
+    side = at[first.SIDE * LANES + i]
     on[second.SIDE * WIDTH + k] = side
     if outcome == first.FIRST_IMPACT:
         on[second.ORIGIN * WIDTH + k] = at[first.IMPACT_Z * LANES + i]
@@ -507,20 +506,18 @@ def _put_free_lane(problem: CellProblem, group: Lanes, i: int, k: int) -> bool:
     else:
         on[second.ORIGIN * WIDTH + k] = -1.0
         on[second.GAP * WIDTH + k] = at[first.GAP * LANES + i] - side * at[first.START_X * LANES + i]
-        on[second.RATE * WIDTH + k] = -side * at[first.START_V * LANES + i] * (0.5 * problem.step)
+        on[second.RATE * WIDTH + k] = -side * at[first.START_V * LANES + i] * half_cell
         on[second.SPEED * WIDTH + k] = 0.0
         on[second.JUMP * WIDTH + k] = 0.0
-    return True
 
 
 @inlined
-def _put_near_lane(problem: CellProblem, group: Lanes, lane: int, k: int) -> None:
+def _put_near_lane(cursor: Integers, near: Floats, on: Floats, lane: int, k: int, half_cell: float) -> None:
     """Write a lane that is NEAR a stop to lane k of the second pass."""
-    on, near = group.second_pass.rows, group.near
-    on[second.SIDE * WIDTH + k] = group.cursor[lane, workspace.ANCHOR]
+    on[second.SIDE * WIDTH + k] = cursor[lane, workspace.ANCHOR]
     on[second.ORIGIN * WIDTH + k] = -1.0
     on[second.GAP * WIDTH + k] = near[lane, 0]
-    on[second.RATE * WIDTH + k] = near[lane, 1] * (0.5 * problem.step)
+    on[second.RATE * WIDTH + k] = near[lane, 1] * half_cell
     on[second.SPEED * WIDTH + k] = 0.0
     on[second.JUMP * WIDTH + k] = 0.0
 
