@@ -60,7 +60,10 @@ def _listener(settings: Settings) -> socket.socket:
         return listener
     settings.check_exposed(settings.host)
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    return socket.create_server((settings.host.strip("[]"), settings.port), family=family)
+    listener = socket.create_server((settings.host.strip("[]"), settings.port), family=family)
+    # create_server names no protocol, so asyncio does not see that connections are TCP; they inherit this option
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listener
 
 
 if __name__ == "__main__":
