@@ -91,7 +91,7 @@ def main() -> None:
         sections.append(figure_8(client, samples))
         say(sections[-1].title)
         sections += motions
-        cpu = str(client.grazing_curve(omega=[0.1, 0.2], progress=False).meta["numerics"]["cpu"])
+        cpu = str(client.grazing_curve(omega=[0.1, 0.2, 0.3], progress=False).meta["numerics"]["cpu"])
         write(given.docs, sections, cpu)
     say(f"written: {given.docs / PAGE} and {sum(len(section.pictures) for section in sections)} pictures")
 

@@ -75,9 +75,11 @@ class Section:
 def save_pictures(section: Section, folder: Path) -> None:
     """Draw the pictures of a section into a folder."""
     from grazemap.plots import save_axes
+    from grazemap.plots.axes import kept_from_pyplot
 
     for name, picture in section.pictures.items():
-        save_axes(picture(), folder / name)
+        with kept_from_pyplot():
+            save_axes(picture(), folder / name)
 
 
 def logarithmic(ax: Axes) -> None:

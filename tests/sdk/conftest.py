@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 import httpx2
@@ -41,6 +43,14 @@ class Awaited:
 
 async def _collected(items: Any) -> list[Any]:
     return [item async for item in items]
+
+
+@pytest.fixture(autouse=True)
+def closed_figures() -> Iterator[None]:
+    """Close the figures of pyplot that a test has drawn."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture

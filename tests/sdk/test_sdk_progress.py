@@ -1,12 +1,20 @@
-"""The progress display: moves, never goes back, can be switched off, works without tqdm."""
+"""The progress display: only on a terminal or in a notebook, never back, no leaps, can be switched off."""
 
 import io
 import sys
+import time
+from types import SimpleNamespace
 
 import pytest
 
+from grazemap.client import progress as module
 from grazemap.client.events import Event
-from grazemap.client.progress import Listener, PlainLine
+from grazemap.client.progress import Listener, NotebookBar
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
 
 
 def progress(done: int, total: int = 4, eta: float | None = None) -> Event:
@@ -14,54 +22,94 @@ def progress(done: int, total: int = 4, eta: float | None = None) -> Event:
 
 
 @pytest.fixture(params=["tqdm", "plain"])
-def display(request, monkeypatch):
+def terminal(request, monkeypatch):
     if request.param == "plain":
         monkeypatch.setitem(sys.modules, "tqdm", None)
-    return request.param
+    monkeypatch.setattr(module, "QUIET_SECONDS", 0.0)
+    stream = Terminal()
+    # not sys.stderr itself, which pytest replaces between the phases of a test
+    monkeypatch.setattr(module, "sys", SimpleNamespace(stderr=stream, modules=sys.modules))
+    return stream
 
 
-def test_the_bar_shows_title_count_and_end(display, capsys):
+@pytest.fixture
+def listener(terminal):
     with Listener("unfolding-maps") as listener:
-        for event in (progress(1, eta=9.0), Event("", "tile", {"index": 0}), progress(4), Event("", "done", {})):
-            listener(event)
-    written = capsys.readouterr().err
-    assert "unfolding-maps" in written
-    assert "4/4" in written
+        while listener._display is None:  # the timer opens it
+            time.sleep(0.001)
+        yield listener
+
+
+def test_the_bar_shows_title_share_and_end(listener, terminal):
+    for event in (progress(1, eta=9.0), Event("", "tile", {"index": 0}), progress(4), Event("", "done", {})):
+        listener(event)
+    listener.__exit__()
+    written = terminal.getvalue()
+    assert written.startswith("\runfolding-maps:")
+    assert "25%" in written
     assert "100%" in written
     assert "about 9 s left" in written
     assert written.endswith("\n")
 
 
-def test_it_knows_the_total_from_its_first_line_on(display, capsys):
+def test_a_repeated_event_does_not_move_it_back(listener, terminal):
+    for done in (3, 1, 2):
+        listener(progress(done))
+    assert "75%" in terminal.getvalue().split("\r")[-1]
+
+
+def test_another_unit_does_not_move_it_back(listener, terminal):
+    listener(progress(3))
+    listener(Event("", "progress", {"done": 1, "total": 100, "unit": "steps", "eta_seconds": None}))
+    assert "75%" in terminal.getvalue().split("\r")[-1]
+
+
+def test_the_time_left_does_not_leap(listener, terminal):
+    listener(progress(1, eta=10.0))
+    listener(progress(2, eta=110.0))
+    assert "about 40 s left" in terminal.getvalue().split("\r")[-1]
+
+
+def test_it_speaks_before_the_first_event(terminal):
+    with Listener("x"):
+        time.sleep(0.2)
+    assert "0%" in terminal.getvalue()
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_quick_work_and_a_log_get_nothing(terminal, monkeypatch, quick):
+    if quick:
+        monkeypatch.setattr(module, "QUIET_SECONDS", 10.0)
+    else:
+        monkeypatch.setattr(terminal, "isatty", lambda: False)
     with Listener("x") as listener:
-        listener(progress(0))
-    written = capsys.readouterr().err
-    assert "0/4" in written
-    assert "?" not in written
-
-
-def test_a_repeated_event_does_not_move_it_back(display, capsys):
-    with Listener("x") as listener:
-        for done in (3, 1, 2):
-            listener(progress(done))
-    assert "3/4" in capsys.readouterr().err.splitlines()[-1]
-
-
-def test_switched_off_it_writes_nothing(display, capsys):
-    with Listener("x", shown=False) as listener:
+        time.sleep(0.05)
         listener(progress(2))
-    captured = capsys.readouterr()
-    assert captured.err == captured.out == ""
+    assert terminal.getvalue() == ""
 
 
-def test_a_terminal_gets_one_line_and_a_log_one_line_a_tenth():
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
+def test_switched_off_it_writes_nothing(terminal):
+    with Listener("x", shown=False) as listener:
+        time.sleep(0.05)
+        listener(progress(2))
+    assert terminal.getvalue() == ""
 
-    for stream, lines in ((Terminal(), 1), (io.StringIO(), 11)):
-        line = PlainLine("map", stream)
-        for done in range(101):
-            line.show(done, 100, "tiles", None)
-        line.close()
-        assert stream.getvalue().count("\n") == lines
+
+def test_a_notebook_has_nothing_of_it_at_the_end(monkeypatch):
+    shown = []
+
+    class Handle:
+        def update(self, data, raw):
+            assert raw
+            shown.append(data)
+
+    def display(data, raw, display_id):
+        shown.append(data)
+        return Handle()
+
+    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=display))
+    bar = NotebookBar("<map>")
+    bar.show(0.5, 3.0)
+    bar.close()
+    assert "&lt;map&gt; <progress value='0.500' max='1'>" in shown[1]["text/html"]
+    assert shown[0] == shown[2] == {"text/html": ""}

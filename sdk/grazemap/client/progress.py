@@ -1,11 +1,29 @@
-"""The progress display of a job: a tqdm bar where tqdm is installed, else one plain line on stderr."""
+"""The progress display of a job: in a notebook below the cell, on a terminal a line of stderr, elsewhere nothing."""
 
 from __future__ import annotations
 
 import sys
-from typing import Any, TextIO
+import time
+from html import escape
+from threading import Lock, Timer
+from typing import Any, Protocol
 
 from grazemap.client.events import Event
+
+QUIET_SECONDS = 0.5
+"""Work that takes no longer shows nothing."""
+# Weight of a new estimate of the end against the earlier ones.
+_NEW_ESTIMATE = 0.3
+
+
+class Display(Protocol):
+    """A place that shows the share of the work that is done, from 0 to 1, and the seconds left, if they are known."""
+
+    def show(self, share: float, left: float | None) -> None:
+        """Show a state."""
+
+    def close(self) -> None:
+        """Leave the place as it should remain."""
 
 
 class Listener:
@@ -22,83 +40,134 @@ class Listener:
     def __init__(self, title: str, shown: bool = True) -> None:
         self._title = title
         self._shown = shown
-        self._bar: _TqdmBar | PlainLine | None = None
-        self._furthest = 0
+        self._display: Display | None = None
+        self._share = 0.0
+        self._end: float | None = None
+        # The timer shows the first state even if no event follows for long.
+        self._timer = Timer(QUIET_SECONDS, self._begin)
+        self._timer.daemon = True
+        self._lock = Lock()
 
     def __call__(self, event: Event) -> None:
         """Show a progress event; others are ignored."""
-        if not self._shown or event.name != "progress":
+        if event.name != "progress":
             return
-        total, unit = max(1, int(event.data.get("total", 1))), str(event.data.get("unit", "tiles"))
-        if self._bar is None:
-            self._bar = _bar(self._title, total, unit)
-        # A resumed stream may repeat events; a bar never goes back.
-        self._furthest = min(total, max(self._furthest, int(event.data.get("done", 0))))
-        self._bar.show(self._furthest, total, unit, event.data.get("eta_seconds"))
+        with self._lock:
+            # A resumed stream may repeat events; a bar never goes back.
+            share = int(event.data.get("done", 0)) / max(1, int(event.data.get("total", 1)))
+            self._share = min(1.0, max(self._share, share))
+            self._estimate(event.data.get("eta_seconds"))
+            self._refresh()
 
     def __enter__(self) -> Listener:
+        if self._shown:
+            self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
-            self._bar = None
+        self._timer.cancel()
+        with self._lock:
+            self._shown = False
+            if self._display is not None:
+                self._display.close()
+                self._display = None
+
+    def _begin(self) -> None:
+        with self._lock:
+            if self._shown:
+                self._display = _display(self._title)
+                self._refresh()
+
+    def _estimate(self, left: float | None) -> None:
+        """Update the estimate of the end, gradually, so that it does not leap."""
+        if left is not None:
+            end = time.monotonic() + left
+            self._end = end if self._end is None else self._end + _NEW_ESTIMATE * (end - self._end)
+
+    def _refresh(self) -> None:
+        if self._display is not None:
+            left = None if self._end is None or self._share == 1.0 else max(0.0, self._end - time.monotonic())
+            self._display.show(self._share, left)
 
 
-def _bar(title: str, total: int, unit: str) -> _TqdmBar | PlainLine:
+def _display(title: str) -> Display | None:
+    """Return the display for where this runs; None: standard error is no terminal."""
+    if _in_notebook():
+        return NotebookBar(title)
+    if not sys.stderr.isatty():
+        return None
     try:
         from tqdm import tqdm
     except ImportError:
-        return PlainLine(title, sys.stderr)
-    bar = tqdm(desc=title, total=total, unit=f" {unit}", file=sys.stderr, dynamic_ncols=True, bar_format=_FORMAT)
-    return _TqdmBar(bar)
+        return PlainLine(title)
+    return TqdmBar(tqdm(desc=title, total=1.0, file=sys.stderr, dynamic_ncols=True, bar_format=_FORMAT))
 
 
 # Without tqdm's estimate of the time left: the service's uses the times of tiles and the number of workers.
-_FORMAT = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt}{unit} [{elapsed}{postfix}]"
+_FORMAT = "{desc}: {percentage:3.0f}%|{bar}| [{elapsed}{postfix}]"
 
 
-class _TqdmBar:
+def _in_notebook() -> bool:
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return getattr(shell, "kernel", None) is not None
+
+
+def _left(seconds: float | None) -> str:
+    return "" if seconds is None else f"about {seconds:.0f} s left"
+
+
+class NotebookBar:
+    """A bar below a notebook's cell. At the end it is empty, so that nothing of it is in the saved notebook.
+
+    A widget of `tqdm.auto` would remain there as the text of its first state.
+    """
+
+    def __init__(self, title: str) -> None:
+        from IPython.display import display
+
+        self._title = escape(title)
+        self._handle: Any = display({"text/html": ""}, raw=True, display_id=True)
+
+    def show(self, share: float, left: float | None) -> None:
+        """As `Display.show`."""
+        text = f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {_left(left)}"
+        self._handle.update({"text/html": text}, raw=True)
+
+    def close(self) -> None:
+        """As `Display.close`."""
+        self._handle.update({"text/html": ""}, raw=True)
+
+
+class TqdmBar:
+    """A bar of tqdm on a terminal."""
+
     def __init__(self, bar: Any) -> None:
         self._bar = bar
 
-    def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        self._bar.total = total
-        if eta_seconds is not None:
-            self._bar.set_postfix_str(f"about {eta_seconds:.0f} s left", refresh=False)
-        self._bar.update(done - self._bar.n)
+    def show(self, share: float, left: float | None) -> None:
+        """As `Display.show`."""
+        self._bar.set_postfix_str(_left(left), refresh=False)
+        self._bar.update(share - self._bar.n)
         self._bar.refresh()
 
     def close(self) -> None:
+        """As `Display.close`."""
         self._bar.set_postfix_str("", refresh=False)
         self._bar.close()
 
 
 class PlainLine:
-    """One line that is overwritten on a terminal; elsewhere a new line for every 10 %."""
+    """One line of a terminal that is overwritten."""
 
-    def __init__(self, title: str, stream: TextIO) -> None:
+    def __init__(self, title: str) -> None:
         self._title = title
-        self._stream = stream
-        self._shown = -1
-        self._open = False
 
-    def show(self, done: int, total: int, unit: str, eta_seconds: float | None) -> None:
-        """Show a state: `done` of `total` in some unit, and the seconds left, if they are known."""
-        share = done / total
-        tenth = int(10 * share)
-        left = f", about {eta_seconds:.0f} s left" if eta_seconds is not None and done < total else ""
-        text = f"{self._title}: {share:4.0%} ({done}/{total} {unit}{left})"
-        if self._stream.isatty():
-            self._stream.write(f"\r{text:<79}")
-            self._open = True
-        elif tenth > self._shown:
-            self._stream.write(text + "\n")
-        self._shown = tenth
-        self._stream.flush()
+    def show(self, share: float, left: float | None) -> None:
+        """As `Display.show`."""
+        sys.stderr.write(f"\r{f'{self._title}: {share:4.0%} {_left(left)}':<79}")
+        sys.stderr.flush()
 
     def close(self) -> None:
-        """Leave the last state on the screen and end the line."""
-        if self._open:
-            self._stream.write("\n")
-            self._stream.flush()
+        """As `Display.close`."""
+        sys.stderr.write("\n")
+        sys.stderr.flush()

@@ -1,7 +1,7 @@
-"""Pictures of results on matplotlib axes, without pyplot: no figure stays open.
+"""Pictures of results on matplotlib axes.
 
-Each function draws on the axes it is given or makes a figure of its own, and returns the axes;
-``axes.figure.savefig("picture.png")`` writes it. Needs the extra "plot".
+Each function draws on the axes it is given or makes a figure of pyplot's, and returns the axes. A notebook shows the
+figure below the cell, ``axes.figure.savefig("picture.png")`` writes it. Needs the extra "plot".
 """
 
 from __future__ import annotations
@@ -9,24 +9,37 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from grazemap.plots.axes import kept_from_pyplot
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from grazemap.results import Result
 
 
 def save_picture(result: Result, path: str | PathLike[str]) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path gives the format."""
+    draw_apart(result).savefig(path)
+
+
+def draw_apart(result: Result) -> Figure:
+    """Draw a result on a figure that pyplot does not have. Raises TypeError for a result without a picture."""
     if not hasattr(result, "plot"):
         raise TypeError(f"no picture of a {type(result).__name__}")
-    drawn = result.plot()
+    with kept_from_pyplot():
+        drawn = result.plot()
     # a trajectory has two axes, in one figure
-    save_axes(drawn[0] if isinstance(drawn, tuple) else drawn, path)
+    return _figure_of(drawn[0] if isinstance(drawn, tuple) else drawn)
 
 
 def save_axes(axes: Axes, path: str | PathLike[str]) -> None:
     """Write the figure that axes belong to as a picture; the ending of the path gives the format."""
+    _figure_of(axes).savefig(path)
+
+
+def _figure_of(axes: Axes) -> Figure:
     figure = axes.get_figure(root=True)
     if figure is None:
         raise ValueError("the axes belong to no figure")
-    figure.savefig(path)
+    return figure

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.patheffects import AbstractPathEffect
 
 INK = "#222222"
+_KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _QUANTITIES = {
     "omega": (r"forcing frequency $\omega$", "rad/s"),
@@ -26,18 +31,58 @@ _QUANTITIES = {
 }
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of a size in inches that is readable as a PNG. Raises MissingExtra."""
+@contextmanager
+def kept_from_pyplot() -> Iterator[None]:
+    """Within this block new figures are not pyplot's: they are not shown, and closed with their last reference."""
+    token = _KEPT_FROM_PYPLOT.set(True)
     try:
+        yield
+    finally:
+        _KEPT_FROM_PYPLOT.reset(token)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of a size in inches that is readable as a PNG. Raises MissingExtra.
+
+    A notebook shows it below the cell, a script with `matplotlib.pyplot.show()`.
+    """
+    try:
+        from matplotlib import pyplot
         from matplotlib.figure import Figure
     except ImportError as error:
         raise MissingExtra("a picture", "plot") from error
-    return Figure(figsize=(width, height), dpi=150, layout="constrained")
+    make = Figure if _KEPT_FROM_PYPLOT.get() else pyplot.figure
+    return make(figsize=(width, height), dpi=150, layout="constrained")
 
 
 def axes_or_new(ax: Axes | None, width: float = 9.0, height: float = 5.5) -> Axes:
     """Return the axes that were given, or those of a new figure."""
-    return ax if ax is not None else new_figure(width, height).add_subplot()
+    return ax if ax is not None else new_figure(width, height).add_subplot(axes_class=shown_axes())
+
+
+@cache
+def shown_axes() -> type[Axes]:
+    """Return the class of axes that are a picture, not a line of text, as the value of a notebook's cell."""
+    from matplotlib.axes import Axes
+
+    class PictureAxes(Axes):
+        """Axes that show their figure as the value of a notebook's cell."""
+
+        def _ipython_display_(self) -> None:
+            show_in_notebook(self)
+
+    return PictureAxes
+
+
+def show_in_notebook(ax: Axes) -> None:
+    """Show the figure of axes in a notebook, unless pyplot still has it and shows it at the end of the cell."""
+    from IPython.display import display
+    from matplotlib import pyplot
+
+    figure = ax.get_figure(root=True)
+    number = getattr(figure, "number", None)
+    if number is None or not pyplot.fignum_exists(number):
+        display(figure)
 
 
 def axis_label(quantity: str, units: str, mass: int = 1) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axis_label, new_figure, place_text
+from grazemap.plots.axes import INK, axis_label, new_figure, place_text, show_in_notebook, shown_axes
 from grazemap.plots.palette import motion_colour, motion_text
 
 if TYPE_CHECKING:
@@ -23,7 +23,17 @@ _HISTORY_PERIODS = 12
 Floats = NDArray[np.float64]
 
 
-def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: int = 1) -> tuple[Axes, Axes]:
+class TrajectoryAxes(NamedTuple):
+    """The axes of a trajectory's picture."""
+
+    history: Axes
+    portrait: Axes
+
+    def _ipython_display_(self) -> None:
+        show_in_notebook(self.history)
+
+
+def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: int = 1) -> TrajectoryAxes:
     """Draw the last periods of one mass over time, and the whole record in its phase plane.
 
     Parameters
@@ -35,8 +45,7 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
 
     Returns
     -------
-    (Axes, Axes)
-        Time history and phase portrait.
+    TrajectoryAxes
 
     Raises
     ------
@@ -59,10 +68,10 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
         portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
         _legend(history, 2)
     _label(history, portrait, trajectory, mass, _title(trajectory, mass))
-    return history, portrait
+    return TrajectoryAxes(history, portrait)
 
 
-def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: int = 1) -> tuple[Axes, Axes]:
+def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: int = 1) -> TrajectoryAxes:
     """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
 
     Parameters, Returns and Raises as for `plot_trajectory`.
@@ -83,17 +92,17 @@ def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: 
         _draw_stops(history, portrait, first)
     _label(history, portrait, first, mass, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
     _legend(history, 6)
-    return history, portrait
+    return TrajectoryAxes(history, portrait)
 
 
-def _axes(trajectory: Trajectory, figure: Figure | None, mass: int) -> tuple[Axes, Axes]:
-    """Return the axes of the time history and of the phase portrait. Raises ValueError: no such mass."""
+def _axes(trajectory: Trajectory, figure: Figure | None, mass: int) -> TrajectoryAxes:
+    """Return empty axes. Raises ValueError: no such mass."""
     size = len(trajectory.meta["request"]["oscillator"]["masses"])
     if not 1 <= mass <= size:
         raise ValueError(f"the oscillator has masses 1 to {size}")
     figure = figure if figure is not None else new_figure(11.0, 4.6)
-    history, portrait = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
-    return history, portrait
+    history, portrait = figure.subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+    return TrajectoryAxes(history, portrait)
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
@@ -17,8 +17,10 @@ from grazemap.errors import ResultFormatError
 from grazemap.results.records import ARRAY_TYPES, RECORDS, ComplexArray, with_attributes
 from grazemap.schema import SCHEMAS, VERSION, Field, Record, Request, ResultSchema, schema_of
 from grazemap.schema.documents import from_json, upgraded
+from grazemap.wire import Note
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 RESULTS: dict[str, type[Result]] = {}
@@ -35,8 +37,8 @@ class Result:
     Attributes
     ----------
     meta : dict
-        process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics
-        and units.
+        process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics,
+        units and notes.
     """
 
     schema: ClassVar[ResultSchema]
@@ -67,6 +69,11 @@ class Result:
         """Either "nondimensional" or "SI"."""
         return str(self.meta["request"]["oscillator"]["units"])
 
+    @property
+    def notes(self) -> list[Note]:
+        """What is probably not meant in the request, for example a window off the grazing curve."""
+        return [Note.model_validate(note) for note in self.meta.get("notes", [])]
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the result to a file ending in .npz or .json, and return its path. `grazemap.load` reads both."""
         target = Path(path)
@@ -86,12 +93,30 @@ class Result:
 
         return dataset(self)
 
+    def to_dataframe(self, table: str | None = None) -> pandas.DataFrame:
+        """Return a table of the result, such as its points or impacts, one row each (needs the extra "pandas").
+
+        The table can be left out if there is only one. Units are in its `attrs`. Raises ValueError for other names.
+        """
+        from grazemap.results.tables import dataframe
+
+        return dataframe(self, table)
+
+    def derived_tables(self) -> dict[str, Sequence[Any]]:
+        """Return the tables of `to_dataframe` that are not in the schema: lists of dataclasses by name."""
+        return {}
+
     def derived(self) -> dict[str, NDArray[Any]]:
         """Return the additional variables of a Dataset, by their names in the schema."""
         return {}
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self._summary()}>"
+
+    def _repr_html_(self) -> str:
+        from grazemap.results.html import of_result
+
+        return of_result(self, self._summary())
 
     def _summary(self) -> str:
         raise NotImplementedError

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from grazemap.results.base import Result
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.schema.grazing import FAMILY, POINT, UNFOLDING
+from grazemap.wire import Oscillator
+from grazemap.wire.linear import steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,6 +74,12 @@ class GrazingCurve(Result):
     recurrence_stop: IntArray
     points: tuple[CodimensionTwoPoint, ...]
     xi: FloatArray | None
+
+    def at(self, omega: ArrayLike) -> FloatArray:
+        """Return the clearance at which the steady motion touches the stops, at any omega, in the shape of omega."""
+        frequencies = np.asarray(omega, dtype=np.float64)
+        oscillator = Oscillator.model_validate(self.meta["request"]["oscillator"])
+        return np.reshape(steady_amplitude(oscillator, frequencies.ravel()), frequencies.shape)
 
     def plot(self, ax: Axes | None = None, *, points: CodimensionTwoPoints | None = None) -> Axes:
         """Draw clearance over omega with the codimension-two points (its own, or `points`)."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +20,36 @@ if TYPE_CHECKING:
 
     from grazemap.results.curves import BifurcationCurves
     from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
+
+
+@dataclass(frozen=True, slots=True)
+class MapPoint:
+    """One point of an unfolding map.
+
+    Attributes
+    ----------
+    omega, clearance : float
+        The point of the grid.
+    label, kind : str
+        n-p_r-q_l as plain text, or the name of the kind for a motion that is not periodic; and the kind.
+    verified : bool
+    reason : str
+        Why the motion is unresolved, or periodic and not verified; else empty.
+    computed : bool
+        False: inferred from the points around it.
+    request : dict or None
+        The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
+        unless the map's trajectories start at rest.
+    """
+
+    omega: float
+    clearance: float
+    label: str
+    kind: str
+    verified: bool
+    reason: str
+    computed: bool
+    request: dict[str, Any] | None
 
 
 class UnfoldingMap(Verifiable, Result):
@@ -84,13 +116,57 @@ class UnfoldingMap(Verifiable, Result):
             text[self.mask(motion)] = motion.label
         return text
 
-    def mask(self, motion: MotionShare) -> BoolArray:
-        """Return where a motion is, shape (clearance, omega)."""
+    def at(self, omega: float, clearance: float) -> MapPoint:
+        """Return the point of the grid that is nearest to a place. Raises ValueError for a place outside the map."""
+        column = _nearest("omega", self.omega, omega)
+        row = _nearest("clearance", self.clearance, clearance)
+        place = float(self.omega[column]), float(self.clearance[row])
+        kind = self.kinds[self.kind[row, column]]
+        period = int(self.period[row, column])
+        counts = int(self.impacts_right[row, column]), int(self.impacts_left[row, column])
+        asked, request = self.meta["request"], None
+        if kind == "periodic" and asked.get("policy", "rest") == "rest" and max(counts) != -1:
+            settings = {"transient_periods": asked["max_periods"], "max_period": asked["max_period"]}
+            request = {"oscillator": asked["oscillator"], "omega": place[0], "clearance": place[1], **settings}
+        return MapPoint(
+            *place,
+            motion_label(period, *counts) if kind == "periodic" else kind,
+            kind,
+            bool(self.verified[row, column]),
+            self.reasons[self.reason[row, column]],
+            self.computed is None or bool(self.computed[row, column]),
+            request,
+        )
+
+    def zoom(
+        self, omega: tuple[float, float], clearance: tuple[float, float], shape: tuple[int, int] | None = None
+    ) -> dict[str, Any]:
+        """Return the keywords with which `client.unfolding_map` computes a part of the map, with the same settings.
+
+        `shape` is (clearance points, omega points); left out: that of this map.
+        """
+        settings = {name: value for name, value in self.meta["request"].items() if name not in ("omega", "clearance")}
+        return settings | {"omega": omega, "clearance": clearance, "shape": shape or self.kind.shape}
+
+    def mask(self, motion: MotionShare | str) -> BoolArray:
+        """Return where a motion is, shape (clearance, omega).
+
+        The motion is one of `motions`, or its label. Raises ValueError for a label that the map does not have.
+        """
+        if isinstance(motion, str):
+            found = {one.label: one for one in self.motions()}
+            if motion not in found:
+                raise ValueError(f"the map has no motion {motion!r}; it has {', '.join(found)}")
+            motion = found[motion]
         there: BoolArray = self.kind == self._code(motion.kind)
         if motion.period is not None:
             there &= (self.period == motion.period) & (self.impacts_right == motion.impacts_right)
             there &= self.impacts_left == motion.impacts_left
         return there
+
+    def derived_tables(self) -> dict[str, Sequence[Any]]:
+        """As `Result.derived_tables`."""
+        return {"motions": self.motions()}
 
     def derived(self) -> dict[str, NDArray[Any]]:
         """As `Result.derived`."""
@@ -133,6 +209,13 @@ class UnfoldingMap(Verifiable, Result):
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         preview = ", a preview" if self.preview else ""
         return f"{points}, {len(self.motions())} motions, {share:.1%} of the periodic points verified{preview}"
+
+
+def _nearest(name: str, values: FloatArray, value: float) -> int:
+    """Return the index of the nearest of increasing values. Raises ValueError outside of them."""
+    if not values[0] <= value <= values[-1]:
+        raise ValueError(f"{name} = {value:g} is outside the map, which has {values[0]:g} to {values[-1]:g}")
+    return int(np.abs(values - value).argmin())
 
 
 def _small(values: NDArray[Any]) -> NDArray[Any]:

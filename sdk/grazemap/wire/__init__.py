@@ -6,15 +6,18 @@ from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import (
     FINISHED,
     Estimate,
+    Forecast,
     Job,
     JobList,
     Link,
+    Note,
     Problem,
     ProblemError,
     Progress,
     Status,
     motion_label,
 )
+from grazemap.wire.notes import notes_on
 from grazemap.wire.orbits import (
     BifurcationCurvesRequest,
     CurveMotion,
@@ -47,6 +50,7 @@ __all__ = [
     "CurveMotion",
     "DiscontinuityMappingsRequest",
     "Estimate",
+    "Forecast",
     "GrazingCurvesRequest",
     "Grid",
     "InitialState",
@@ -54,6 +58,7 @@ __all__ = [
     "Job",
     "JobList",
     "Link",
+    "Note",
     "Operation",
     "OrbitBranchesRequest",
     "OrbitMotion",
@@ -73,5 +78,6 @@ __all__ = [
     "grid_points",
     "grid_values",
     "motion_label",
+    "notes_on",
     "parse_request",
 ]

@@ -27,6 +27,19 @@ class Estimate(Response):
     seconds: float = 0.0
 
 
+class Note(Response):
+    """What is probably not meant in a request that is allowed; `code` is one of a few words, for programs."""
+
+    code: str
+    detail: str
+
+
+class Forecast(Estimate):
+    """The expected cost of a request that was not submitted, and what is probably not meant in it."""
+
+    notes: list[Note] = []
+
+
 class ProblemError(Response):
     """One error in a request: JSON pointer into the body, what is wrong, and what is allowed."""
 
@@ -72,6 +85,7 @@ class Job(Response):
     started: str | None = None
     finished: str | None = None
     problem: Problem | None = None
+    notes: list[Note] = []
     links: list[Link] = []
 
 

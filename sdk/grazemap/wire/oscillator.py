@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
+from grazemap.wire import linear
 from grazemap.wire.base import Float, Listable, NonNegative, Positive, Request, invalid
 
 
@@ -26,7 +29,7 @@ _DESCRIPTION = """\
 A chain of N masses. Mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
 
 Link i, a spring and a damper, joins mass i to mass i + 1, the last one to the ground. All lists have N numbers; a field
-that is left out has its default, also in SI.
+that is left out has its default, also in SI, except that damping has none there.
 """
 
 
@@ -83,7 +86,27 @@ class Oscillator(Request):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _damping_is_said_in_si(self) -> Oscillator:
+        if self.units == "SI" and "damping" not in self.model_fields_set:
+            raise invalid(
+                "damping has no default in SI units",
+                "gamma of C = 2 gamma K in seconds, or one coefficient in N s/m per link; 0 for no damping",
+                "damping",
+            )
+        return self
+
     @property
     def size(self) -> int:
         """Number of masses N."""
         return len(self.masses)
+
+    @property
+    def natural_frequencies(self) -> NDArray[np.float64]:
+        """The angular frequencies of the undamped chain without stops, increasing, shape (N,); rad/s in SI."""
+        return linear.natural_frequencies(self)
+
+    @property
+    def damping_ratios(self) -> NDArray[np.float64]:
+        """The damping ratio of each mode, shape (N,); 1 or more: the mode does not oscillate."""
+        return linear.damping_ratios(self)

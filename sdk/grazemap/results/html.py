@@ -1,0 +1,64 @@
+"""What a notebook shows of results, jobs and clients: a small picture and a table. Nothing is computed."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Mapping
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from grazemap.errors import MissingExtra
+
+if TYPE_CHECKING:
+    from grazemap.results.base import Result
+
+_DOTS_PER_INCH = 70
+
+
+def table(title: str, rows: Mapping[str, Any], picture: str = "") -> str:
+    """Return a title, a picture and a table of two columns as HTML; rows without a value are left out."""
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{escape(name)}</th><td style='text-align:left'>{escape(str(value))}</td></tr>"
+        for name, value in rows.items()
+        if value not in (None, "")
+    )
+    return (
+        f"<div><b>{escape(title)}</b></div>"
+        f"<div style='display:flex;gap:1em;align-items:flex-start'>{picture}<table>{cells}</table></div>"
+    )
+
+
+def of_result(result: Result, summary: str) -> str:
+    """Return a result as HTML."""
+    request = result.meta["request"]
+    rows: dict[str, Any] = {"result": summary, "units": result.units}
+    rows |= {name: _value(request[name]) for name in ("omega", "clearance", "vary", "range") if name in request}
+    oscillator = request["oscillator"]
+    rows |= {"oscillator": f"{len(oscillator['masses'])} masses, R = {oscillator['restitution']:g}"}
+    rows |= {"core": result.meta.get("core_version"), "note": "; ".join(note.detail for note in result.notes)}
+    return table(type(result).__name__, rows, _thumbnail(result))
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        points = f", {value['points']} points" if "points" in value else ""
+        return f"{value['start']:g} to {value['stop']:g}{points}"
+    if isinstance(value, list) and value:
+        return f"{value[0]:g} to {value[-1]:g}, {len(value)} values"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _thumbnail(result: Result) -> str:
+    """Return a small picture as an element of HTML; empty without matplotlib, or where nothing can be drawn."""
+    if not hasattr(result, "plot"):
+        return ""
+    from grazemap.plots import draw_apart
+
+    try:
+        figure = draw_apart(result)
+    except (MissingExtra, ValueError):
+        return ""
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=_DOTS_PER_INCH)
+    return f"<img alt='' src='data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}'>"

@@ -1,0 +1,62 @@
+"""The oscillator between its stops, a linear system: natural frequencies, damping ratios, steady motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from grazemap.wire.oscillator import Oscillator
+
+Floats = NDArray[np.float64]
+
+
+def matrices(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
+    """Return mass, damping and stiffness matrix, each of shape (N, N)."""
+    stiffness = _of_links(np.array(oscillator.stiffnesses))
+    damping = oscillator.damping
+    if isinstance(damping, list):
+        coefficients = np.array(damping) * (1.0 if oscillator.units == "SI" else 2.0)
+        return np.diag(oscillator.masses), _of_links(coefficients), stiffness
+    return np.diag(oscillator.masses), 2.0 * damping * stiffness, stiffness
+
+
+def _of_links(coefficients: Floats) -> Floats:
+    """Return the matrix of forces on the masses (N, N) from the coefficients of links (N,)."""
+    matrix = np.diag(coefficients)
+    matrix[1:, 1:] += np.diag(coefficients[:-1])
+    matrix -= np.diag(coefficients[:-1], 1) + np.diag(coefficients[:-1], -1)
+    return matrix
+
+
+def natural_frequencies(oscillator: Oscillator) -> Floats:
+    """Return the angular frequencies of the undamped chain without stops, increasing, shape (N,)."""
+    mass, _, stiffness = matrices(oscillator)
+    roots = np.sqrt(np.diag(mass))
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(stiffness / np.outer(roots, roots))))
+
+
+def damping_ratios(oscillator: Oscillator) -> Floats:
+    """Return the damping ratio of each mode, shape (N,); 1 or more: the mode does not oscillate.
+
+    They are -(a + b) / (2 sqrt(a b)) of the pairs a, b of eigenvalues, in the order of their product.
+    """
+    mass, damping, stiffness = matrices(oscillator)
+    if not isinstance(oscillator.damping, list):
+        return oscillator.damping * natural_frequencies(oscillator)
+    count, inverse = oscillator.size, np.diag(1.0 / np.diag(mass))
+    system = np.block([[np.zeros((count, count)), np.eye(count)], [-inverse @ stiffness, -inverse @ damping]])
+    values = np.linalg.eigvals(system)
+    values = values[np.argsort(np.abs(values), kind="stable")]
+    first, second = values[::2], values[1::2]
+    return np.asarray(-(first + second).real / (2.0 * np.sqrt((first * second).real)))
+
+
+def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
+    """Return the amplitude of mass 1 in the steady motion without stops at every omega (m,): the grazing curve."""
+    mass, damping, stiffness = matrices(oscillator)
+    systems = stiffness - omega[:, None, None] ** 2 * mass + 1j * omega[:, None, None] * damping
+    forces = np.broadcast_to(np.array(oscillator.forcing)[:, None], (len(omega), oscillator.size, 1))
+    return np.asarray(np.abs(np.linalg.solve(systems, forces)[:, 0, 0]))

@@ -1,0 +1,103 @@
+"""Notes on requests that are allowed and probably not meant: a window off the grazing curve, hertz for rad/s."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from grazemap.wire.base import Interval
+from grazemap.wire.diagrams import BifurcationDiagramsRequest
+from grazemap.wire.job import Note
+from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.process import ProcessRequest
+
+Span = tuple[float, float]
+# Frequencies at which the grazing curve is looked at, besides the natural ones.
+_SAMPLES = 257
+# The ratio of two values up to which they are not the ends of a range.
+_APART = 1.02
+# Frequencies below this share of the lowest natural one may be in hertz.
+_LOW = 0.5
+# Clearances above so many amplitudes may be in millimetres.
+_WIDE = 10.0
+
+
+def notes_on(request: ProcessRequest) -> list[Note]:
+    """Return what is probably not meant in a request that is allowed."""
+    spans = {name: _span(request, name) for name in ("omega", "clearance")}
+    found = [*_lists(request)]
+    if spans["omega"] is not None:
+        found += _frequencies(request, spans["omega"])
+        if spans["clearance"] is not None:
+            found += _window(request, spans["omega"], spans["clearance"])
+    return found
+
+
+def _values(request: ProcessRequest, name: str) -> object:
+    if isinstance(request, BifurcationDiagramsRequest) and request.vary == name:
+        return request.range
+    return getattr(request, name, None)
+
+
+def _span(request: ProcessRequest, name: str) -> Span | None:
+    """Return the least and the largest value of a parameter of a request; None if it has none."""
+    values = _values(request, name)
+    if isinstance(values, Interval):
+        return values.start, values.stop
+    if isinstance(values, list):
+        return values[0], values[-1]
+    return (values, values) if isinstance(values, float | int) else None
+
+
+def _lists(request: ProcessRequest) -> Iterator[Note]:
+    for name in ("omega", "clearance"):
+        values = _values(request, name)
+        if not isinstance(values, list):
+            continue
+        instead = f'for a range, {{"start": .., "stop": .., "points": ..}}; in Python ({values[0]:g}, {values[1]:g})'
+        if len(values) == 2 and values[1] > _APART * values[0]:
+            yield Note(code="two-values", detail=f"{name} has two values, {values[0]:g} and {values[1]:g}; {instead}")
+        elif len(values) == 3 and values[2].is_integer() and values[2] > 10.0 * values[1]:
+            detail = f"{name} has three values, the last one {values[2]:g}; {instead} and a number of points"
+            yield Note(code="points-among-values", detail=detail)
+
+
+def _frequencies(request: ProcessRequest, omega: Span) -> Iterator[Note]:
+    lowest = float(request.oscillator.natural_frequencies[0])
+    if request.oscillator.units == "SI" and omega[1] < _LOW * lowest < 2.0 * math.pi * omega[1]:
+        yield Note(
+            code="frequencies-in-hertz",
+            detail=f"omega is in rad/s and ends at {omega[1]:.4g}; the lowest natural frequency is {lowest:.4g} rad/s, "
+            f"{lowest / (2.0 * math.pi):.4g} Hz: multiply by 2 pi if omega was meant in hertz",
+        )
+
+
+def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[Note]:
+    """Compare a window of clearances with the grazing curve."""
+    oscillator = request.oscillator
+    frequencies = np.concatenate([np.linspace(*omega, _SAMPLES), oscillator.natural_frequencies])
+    frequencies = frequencies[(frequencies >= omega[0]) & (frequencies <= omega[1])]
+    amplitude = steady_amplitude(oscillator, frequencies)
+    low, high = float(amplitude.min()), float(amplitude.max())
+    if not np.isfinite(high) or high == 0.0:
+        return
+    unit = " m" if oscillator.units == "SI" else ""
+    if oscillator.units == "SI" and clearance[0] / 1000.0 < high < clearance[0] / _WIDE:
+        yield Note(
+            code="clearances-in-millimetres",
+            detail=f"clearance is in m and starts at {clearance[0]:.4g}; the steady motion has an amplitude of up to "
+            f"{high:.4g} m: divide by 1000 if clearance was meant in millimetres",
+        )
+    if clearance[1] <= _APART * clearance[0] and omega[1] <= _APART * omega[0]:
+        return  # a point, not a window
+    where = f"which lies between {low:.4g} and {high:.4g}{unit} at these frequencies"
+    if omega[0] == omega[1]:
+        where = f"which is at {low:.4g}{unit} at this frequency"
+    if clearance[0] > high:
+        detail = f"every clearance is above the grazing curve, {where}: the steady motion does not reach the stops"
+        yield Note(code="above-grazing-curve", detail=detail)
+    elif clearance[1] < low:
+        detail = f"every clearance is below the grazing curve, {where}: the window has no grazing"
+        yield Note(code="below-grazing-curve", detail=detail)

@@ -1,0 +1,86 @@
+"""What a notebook shows: pictures, small tables, and dataframes."""
+
+import re
+
+import numpy as np
+import pytest
+from sdk_documents import REQUESTS, npz
+
+from grazemap.errors import MissingExtra
+from grazemap.results import decode_result, tables
+
+
+@pytest.mark.parametrize("process", list(REQUESTS))
+def test_every_result_has_a_picture_and_a_table(process):
+    html = decode_result(npz(process))._repr_html_()
+    assert "<th style='text-align:left'>result</th>" in html
+    assert ("src='data:image/png;base64,iVBOR" in html) is hasattr(decode_result(npz(process)), "plot")
+    assert "nondimensional" in html
+
+
+def test_without_matplotlib_there_is_the_table(monkeypatch):
+    def missing(*_):
+        raise MissingExtra("a picture", "plot")
+
+    monkeypatch.setattr("grazemap.plots.axes.new_figure", missing)
+    html = decode_result(npz("grazing-curves"))._repr_html_()
+    assert "img" not in html
+    assert "0.2 to 0.3, 3 points" in html
+
+
+def test_what_comes_from_outside_is_escaped():
+    result = decode_result(npz("grazing-curves"))
+    result.meta["core_version"] = "<script>"
+    assert "<script>" not in result._repr_html_()
+
+
+def test_a_job_and_a_client_have_a_table_without_another_request(client, service):
+    job = client.submit("grazing-curves", REQUESTS["grazing-curves"])
+    sent = len(service.requests)
+    job, client = (getattr(one, "_target", one) for one in (job, client))
+    html = job._repr_html_()
+    assert "grazing-curves" in html
+    assert "0 of 2 tiles" in html
+    assert "http://fake:1" in client._repr_html_()
+    assert "http://fake:1" in repr(client)
+    assert len(service.requests) == sent
+
+
+def test_points_are_rows_with_nothing_apart_from_zero():
+    result = decode_result(npz("codimension-two-points"))
+    table = result.to_dataframe()
+    assert len(table) == len(result.points)
+    assert table["omega"].tolist() == [point.omega for point in result.points]
+    orders = [point.order for point in result.points]
+    assert None in orders
+    assert table["order"].isna().tolist() == [order is None for order in orders]
+    assert {"unfolding_slope", "unfolding_contact"} <= set(table.columns)
+
+
+def test_impacts_are_rows():
+    result = decode_result(npz("trajectories"))
+    table = result.to_dataframe("impacts")
+    np.testing.assert_array_equal(table["velocity"], result.impacts.velocity)
+    assert tables.tables(result) == ["impacts", "sticking"]
+
+
+def test_units_are_said_in_si():
+    result = decode_result(npz("trajectories"))
+    result.meta["request"]["oscillator"]["units"] = "SI"
+    assert result.to_dataframe("impacts").attrs["units"]["velocity"] == "m/s"
+
+
+@pytest.mark.parametrize("process", list(REQUESTS))
+def test_every_table_of_every_result_has_rows_for_its_records(process):
+    result = decode_result(npz(process))
+    for name in tables.tables(result):
+        records = result.derived_tables().get(name) or getattr(result, name)
+        rows = len(records.order) if name == "next_contact" else len(records)
+        assert len(result.to_dataframe(name)) == rows, name
+
+
+def test_another_table_is_refused_with_the_names_of_those_there_are():
+    result = decode_result(npz("trajectories"))
+    for name in (None, "points"):
+        with pytest.raises(ValueError, match=re.escape("a Trajectory has the tables: impacts, sticking")):
+            result.to_dataframe(name)
