@@ -11,6 +11,7 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -18,17 +19,20 @@ from typing import Any
 
 from grazemap import constants
 from grazemap.client import Client
-from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, ProtocolError
+from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, ProtocolError, RequestWarning
 from grazemap.local_stack import local, stack_command
 from grazemap.plots import save_picture
 from grazemap.plots.axes import new_figure
 from grazemap.results import OrbitBranch, PeriodicOrbit, load
+from grazemap.results.tables import tables
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES
 
 DONE, FAILED, INVALID, NOT_FOUND, INTERRUPTED = 0, 1, 2, 3, 130
 _PICTURES = (".png", ".svg", ".pdf")
 _RESULTS = (".npz", ".json")
+# Seconds in which a service on this machine says that it is there.
+_ANSWERS_WITHIN = 2.0
 # Default address of `up`, as in the service's settings; environment variables override it.
 _LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
@@ -41,7 +45,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
     options = _parser().parse_args(arguments)
     try:
-        code: int = options.command(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", RequestWarning)
+            warnings.showwarning = _print_warning
+            code: int = options.command(options)
     except (_Invalid, ParameterError) as error:
         return _fail(error, INVALID)
     except ConnectionFailed as error:
@@ -51,6 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return code
+
+
+def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"grazemap: note: {message}", file=sys.stderr)
 
 
 def _fail(error: Exception | str, code: int) -> int:
@@ -101,7 +112,10 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="file of the result: .npz, .json, .png, .svg or .pdf",
     )
-    run.add_argument("--url", help="address of a running service (default: GRAZEMAP_URL, else a temporary stack)")
+    run.add_argument(
+        "--url",
+        help="address of a service (default: GRAZEMAP_URL, else one on this machine, else a temporary stack)",
+    )
     run.add_argument("--quiet", action="store_true", help="no progress bar")
     run.set_defaults(command=_run)
 
@@ -109,6 +123,14 @@ def _parser() -> argparse.ArgumentParser:
     plot.add_argument("result", type=Path, help="a .npz or .json file")
     plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
     plot.set_defaults(command=_plot)
+
+    show = commands.add_parser("show", help="say what a saved result is: its request, its notes, its tables")
+    show.add_argument("result", type=Path, help="a .npz or .json file")
+    show.set_defaults(command=_show)
+
+    schema = commands.add_parser("schema", help="print the JSON schema of a process's request")
+    schema.add_argument("process", choices=sorted(PROCESSES))
+    schema.set_defaults(command=_schema)
     return parser
 
 
@@ -129,11 +151,25 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def _client(url: str) -> Client:
+def _client(url: str | None) -> Client:
     try:
-        return Client(url, api_key=os.environ.get("GRAZEMAP_API_KEY"))
+        return Client(url)
     except ValueError as error:
         raise _Invalid(str(error)) from error
+
+
+def _running_or_local(url: str | None, quiet: bool) -> Client:
+    """Return a client of the service that is named, or that runs at the default address, or of a temporary stack."""
+    if url or os.environ.get("GRAZEMAP_URL"):
+        return _client(url)
+    with Client(timeout=_ANSWERS_WITHIN, retries=0) as looking:
+        try:
+            looking.describe()
+        except GrazemapError:
+            return local()
+    if not quiet:
+        print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
+    return Client()
 
 
 def _up(options: argparse.Namespace) -> int:
@@ -164,11 +200,10 @@ def _addresses(line: bytes) -> str:
 
 
 def _status(options: argparse.Namespace) -> int:
-    url = options.url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
-    with _client(url) as client:
+    with _client(options.url) as client:
         described = client.describe()
         jobs = client.jobs(limit=10)
-    print(f"service   {url}")
+    print(f"service   {client.base_url}")
     for name, value in described.items():
         if not isinstance(value, list | dict):
             print(f"{name:<9} {value}")
@@ -183,8 +218,7 @@ def _run(options: argparse.Namespace) -> int:
         raise _Invalid(f"the output must end in one of {', '.join((*_RESULTS, *_PICTURES))}")
     _check_output(options.output)
     request = _request(options.json)
-    url = options.url or os.environ.get("GRAZEMAP_URL")
-    with closing(_client(url) if url else local()) as client:
+    with closing(_running_or_local(options.url, options.quiet)) as client:
         handle = client.submit(options.process, request).wait(progress=not options.quiet)
         result = handle.result()
     with _files("the output (-o)", options.output):
@@ -235,6 +269,24 @@ def _plot(options: argparse.Namespace) -> int:
     with _files("the picture", output):
         save_picture(result, output)
     print(output)
+    return DONE
+
+
+def _show(options: argparse.Namespace) -> int:
+    with _files("the result", options.result):
+        result = load(options.result)
+    print(repr(result)[1:-1])
+    print(f"core      {result.meta.get('core_version', 'unknown')}")
+    print(f"request   {json.dumps(result.meta['request'])}")
+    for note in result.notes:
+        print(f"note      {note.detail}")
+    for name in tables(result):
+        print(f"table     {name}")
+    return DONE
+
+
+def _schema(options: argparse.Namespace) -> int:
+    print(json.dumps(PROCESSES[options.process].model_json_schema(), indent=2))
     return DONE
 
 

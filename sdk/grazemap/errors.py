@@ -41,6 +41,7 @@ __all__ = [
     "ParameterError",
     "ProtocolError",
     "QueueFull",
+    "RequestWarning",
     "ResultFormatError",
     "ResultNotReady",
     "ServerError",
@@ -55,6 +56,10 @@ __all__ = [
 
 class GrazemapError(Exception):
     """Base of the exceptions of the package."""
+
+
+class RequestWarning(UserWarning):
+    """A request is allowed, and probably not what was meant; the text is that of the job's notes."""
 
 
 def problem_text(problem: Problem) -> str:

@@ -17,7 +17,7 @@ from fastapi import Depends, Path
 from pydantic import ValidationError
 from starlette.responses import Response
 
-from grazemap.wire import FINISHED, Job, Link, ProcessRequest, parse_request
+from grazemap.wire import FINISHED, Job, Link, Note, ProcessRequest, notes_on, parse_request
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.limits import checked_plan
 from grazemap_service.problems import ProblemException
@@ -28,6 +28,9 @@ PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
 RESULTS_RELATION = "http://www.opengis.net/def/rel/ogc/1.0/results"
 _JOB_ID = re.compile(r"[0-9a-f]{64}")
+# The notes on requests, by the ids of their jobs.
+_NOTES: dict[str, list[Note]] = {}
+_MOST_NOTES = 10_000
 _log = structlog.get_logger("grazemap_service")
 
 
@@ -37,11 +40,31 @@ async def known_job(
     """Return the job that the path names. Raises ProblemException "unknown-job"."""
     job = None
     if _JOB_ID.fullmatch(job_id):
-        job = await run_sync(context.store.jobs.get, job_id, limiter=context.threads)
+        job = await run_sync(stored_job, context, job_id, limiter=context.threads)
     if job is None:
         raise ProblemException("unknown-job")
     structlog.contextvars.bind_contextvars(job_id=job.id)
     return job
+
+
+def stored_job(context: Context, job_id: str) -> Job | None:
+    """Return a job with the notes on its request, or None when there is none of this id (blocking)."""
+    job = context.store.jobs.get(job_id)
+    return None if job is None else _with_notes(job)
+
+
+def _with_notes(job: Job, request: ProcessRequest | None = None) -> Job:
+    """Return the job with the notes on its request (blocking: for many masses they take up to 50 ms)."""
+    notes = _NOTES.get(job.id)
+    if notes is None:
+        try:
+            notes = notes_on(request or parse_request(job.process, job.request or {}))
+        except (KeyError, ValidationError):  # this version does not accept the request any more
+            notes = []
+        if len(_NOTES) >= _MOST_NOTES:
+            _NOTES.clear()
+        _NOTES[job.id] = notes
+    return job.model_copy(update={"notes": notes})
 
 
 KnownJob = Annotated[Job, Depends(known_job)]
@@ -66,7 +89,7 @@ def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job
     if created:
         _log.info("job accepted", process=process, tiles=planned.count)
         _enqueue(context, job, planned.count)
-    return job, created
+    return _with_notes(job, request), created
 
 
 def submit_again(context: Context, job: Job) -> Job:

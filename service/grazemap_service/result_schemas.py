@@ -96,6 +96,8 @@ def _result(record: Record, process: str, components: dict[str, Schema], tile: b
     if tile:
         place = {"index": {"type": "integer"}, "rows": _PAIR, "columns": _PAIR}
         of_meta["tile"] = _object("Position of the tile in the grid, stops excluded.", place)
+    else:
+        of_meta["notes"] = {"type": "array", "items": reference("Note")}
     components[meta] = _object("The metadata of a result.", {**own, **of_meta})
     fields = {one.name: _property(one) for one in record if not (tile and one.replaces)}
     required = [*own, *(one.name for one in record if not one.optional), "meta"]

@@ -21,7 +21,7 @@ import importlib.util, json, sys
 import grazemap
 loaded = sorted(set(sys.modules) & set({heavy!r}))
 with grazemap.Client({url!r}) as client:
-    curve = client.grazing_curve(omega=[0.1, 0.28109], progress=True)
+    curve = client.grazing_curve(omega=[0.1, 0.28109, 0.3], progress=True)
 try:
     grazemap.local()
 except grazemap.errors.MissingExtra as error:
@@ -30,7 +30,7 @@ print(json.dumps({{
     "file": grazemap.__file__,
     "loaded": loaded,
     "installed": [name for name in {heavy!r} if importlib.util.find_spec(name)],
-    "clearance": curve.clearance.tolist(),
+    "clearance": curve.clearance[:2].tolist(),
     "refusal": refusal,
 }}))
 """
@@ -79,6 +79,5 @@ def test_in_an_empty_environment_the_light_client_works(wheel: Path, stack: Loca
     assert Path(told["file"]).is_relative_to(environment)
     assert told["loaded"] == told["installed"] == []
     assert told["clearance"] == pytest.approx([1.4415071166664197, 1.9203051890379243], abs=1e-13)
-    # the bar does without tqdm
-    assert "grazing-curves: 100%" in done.stderr
+    assert done.stderr == ""  # no terminal, so no progress
     assert 'pip install "grazemap[server]"' in told["refusal"]

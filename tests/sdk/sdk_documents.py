@@ -128,6 +128,7 @@ def npz(process: str, extra: dict[str, Any] | None = None) -> bytes:
         "core_version": "1",
         "numerics": {},
         "units": "nondimensional",
+        "notes": [],
     }
     full = with_deprecated(schema_of(name, document(process)), document(process))
     return encode_npz({**full, **(extra or {})}, meta)

@@ -12,7 +12,7 @@ from typing import Any
 import httpx2
 from sdk_documents import ADAPTIVE, MANY, npz
 
-from grazemap.wire import canonical, canonical_id, parse_request
+from grazemap.wire import canonical, canonical_id, notes_on, parse_request
 
 
 def problem(status: int, kind: str = "some-problem", **headers: str) -> httpx2.Response:
@@ -39,6 +39,10 @@ class FakeService:
                 raise answer
             return answer
         parts = request.url.path.strip("/").split("/")
+        if parts[2:] == ["estimate"]:
+            asked = parse_request(parts[1], json.loads(request.content))
+            notes = [note.model_dump() for note in notes_on(asked)]
+            return httpx2.Response(200, json={"periods": 9.0, "tiles": 2, "seconds": 3.0, "notes": notes})
         if request.method == "POST":
             return self._submit(parts[1], json.loads(request.content))
         if parts == ["v1"]:
@@ -70,6 +74,7 @@ class FakeService:
                 "request": body,
                 "status": "running",
                 "progress": {"done": 0, "total": 2, "unit": "tiles"},
+                "notes": [note.model_dump() for note in notes_on(request)],
             }
         return httpx2.Response(200 if there else 201, json=self.jobs[name])
 

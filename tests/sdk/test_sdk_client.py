@@ -24,7 +24,7 @@ def test_each_process_has_its_method(client, service):
     path = client.trajectory(omega=0.29, clearance=1.6, periods=2, samples_per_period=2, progress=False)
     umap = client.unfolding_map(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
     whole = client.unfolding_diagram(omega=(0.2, 0.3), clearance=(1.5, 1.6), shape=(2, 3), progress=False)
-    diagram = client.bifurcation_diagram(omega=0.29, clearance=[1.5, 1.6], periods=3, progress=False)
+    diagram = client.bifurcation_diagram(omega=0.29, clearance=[1.5, 1.6, 2.5], periods=3, progress=False)
     basins = client.basins(
         omega=0.29,
         clearance=1.6,
@@ -285,7 +285,7 @@ def test_another_server_at_the_address_is_reported(client, service):
         {"base_url": "http://127.0.0.1:99999"},
         {"base_url": "http://[::1"},
         {"base_url": "http://line\nbreak"},
-        {"base_url": None},
+        {"base_url": "//x"},
         {"api_key": "k\u00e9y"},
         {"api_key": "two\nlines"},
         {"timeout": 0},

@@ -600,3 +600,45 @@ def test_a_dataset_of_no_points_has_every_column_empty_and_of_its_kind():
     assert {name: made[name].dtype.kind for name in made.variables} == {
         name: full[name].dtype.kind for name in full.variables
     }
+
+
+def test_a_place_in_a_map_has_the_label_of_the_nearest_point_and_a_request_for_its_orbit(client, service):
+    umap = decode_result(npz("unfolding-maps"))
+    point = umap.at(0.21, 1.58)
+    assert (point.omega, point.clearance, point.label, point.verified, point.reason) == (0.2, 1.6, "1-2r-2l", True, "")
+    client.periodic_orbit(**point.request, progress=False)
+    (job,) = service.jobs.values()
+    assert job["process"] == "periodic-orbits"
+    assert (job["request"]["omega"], job["request"]["clearance"]) == (0.2, 1.6)
+    assert job["request"]["transient_periods"] == 1000
+    unresolved = umap.at(0.25, 1.5)
+    assert (unresolved.label, unresolved.reason, unresolved.request) == ("unresolved", "not closed", None)
+    free = umap.at(0.3, 1.6)  # it has no impacts that an orbit could be solved from
+    assert (free.label, free.request) == ("1-(-1)r-(-1)l", None)
+    with pytest.raises(ValueError, match=r"omega = 0\.4 is outside the map, which has 0\.2 to 0\.3"):
+        umap.at(0.4, 1.5)
+
+
+def test_a_part_of_a_map_is_asked_for_with_the_settings_of_the_map(client, service):
+    umap = decode_result(npz("unfolding-maps"))
+    client.unfolding_map(**umap.zoom((0.22, 0.24), (1.52, 1.7)), progress=False)
+    (job,) = service.jobs.values()
+    assert job["request"]["omega"] == {"start": 0.22, "stop": 0.24, "points": 3}
+    assert job["request"]["clearance"] == {"start": 1.52, "stop": 1.7, "points": 2}
+    kept = ("oscillator", "policy", "max_periods", "max_period")
+    assert all(job["request"][name] == umap.meta["request"][name] for name in kept)
+
+
+def test_a_motion_of_a_map_is_found_by_its_label():
+    umap = decode_result(npz("unfolding-maps"))
+    assert umap.mask("1-2r-2l").tolist() == [[True, False, False], [True, False, False]]
+    assert umap.mask("unresolved").tolist() == [[False, True, False], [False, True, False]]
+    with pytest.raises(ValueError, match="no motion '1-1r-1l'; it has 1-2r-2l"):
+        umap.mask("1-1r-1l")
+
+
+def test_the_grazing_curve_is_known_at_every_frequency():
+    curve = decode_result(npz("grazing-curves"))
+    omega = np.array([[0.2, 0.21], [0.29, 0.3]])
+    assert curve.at(omega).shape == (2, 2)
+    assert curve.at(0.29) == pytest.approx(curve.at(omega)[1, 0], rel=1e-15)

@@ -119,6 +119,18 @@ def test_without_a_worker_a_job_waits_unbound(client: TestClient, store: Store) 
     assert not store.redis.keys("rq:queue:*")
 
 
+def test_a_job_has_notes_on_what_is_probably_not_meant(client: TestClient) -> None:
+    body = MAP | {"clearance": {"start": 9.0, "stop": 10.0, "points": 64}}
+    submitted = client.post("/v1/unfolding-maps", json=body).json()
+    (note,) = submitted["notes"]
+    assert note["code"] == "above-grazing-curve"
+    assert "the grazing curve, which lies between" in note["detail"]
+    assert client.get(f"/v1/jobs/{submitted['id']}").json()["notes"] == submitted["notes"]
+    waited = client.post("/v1/unfolding-maps", json=body, headers={"prefer": "wait=1"}).json()
+    assert waited["notes"] == submitted["notes"]
+    assert client.post("/v1/unfolding-maps", json=MAP).json()["notes"] == []
+
+
 def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     assert store.jobs.fingerprint_of(job["id"]) == "f00d"
@@ -235,3 +247,17 @@ def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
         assert getattr(request, name) is getattr(request, name)
     assert canonical(request) == canonical(UnfoldingDiagramsRequest.model_validate(window))
     assert request == UnfoldingDiagramsRequest.model_validate(window)
+
+
+def test_an_estimate_is_that_of_the_job_and_submits_nothing(client: TestClient) -> None:
+    body = MAP | {"clearance": {"start": 9.0, "stop": 10.0, "points": 64}}
+    forecast = client.post("/v1/unfolding-maps/estimate", json=body)
+    assert forecast.status_code == 200
+    assert client.get("/v1/jobs").json()["jobs"] == []
+    job = client.post("/v1/unfolding-maps", json=body).json()
+    assert forecast.json() == {**job["estimate"], "notes": job["notes"]}
+    refused = client.post("/v1/unfolding-maps/estimate", json=MAP | {"max_periods": 0})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["pointer"] == "/max_periods"
+    huge = MAP | {"omega": {"start": 0.2, "stop": 0.3, "points": 10**9}}
+    assert client.post("/v1/unfolding-maps/estimate", json=huge).json()["type"].endswith("too-much-work")

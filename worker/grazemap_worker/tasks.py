@@ -18,6 +18,7 @@ from rq.timeouts import JobTimeoutException
 from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.schema import VERSION, schema_of
 from grazemap.schema.documents import add_deprecated
+from grazemap.wire import notes_on
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
@@ -120,7 +121,9 @@ def _compute(claim: Claim, context: Context) -> int:
     document = compute()
     took = time.thread_time() - began
     add_deprecated(schema_of(claim.process, document), document)
-    store.results.commit(claim.job_id, encode_npz(document, _meta(claim, context)), claim.fingerprint, took)
+    notes = [note.model_dump() for note in notes_on(claim.request)]
+    data = encode_npz(document, {**_meta(claim, context), "notes": notes})
+    store.results.commit(claim.job_id, data, claim.fingerprint, took)
     return -1
 
 

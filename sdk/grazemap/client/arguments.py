@@ -132,6 +132,9 @@ def as_grid(name: str, values: Any, points: int | None, keyword: str) -> Any:
     Raises ParameterError where the number of points is missing or differs from the number of values; the wire models
     check all else. `keyword` is the name of the argument that gives the number of points.
     """
+    if isinstance(values, tuple) and len(values) == 3 and isinstance(values[2], int):
+        detail = f"{name} is a tuple of three numbers, and the last one would be a value"
+        raise _parameter_error(f"/{name}", detail, f"({values[0]}, {values[1]}) with {keyword}, or a list of values")
     if isinstance(values, tuple) and len(values) == 2:
         if points is None:
             raise _parameter_error(f"/{name}", f"{name} has a start and a stop, and {keyword} is missing", _VALUES)

@@ -18,8 +18,8 @@ from grazemap.client.connection import Connection
 from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.methods import Blocking, ProcessMethods
-from grazemap.results import Trajectories, Trajectory
-from grazemap.wire import ProcessRequest, Status
+from grazemap.results import Trajectories, Trajectory, html
+from grazemap.wire import Forecast, ProcessRequest, Status
 from grazemap.wire.base import plain
 
 
@@ -28,9 +28,10 @@ class Client(ProcessMethods, Blocking):
 
     Parameters
     ----------
-    base_url : str
+    base_url : str, optional
+        Left out: the environment variable GRAZEMAP_URL, else http://127.0.0.1:8000.
     api_key : str, optional
-        Sent as a bearer token.
+        Sent as a bearer token. Left out: the environment variable GRAZEMAP_API_KEY, if it is set.
     cache_dir : path, optional
         Folder for results; a result is used again when the service confirms its ETag.
     timeout : float
@@ -48,19 +49,27 @@ class Client(ProcessMethods, Blocking):
 
     def __init__(
         self,
-        base_url: str = constants.DEFAULT_BASE_URL,
+        base_url: str | None = None,
         api_key: str | None = None,
         cache_dir: str | os.PathLike[str] | None = None,
         timeout: float = constants.DEFAULT_TIMEOUT,
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._connection = Connection(Settings(base_url, api_key, cache_dir, timeout, retries), transport)
+        url = base_url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
+        key = os.environ.get("GRAZEMAP_API_KEY") if api_key is None else api_key
+        self._connection = Connection(Settings(url, key, cache_dir, timeout, retries), transport)
 
     @property
     def base_url(self) -> str:
         """The address of the service."""
         return self._connection.settings.base_url
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.base_url}>"
+
+    def _repr_html_(self) -> str:
+        return html.table(type(self).__name__, {"service": self.base_url})
 
     def close(self) -> None:
         """Close the connections."""
@@ -95,6 +104,14 @@ class Client(ProcessMethods, Blocking):
         """
         job = jobs.submit(self._connection, validated(process, request))
         return JobHandle(self._connection, job)
+
+    def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
+        """Return what a request is expected to cost, with its notes; nothing is submitted.
+
+        Parameters, and Raises apart from QueueFull, as for `submit`. A request over a limit of the service raises
+        ParameterError, which says the estimate and the limit.
+        """
+        return jobs.forecast(self._connection, validated(process, request))
 
     def job(self, job_id: str) -> JobHandle:
         """Return the handle of a job that was submitted before. Raises NotFound."""

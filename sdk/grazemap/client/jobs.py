@@ -13,13 +13,15 @@ from grazemap.client.connection import Connection
 from grazemap.client.events import Event
 from grazemap.client.http import JOB_ID, job_path
 from grazemap.client.progress import Listener
+from grazemap.client.request_warnings import warn_of
 from grazemap.client.watch import Follower
 from grazemap.constants import API_PREFIX, PREFER_WAIT
 from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
-from grazemap.results import Result, decode_result
-from grazemap.wire import Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
+from grazemap.results import Result, decode_result, html
+from grazemap.wire import Forecast, Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
 
 R = TypeVar("R", bound=Result)
+_JSON = {"content-type": "application/json"}
 
 
 class JobHandle:
@@ -66,6 +68,19 @@ class JobHandle:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id[:12]} {self.process}: {self.status}>"
+
+    def _repr_html_(self) -> str:
+        job, progress = self._job, self._job.progress
+        rows = {
+            "process": job.process,
+            "status": job.status,
+            "progress": f"{progress.done} of {progress.total} {progress.unit}",
+            "estimate": f"{job.estimate.seconds:.3g} s of one core",
+            "core": job.core_version,
+            "note": "; ".join(note.detail for note in job.notes),
+            "problem": problem_text(job.problem) if job.problem else None,
+        }
+        return html.table(f"Job {job.id[:12]}", rows)
 
     def refresh(self) -> JobHandle:
         """Update the handle from the service, and return it."""
@@ -122,15 +137,23 @@ class JobHandle:
 
 def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0) -> Job:
     """Submit a request and return its job, a new one or that of an earlier equal request."""
-    headers = {"content-type": "application/json"}
-    if prefer_wait:
-        headers["prefer"] = f"wait={prefer_wait}"
-    body = json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
+    headers = _JSON | ({"prefer": f"wait={prefer_wait}"} if prefer_wait else {})
     path = f"{API_PREFIX}/{request.operation.process}"
-    job = Job.read((connection.send("POST", path, headers=headers, content=body)).content)
+    job = Job.read((connection.send("POST", path, headers=headers, content=_body(request))).content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an invalid job id")
+    warn_of(job.notes)
     return job
+
+
+def forecast(connection: Connection, request: ProcessRequest) -> Forecast:
+    """Return the expected cost of a request, which is not submitted."""
+    path, body = f"{API_PREFIX}/{request.operation.process}/estimate", _body(request)
+    return Forecast.read((connection.send("POST", path, headers=_JSON, content=body)).content)
+
+
+def _body(request: ProcessRequest) -> bytes:
+    return json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
 
 
 def look(connection: Connection, job_id: str) -> Job:

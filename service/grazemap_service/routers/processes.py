@@ -11,9 +11,10 @@ import anyio
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Body, Depends, Header, Request, Response
 
-from grazemap.wire import FINISHED, PROCESSES, Job, ProcessRequest, Status
+from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, ProcessRequest, Status, notes_on
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, job_response, submit
+from grazemap_service.jobs import PREFIX, job_response, stored_job, submit
+from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
 
@@ -44,7 +45,7 @@ async def _finished(context: Context, job: Job, seconds: float) -> Job:
         status = await run_sync(jobs.status, job.id, limiter=context.threads)
     if status == job.status:
         return job
-    return await run_sync(jobs.get, job.id, limiter=context.threads) or job
+    return await run_sync(stored_job, context, job.id, limiter=context.threads) or job
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
@@ -69,6 +70,21 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
     return post
 
 
+def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Forecast]]:
+    operation = model.operation
+
+    def made(context: Context, request: ProcessRequest) -> Forecast:
+        planned = checked_plan(operation.process, request, context.settings)
+        return Forecast(**planned.estimate.model_dump(), notes=notes_on(request))
+
+    async def post(body: ProcessRequest, context: Context) -> Forecast:
+        return await run_sync(made, context, body, limiter=context.threads)
+
+    post.__annotations__ = {"body": model, "context": CurrentContext, "return": Forecast}
+    post.__doc__ = "Estimate the cost of a request and check it, without submitting it."
+    return post
+
+
 router = APIRouter(route_class=JsonRoute, tags=["processes"])
 for _process, _model in PROCESSES.items():
     router.add_api_route(
@@ -84,4 +100,13 @@ for _process, _model in PROCESSES.items():
             201: {"model": Job, "description": "A new job; Location is its address."},
             **problem_responses(*SUBMISSION_KINDS),
         },
+    )
+    router.add_api_route(
+        f"{PREFIX}/{_process}/estimate",
+        _forecast(_model),
+        methods=["POST"],
+        operation_id=_model.operation.operation_id.replace("submit_", "estimate_"),
+        summary=f"{_model.operation.summary}: estimate",
+        response_description="The expected cost.",
+        responses=problem_responses(*(kind for kind in SUBMISSION_KINDS if kind != "queue-full")),
     )

@@ -1,0 +1,142 @@
+"""What is allowed and probably not meant: a note on the job and the result, a warning, a line of the command."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from sdk_documents import npz
+from sdk_fake_service import served
+
+from grazemap import cli
+from grazemap.codec import decode_npz, encode_npz
+from grazemap.errors import ParameterError, RequestWarning
+from grazemap.results import decode_result
+from grazemap.wire import Oscillator, notes_on, parse_request
+from grazemap.wire.linear import steady_amplitude
+
+SI = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
+MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
+WINDOWS = {"omega": (0.26, 0.30), "clearance": (9.0, 10.0), "shape": (3, 2), "progress": False}
+
+
+def codes(process: str, body: dict) -> list[str]:
+    return [note.code for note in notes_on(parse_request(process, body))]
+
+
+def span(start: float, stop: float) -> dict:
+    return {"start": start, "stop": stop, "points": 8}
+
+
+def test_ordinary_requests_have_no_notes():
+    assert codes("unfolding-maps", MAP) == []
+    assert codes("grazing-curves", {"omega": [0.2, 0.3, 0.5]}) == []
+    assert codes("grazing-curves", {"omega": [0.29, 0.291]}) == []
+    assert codes("trajectories", {"omega": 0.29, "clearance": 5.0, "periods": 3}) == []
+    si = {"oscillator": SI, "omega": span(15.0, 25.0), "clearance": span(0.01, 0.05)}
+    assert codes("unfolding-maps", si) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"clearance": span(9.0, 10.0)}, ["above-grazing-curve"]),
+        ({"clearance": span(0.01, 0.02)}, ["below-grazing-curve"]),
+        ({"omega": [0.26, 0.30]}, ["two-values"]),
+        ({"omega": [0.26, 0.30, 100.0]}, ["points-among-values"]),
+        ({"oscillator": SI, "omega": span(2.4, 4.0), "clearance": span(0.01, 0.05)}, ["frequencies-in-hertz"]),
+        (
+            {"oscillator": SI, "omega": span(15.0, 25.0), "clearance": span(10.0, 50.0)},
+            ["clearances-in-millimetres", "above-grazing-curve"],
+        ),
+    ],
+)
+def test_what_is_probably_not_meant_is_noted(changes, expected):
+    assert codes("unfolding-maps", MAP | changes) == expected
+
+
+def test_a_diagram_over_one_parameter_is_compared_with_the_grazing_curve():
+    body = {"vary": "clearance", "range": span(5.0, 6.0), "omega": 0.29}
+    assert codes("bifurcation-diagrams", body) == ["above-grazing-curve"]
+    assert codes("bifurcation-diagrams", body | {"range": span(1.0, 6.0)}) == []
+
+
+def test_the_note_says_where_the_grazing_curve_is():
+    (note,) = notes_on(parse_request("unfolding-maps", MAP | {"clearance": span(9.0, 10.0)}))
+    low, high = (float(word) for word in re.findall(r"\d+\.\d+", note.detail))
+    amplitudes = steady_amplitude(Oscillator(), np.linspace(0.26, 0.30, 1000))
+    assert (low, high) == pytest.approx((amplitudes.min(), amplitudes.max()), rel=1e-3)
+
+
+def test_a_client_warns_at_the_line_of_the_caller(client):
+    with pytest.warns(RequestWarning, match="above the grazing curve") as caught:
+        client.unfolding_map(**WINDOWS)
+    if type(client).__name__ == "Client":  # in a task of asyncio there is no line of the caller
+        assert caught[0].filename == __file__
+
+
+def test_an_estimate_has_the_notes_without_a_job(client, service):
+    forecast = client.estimate("unfolding-maps", MAP | {"clearance": span(9.0, 10.0)})
+    assert (forecast.seconds, [note.code for note in forecast.notes]) == (3.0, ["above-grazing-curve"])
+    assert service.jobs == {}
+    with pytest.raises(ParameterError):
+        client.estimate("unfolding-maps", {})
+
+
+def test_the_command_line_prints_the_note(service, tmp_path, capsys):
+    source, output = tmp_path / "request.json", tmp_path / "map.npz"
+    source.write_text(json.dumps(MAP | {"clearance": span(9.0, 10.0)}))
+    with served(service) as url:
+        assert cli.main(["run", "unfolding-maps", "--json", str(source), "-o", str(output), "--url", url]) == 0
+    assert "grazemap: note: every clearance is above the grazing curve" in capsys.readouterr().err
+
+
+def test_a_result_has_the_notes_of_its_meta(service, client):
+    with pytest.warns(RequestWarning):
+        job = client.submit("unfolding-maps", MAP | {"clearance": span(9.0, 10.0)})
+    assert [note.code for note in job.job.notes] == ["above-grazing-curve"]
+    document = decode_result(service.results.setdefault(job.id, _with_notes()))
+    assert [note.detail for note in document.notes] == ["here"]
+
+
+def _with_notes() -> bytes:
+    document, meta = decode_npz(npz("unfolding-maps"))
+    return encode_npz(document, meta | {"notes": [{"code": "x", "detail": "here"}]})
+
+
+def test_three_numbers_in_a_tuple_are_refused_with_the_way_to_write_them(client, service):
+    with pytest.raises(ParameterError) as caught:
+        client.grazing_curve(omega=(0.2, 0.4, 100))
+    (error,) = caught.value.problem.errors
+    assert error.pointer == "/omega"
+    assert "(0.2, 0.4) with points" in error.allowed
+    assert service.requests == []
+
+
+def test_si_without_damping_is_refused():
+    body = {"oscillator": {name: value for name, value in SI.items() if name != "damping"}, "omega": [10.0, 20.0, 30.0]}
+    with pytest.raises(ValueError, match="no default in SI"):
+        parse_request("grazing-curves", body)
+    body["oscillator"]["damping"] = 0.0
+    parse_request("grazing-curves", body)
+
+
+def test_natural_frequencies_and_damping_ratios_are_those_of_closed_forms():
+    one = Oscillator(**SI)
+    assert one.natural_frequencies == pytest.approx([20.0], rel=1e-14)
+    assert one.damping_ratios == pytest.approx([0.001 * 20.0], rel=1e-14)
+    linked = Oscillator(**{**SI, "damping": [3.0]})
+    assert linked.damping_ratios == pytest.approx([3.0 / (2.0 * math.sqrt(2.0 * 800.0))], rel=1e-14)
+    # two equal masses on equal springs: the golden ratio
+    two = Oscillator(masses=[1.0, 1.0], stiffnesses=[1.0, 1.0], damping=[0.1, 0.1], forcing=[1.0, 0.0])
+    golden = np.array([(math.sqrt(5.0) - 1.0) / 2.0, (math.sqrt(5.0) + 1.0) / 2.0])
+    assert two.natural_frequencies == pytest.approx(golden, rel=1e-14)
+    assert two.damping_ratios == pytest.approx(0.1 * golden, rel=1e-13)
+    # more damping than a mode can oscillate with
+    assert Oscillator(**{**SI, "damping": [100.0]}).damping_ratios == pytest.approx([1.25], rel=1e-13)
+
+
+def test_a_window_below_the_grazing_curve_is_noted_without_a_warning(client):
+    job = client.submit("unfolding-maps", MAP | {"clearance": span(1.3, 1.5)})
+    assert [note.code for note in job.job.notes] == ["below-grazing-curve"]
