@@ -214,7 +214,7 @@ def test_basins_have_attractors_with_their_known_properties(tmp_path):
         assert chaos.multiplier is None
         assert result.unresolved == pytest.approx(1 / 6)
     made = result.to_xarray()
-    assert made["motion"].sel(vertical=0.5).values.tolist() == ["chaotic", "unresolved", "1-2r-1l"]
+    assert meanings(made["motion"].sel(vertical=0.5)) == ["chaotic", "unresolved", "1-2r-1l"]
 
 
 def test_a_diagram_has_its_parts_and_the_explanation_of_every_border(tmp_path):
@@ -246,7 +246,7 @@ def test_a_diagram_has_its_parts_and_the_explanation_of_every_border(tmp_path):
     assert "3 steps between points with two periodic motions: 1 curve, 1 coexistence, 0 goes on, 1 unexplained" in said
     assert "no orbit" in said
     made = result.to_xarray()
-    assert made["border_explanation"].values.tolist() == ["curve", "coexistence", "unexplained", "goes on"]
+    assert meanings(made["border_explanation"]) == ["curve", "coexistence", "unexplained", "goes on"]
     assert made["kind"].dims == ("clearance", "omega")
 
 
@@ -542,13 +542,34 @@ def test_every_result_becomes_a_dataset(process):
     assert made.attrs["process"] == process.split()[0]
 
 
+def meaning(value) -> str:
+    return meanings(value.expand_dims("one"))[0]
+
+
+def meanings(values) -> list[str]:
+    names = [word.replace("_", " ").strip() for word in values.attrs["flag_meanings"].split()]
+    assert values.attrs["flag_values"].tolist() == list(range(len(names)))
+    return [names[code] for code in values.values.tolist()]
+
+
+def test_a_dataset_keeps_none_apart_from_zero():
+    made = decode_result(npz("codimension-two-points")).to_xarray()
+    found = decode_result(npz("codimension-two-points")).points
+    for name in ("order", "multiple", "active"):
+        expected = [np.nan if getattr(point, name) is None else float(getattr(point, name)) for point in found]
+        np.testing.assert_array_equal(made[name], expected, err_msg=name)
+    assert np.isnan(made["order"]).any()
+
+
 def test_a_dataset_has_coordinates_units_and_labels():
     made = decode_result(npz("unfolding-maps")).to_xarray()
-    assert made["label"].sel(omega=0.25, clearance=1.6).item() == "unresolved"
+    assert meaning(made["label"].sel(omega=0.25, clearance=1.6)) == "unresolved"
+    assert made["label"].dtype.itemsize == made["kind"].dtype.itemsize == made["reason"].dtype.itemsize == 1
+    assert meaning(made["kind"].sel(omega=0.25, clearance=1.6)) == "unresolved"
     assert made["omega"].attrs["units"] == "nondimensional"
     assert made["settled_after"].attrs["units"] == "forcing periods"
-    assert made["reason"].sel(omega=0.25, clearance=1.6).item() == "not closed"
-    assert made["reason"].sel(omega=0.3, clearance=1.6).item() == "rests"
+    assert meaning(made["reason"].sel(omega=0.25, clearance=1.6)) == "not closed"
+    assert meaning(made["reason"].sel(omega=0.3, clearance=1.6)) == "rests"
     assert made["verified"].values.tolist() == [[True, False, True], [True, False, False]]
     assert decode_result(npz("trajectories")).to_xarray()["velocity"].sel(mass=2, time=10.0) == 1.0
 

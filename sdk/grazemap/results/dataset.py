@@ -2,7 +2,9 @@
 
 A record's fields are variables with its prefix. A list of records is a dimension: plain fields are columns along it,
 arrays of different lengths are joined, and ``{dimension}_{list}`` is the position, or the coordinate, of the record
-that an entry belongs to. What is missing in a column is NaN, 0, False or the empty text.
+that an entry belongs to. What is missing in a column is NaN or the empty text; a column of numbers or truth values in
+which something may be missing holds floats. Texts over a plane are small codes, with the attributes `flag_values` and
+`flag_meanings` of the CF conventions: words with blanks between them, and `_` for a blank inside.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
     from grazemap.results.base import Result
 
-_MISSING: dict[str, Any] = {"float": np.nan, "int": 0, "bool": False, "str": ""}
+_MISSING: dict[str, Any] = {"float": np.nan, "int": np.nan, "bool": np.nan, "str": ""}
 # Dimensions that the records of a list share: shorter arrays are padded with NaN.
 _SHARED = ("mass", "time")
 
@@ -45,7 +47,9 @@ def dataset(result: Result) -> xarray.Dataset:
     columns = _Columns(result.units)
     columns.add_record(result.schema, result)
     for one in result.schema.derived:
-        columns.add(one, one.name, one.dims, result.derived()[one.name], result.schema)
+        meanings, codes = np.unique(result.derived()[one.name], return_inverse=True)
+        codes = codes.reshape(result.derived()[one.name].shape).astype(_smallest(len(meanings)))
+        columns.add(one, one.name, one.dims, codes, result.schema, meanings=meanings.tolist())
     columns.number()
     made = xarray.Dataset(columns.variables, columns.coordinates, _attributes(result))
     for name, attributes in columns.attributes.items():
@@ -77,12 +81,24 @@ class _Columns:
     def __init__(self, units: str) -> None:
         self.variables: dict[str, tuple[tuple[str, ...], Any]] = {}
         self.coordinates: dict[str, tuple[tuple[str, ...], Any]] = {}
-        self.attributes: dict[str, dict[str, str]] = {}
+        self.attributes: dict[str, dict[str, Any]] = {}
         self._units = units
         self._sizes: dict[str, int] = {}
 
-    def add(self, one: Field, name: str, dims: tuple[str, ...], values: Any, record: Record, prefix: str = "") -> None:
-        """Add a variable, or two for complex numbers; dimensions have the names of their coordinates."""
+    def add(
+        self,
+        one: Field,
+        name: str,
+        dims: tuple[str, ...],
+        values: Any,
+        record: Record,
+        prefix: str = "",
+        meanings: Sequence[str] = (),
+    ) -> None:
+        """Add a variable, or two for complex numbers; dimensions have the names of their coordinates.
+
+        `meanings` are the texts that the values stand for.
+        """
         if one.type == "complex":
             self._add(one, f"{name}_real", dims, values.real)
             self._add(one, f"{name}_imaginary", dims, values.imag)
@@ -90,6 +106,9 @@ class _Columns:
         if isinstance(record, ResultSchema):
             dims = tuple(prefix + record.roles.get(dim, dim) for dim in dims)
         self._add(one, name, dims, np.asarray(values))
+        if meanings:
+            words = " ".join(text.replace(" ", "_") or "_" for text in meanings)
+            self.attributes[name] |= {"flag_values": np.arange(len(meanings)), "flag_meanings": words}
 
     def add_record(self, record: Record, item: Any, prefix: str = "") -> None:
         """Add the fields of a record."""
@@ -106,8 +125,9 @@ class _Columns:
                 elif not one.optional:
                     self._add_nothing(one.type, prefix + one.prefix)
             elif value is not None:
-                entries = np.array(getattr(item, one.index_of))[value] if one.index_of else value
-                self.add(one, name, one.dims, entries, record, prefix)
+                meanings = getattr(item, one.index_of) if one.index_of else ()
+                codes = value.astype(_smallest(len(meanings))) if meanings else value
+                self.add(one, name, one.dims, codes, record, prefix, meanings)
 
     def add_records(self, of: Field, items: Sequence[Any], prefix: str = "") -> None:
         """Add the fields of a list of records, or of a record in each of them, whose `prefix` is given."""
@@ -124,8 +144,10 @@ class _Columns:
             elif isinstance(one.type, Record):
                 self.add_records(one.in_result(dims=of.dims), values, prefix + one.prefix)
             elif not one.dims:
-                missing = _MISSING[str(one.type)]
-                column = np.array([missing if value is None else value for value in values], ARRAY_TYPES[str(one.type)])
+                missing, kind = _MISSING[str(one.type)], ARRAY_TYPES[str(one.type)]
+                incomplete = any((one.optional, one.null, of.optional, of.null)) and one.type != "str"
+                kind = np.float64 if incomplete else kind
+                column = np.array([missing if value is None else value for value in values], kind)
                 self.add(one, of.prefix + name if not prefix else name, (along,), column, of.type)
             elif one.dims[-1] in _SHARED:
                 self._add_padded(one, name, along, values)
@@ -173,6 +195,11 @@ class _Columns:
             if value is not None:
                 whole[place, ..., : value.shape[-1]] = value
         self._add(one, name, (along, *one.dims), whole)
+
+
+def _smallest(count: int) -> type[np.signedinteger[Any]]:
+    """Return the type of codes for a number of meanings."""
+    return np.int8 if count <= 128 else np.int16 if count <= 1 << 15 else np.int32
 
 
 def _shown(record: Record) -> list[Field]:
