@@ -164,9 +164,11 @@ def _running_or_local(url: str | None, quiet: bool) -> Client:
         return _client(url)
     with Client(timeout=_ANSWERS_WITHIN, retries=0) as looking:
         try:
-            looking.describe()
+            found = "processes" in looking.describe()
         except GrazemapError:
-            return local()
+            found = False
+    if not found:
+        return local()
     if not quiet:
         print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
     return Client()
