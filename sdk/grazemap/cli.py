@@ -25,6 +25,7 @@ from grazemap.plots import save_picture
 from grazemap.plots.axes import new_figure
 from grazemap.results import OrbitBranch, PeriodicOrbit, load
 from grazemap.results.tables import tables
+from grazemap.starting import StartLine, ready_line
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES
 
@@ -175,14 +176,18 @@ def _running_or_local(url: str | None, quiet: bool) -> Client:
 
 
 def _up(options: argparse.Namespace) -> int:
-    command = stack_command("--host", options.host, "--port", str(options.port), "--die-with-parent", str(os.getpid()))
+    shown = StartLine(sys.stderr)
+    shown.show("starting")
+    address = ("--host", options.host, "--port", str(options.port))
+    command = stack_command(*address, "--talk", "--die-with-parent", str(os.getpid()))
     for name in ("data", "workers"):
         if getattr(options, name) is not None:
             command += [f"--{name}", str(getattr(options, name))]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as stack:
         try:
             assert stack.stdout is not None
-            line = stack.stdout.readline()
+            line = ready_line(stack.stdout, shown)
+            shown.close()
             if line:
                 print(_addresses(line), flush=True)
             code = stack.wait()

@@ -17,6 +17,7 @@ from typing import IO, Any
 from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import MissingExtra, StackError
+from grazemap.starting import StartLine, ready_line
 
 # What the stack needs besides the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
@@ -94,7 +95,7 @@ class Stack:
         workers: int | None = None,
         timeout: float = constants.LOCAL_START_TIMEOUT,
     ) -> None:
-        options = ["--host", "127.0.0.1", "--port", "0", "--die-with-parent", str(os.getpid())]
+        options = ["--host", "127.0.0.1", "--port", "0", "--talk", "--die-with-parent", str(os.getpid())]
         if workers is not None:
             options += ["--workers", str(workers)]
         # without a folder the stack uses a temporary one, which it removes even if this process is killed
@@ -123,11 +124,14 @@ class Stack:
         """Return the address from the one line of JSON that the stack prints when it is ready."""
         assert self._process.stdout is not None
         lines: queue.Queue[bytes] = queue.Queue()
-        threading.Thread(target=_first_line, args=(self._process.stdout, lines), daemon=True).start()
+        shown = StartLine(sys.stderr, quiet=True)
+        threading.Thread(target=_put_ready_line, args=(self._process.stdout, lines, shown), daemon=True).start()
         try:
             line = lines.get(timeout=timeout)
         except queue.Empty:
             raise StackError(f"the stack was not ready after {timeout:.0f} s{self._log_tail()}") from None
+        finally:
+            shown.close()
         if not line:
             code = self._process.wait(constants.LOCAL_STOP_TIMEOUT)
             raise StackError(f"the stack ended with exit code {code} before it was ready{self._log_tail()}")
@@ -163,6 +167,6 @@ def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 
-def _first_line(stream: IO[bytes], lines: queue.Queue[bytes]) -> None:
-    """Put the first line into the queue, b"" at the end of the file."""
-    lines.put(stream.readline())
+def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], shown: StartLine) -> None:
+    """Put the line with the address into the queue, b"" at the end of the file."""
+    lines.put(ready_line(stream, shown))

@@ -1,8 +1,9 @@
 """`python -m grazemap_service.stack`: the whole product on one machine.
 
 It starts, watches and restarts an embedded Redis, the HTTP service and the workers, and ends all of them when it ends.
-When requests can be answered it prints one line of JSON on stdout, {"url": ..., "pid": ...}. Everything that must last
-lies in the data folder; without one, a temporary folder is used and removed at the end.
+When requests can be answered it prints one line of JSON on stdout, {"url": ..., "pid": ...}; with --talk, also lines
+{"starting": ...} before it, once a second. Everything that must last lies in the data folder; without one, a temporary
+folder is used and removed at the end.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from threading import Event, Thread
 from types import FrameType
 from typing import TextIO
 
@@ -76,6 +78,7 @@ class Stack:
         self._log = structlog.get_logger("grazemap_service.stack")
         self._ready = False
         self._missing = ""
+        self._answered = False
         self._patient_until = math.inf
 
         environment = dict(os.environ)
@@ -94,14 +97,19 @@ class Stack:
             self._children.append(PythonChild(name, command, environment, data / f"{name}.log", inherited))
 
     @property
+    def missing(self) -> str:
+        """What it waits for, in a few words."""
+        return self._missing or "starting the service"
+
+    @property
     def url(self) -> str:
         """Where clients on this machine find the service."""
         host, port = self._address()
         return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
-    def start(self) -> None:
-        """Start everything; does not wait."""
-        self._patient_until = time.monotonic() + _PATIENCE_SECONDS
+    def start(self, talks: bool = False) -> None:
+        """Start everything; does not wait. What takes long is logged, unless it is said otherwise (`talks`)."""
+        self._patient_until = math.inf if talks else time.monotonic() + _PATIENCE_SECONDS
         for child in self._children:
             child.start()
 
@@ -153,10 +161,12 @@ class Stack:
             answer = connection.getresponse()
             content = answer.read()
         except (OSError, http.client.HTTPException) as error:
-            self._missing = f"the service does not answer: {error or type(error).__name__}"
+            reason = f"the service does not answer: {error or type(error).__name__}"
+            self._missing = reason if self._answered else ""
             return False
         finally:
             connection.close()
+        self._answered = True
         if answer.status == http.HTTPStatus.OK:
             return True
         try:
@@ -201,15 +211,25 @@ def _end(parent: int | None) -> Callable[[], bool]:
     return lambda: bool(signals) or (parent is not None and os.getppid() != parent)
 
 
-def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None) -> None:
-    """Start the stack, print when it is ready, restart what ends, and stop it when asked. Raises StackError."""
+def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks: bool = False) -> None:
+    """Start the stack, print when it is ready, restart what ends, and stop it when asked.
+
+    With `talks`, a line of JSON, {"starting": ...}, is printed every second until it is ready. Raises StackError.
+    """
+    ready = Event()
+    talker = Thread(target=_talk, args=(stack, ready), daemon=True)
     try:
-        stack.start()
+        stack.start(talks)
+        if talks:
+            talker.start()
         announced = False
         while not ended():
             stack.look_after()
             if not announced and stack.ready():
                 announced = True
+                ready.set()
+                if talks:
+                    talker.join()  # no line after that of the address
                 line = json.dumps({"url": stack.url, "pid": os.getpid()})
                 if ready_file is not None:
                     ready_file.write_text(line + "\n", "utf-8")
@@ -219,6 +239,14 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None) -> Non
         stack.stop()
         if ready_file is not None:
             ready_file.unlink(missing_ok=True)
+
+
+def _talk(stack: Stack, ready: Event) -> None:
+    """Print what the stack waits for, at once and every second."""
+    while True:
+        print(json.dumps({"starting": stack.missing}), flush=True)  # noqa: T201 - for the starting process
+        if ready.wait(1.0):
+            return
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -237,6 +265,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="PID",
         help="stop when the parent process (this one, of id PID) ends",
     )
+    parser.add_argument("--talk", action="store_true", help='print {"starting": ...} every second until it is ready')
     parser.add_argument("--verbose", action="store_true", help="say more than warnings on stderr")
     given = parser.parse_args(arguments)
     logs.configure("INFO" if given.verbose else "WARNING")
@@ -246,7 +275,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     temporary = None if given.data else TemporaryFolder("data")
     data = temporary.path if temporary else given.data.resolve()
     try:
-        run(Stack(given.host, given.port, data, given.workers), ended, given.ready_file)
+        run(Stack(given.host, given.port, data, given.workers), ended, given.ready_file, given.talk)
     except (StackError, NoRedisError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1

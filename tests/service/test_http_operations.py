@@ -39,6 +39,14 @@ def test_healthy_is_not_ready_without_a_worker(client: TestClient) -> None:
     assert int(answer.headers["retry-after"]) >= 1
 
 
+def test_not_ready_says_what_the_workers_are_doing(client: TestClient, store: Store) -> None:
+    store.workers.say_starting("compiling kernels, step 2 of 4, about 9 s")
+    said = client.get("/readyz").json()["detail"]
+    assert said == "No worker is alive yet: compiling kernels, step 2 of 4, about 9 s."
+    store.workers.say_starting("")
+    assert "compiling" not in client.get("/readyz").json()["detail"]
+
+
 def test_ready_with_a_worker(client: TestClient, worker: Any) -> None:
     assert client.get("/readyz").json() == {"status": "ready", "workers": 1}
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import stat
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -85,10 +87,10 @@ def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
     folder: Path, monkeypatch: pytest.MonkeyPatch, cores: int, cached: bool, alone: bool
 ) -> None:
     ran: list[tuple[str, ...]] = []
-    started: list[tuple[str, ...]] = []
+    started: list[tuple[list[str], object]] = []
 
     class Process:
-        def __init__(self, target: object, args: tuple[str, ...], daemon: bool) -> None:
+        def __init__(self, target: object, args: tuple[list[str], object], daemon: bool) -> None:
             assert daemon
             started.append(args)
 
@@ -96,7 +98,7 @@ def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
 
         def join(self) -> None: ...
 
-    context = type("Context", (), {"Process": Process})
+    context = SimpleNamespace(Process=Process, Value=multiprocessing.get_context("spawn").Value)
     monkeypatch.setattr(warmup, "warm_up", lambda *parts: ran.append(parts))
     monkeypatch.setattr(kernel_cache.multiprocessing, "get_context", lambda _method: context)
     monkeypatch.setattr(kernel_cache, "available_cores", lambda: cores)
@@ -104,6 +106,26 @@ def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
     if cached:
         (folder / "numba" / "a" / "kernel.nbi").touch()
     kernel_cache.compile_kernels(folder)
-    assert ran == ([()] if alone else [("maps",), ()])
-    parts = {part for args in (*started, *ran) for part in args}
-    assert parts == (set() if alone else set(warmup.PARTS))
+    alone_in_parts = [("grazing",), ("trajectories",), ("orbits",), ("maps",), ()]
+    assert ran == ([()] if cached else [("maps",), ()] if cores > 1 else alone_in_parts)
+    helped = {part for parts, _ in started for part in parts}
+    assert bool(helped) != alone
+    assert helped | {part for parts in ran for part in parts} == (set() if cached else set(warmup.PARTS))
+
+
+def test_a_warm_up_says_its_step_and_the_seconds_that_are_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(kernel_cache.time, "monotonic", lambda: now[0])
+    progress = kernel_cache.WarmUp()
+    assert progress.text() == "loading the kernels, or waiting for another stack that compiles them"
+    progress.begin(["maps"])
+    assert progress.text() == "compiling kernels, step 1 of 4, about 36 s"
+    now[0] += 16.0  # the helper took twice as long as expected
+    progress.finish(["grazing"])
+    assert progress.text() == "compiling kernels, step 2 of 4, about 56 s"
+    now[0] += 100.0
+    assert progress.text() == "compiling kernels, step 2 of 4, about 1 s"
+
+
+def test_the_parts_are_those_of_the_core() -> None:
+    assert kernel_cache.SECONDS.keys() == warmup.PARTS.keys()

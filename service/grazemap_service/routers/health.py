@@ -49,7 +49,9 @@ async def get_readiness(context: CurrentContext) -> Readiness:
     live = await run_sync(context.store.workers.live, limiter=context.threads)
     workers = [worker for worker in live if worker.core_version == context.core_version]
     if not workers:
-        raise ProblemException("not-ready", headers={"Retry-After": str(_RETRY_SECONDS)})
+        starting = await run_sync(context.store.workers.starting, limiter=context.threads)
+        detail = f"No worker is alive yet: {starting}." if starting else ""
+        raise ProblemException("not-ready", detail, headers={"Retry-After": str(_RETRY_SECONDS)})
     return Readiness(workers=len(workers))
 
 

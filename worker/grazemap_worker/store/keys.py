@@ -19,6 +19,7 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     results...          the least-recently-used order, sizes and total of the results
     worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
     workers             hash: name -> description
+    starting            string with a time to live: what workers do that are not ready yet
     fingerprint:<f>, version:<v>   a worker recently had these numerics, this core version
 """
 

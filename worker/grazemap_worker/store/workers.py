@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 
 from grazemap_worker.store.connection import Scripts
-from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED
+from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED, PREFIX
 from grazemap_worker.store.records import WorkerInfo
+
+_STARTING = f"{PREFIX}starting"
+_STARTING_SECONDS = 5
 
 
 class Workers:
@@ -43,6 +46,18 @@ class Workers:
             # by field, as another release may store more
             found.append(WorkerInfo(name.decode(), description["fingerprint"], description["core_version"]))
         return sorted(found, key=lambda worker: worker.name)
+
+    def say_starting(self, text: str) -> None:
+        """Store what workers that are not ready yet are doing, for a few seconds; empty: nothing."""
+        if text:
+            self._scripts.redis.set(_STARTING, text.encode(), ex=_STARTING_SECONDS)
+        else:
+            self._scripts.redis.delete(_STARTING)
+
+    def starting(self) -> str:
+        """Return what workers that are not ready yet are doing; empty if nothing is known."""
+        value = self._scripts.redis.get(_STARTING)
+        return value.decode() if value else ""
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
         """Return whether `holder` has a role, which one process has at a time, for some seconds after each call."""

@@ -12,7 +12,8 @@ import multiprocessing
 import os
 import shutil
 import stat
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import structlog
@@ -22,6 +23,10 @@ from grazemap_worker.settings import available_cores
 # One character for every warm-up in a row that did not end. A single one may have been stopped by a user.
 _MARK = "warming-up"
 _MOST_UNFINISHED = 2
+
+SECONDS = {"grazing": 8.0, "trajectories": 11.5, "orbits": 7.5, "maps": 36.0}
+"""The parts of the core's warm-up, and the seconds that one core of a server took to compile each."""
+_LONGEST = ["maps"]
 
 
 class CacheFolderError(RuntimeError):
@@ -46,17 +51,63 @@ def use_folder(root: Path) -> Path:
     return folder
 
 
-def compile_kernels(folder: Path) -> None:
+class WarmUp:
+    """The progress of a warm-up, shared with the process that helps to compile."""
+
+    def __init__(self) -> None:
+        self._expected = 0.0
+        self._began = time.monotonic()
+
+    def begin(self, parts: Sequence[str]) -> None:
+        """Begin to compile; `parts` are those that one process compiles one after another, and that take longest."""
+        # made only here, as shared values start a process that tracks them
+        context = multiprocessing.get_context("spawn")
+        self._finished = context.Value("i", 0)
+        self._slower = context.Value("d", 1.0)
+        self._began = time.monotonic()
+        self._expected = sum(SECONDS[part] for part in parts)
+
+    def finish(self, parts: Sequence[str]) -> None:
+        """Count a part as compiled; `parts` are all that its process has compiled since the beginning."""
+        self._finished.value += 1
+        self._slower.value = (time.monotonic() - self._began) / sum(SECONDS[part] for part in parts)
+
+    def text(self) -> str:
+        """Return what is being done, for people who wait."""
+        if not self._expected:
+            return "loading the kernels, or waiting for another stack that compiles them"
+        left = self._expected * self._slower.value - (time.monotonic() - self._began)
+        step = min(self._finished.value + 1, len(SECONDS))
+        return f"compiling kernels, step {step} of {len(SECONDS)}, about {max(1.0, left):.0f} s"
+
+
+def compile_kernels(folder: Path, progress: WarmUp | None = None) -> None:
     """Compile or load every kernel of the core; where none is cached yet, two processes share the work."""
     from grazemap_core.warmup import warm_up as run
 
-    if not any((folder / "numba").rglob("*.nbi")) and available_cores() > 1:
-        parts = ("grazing", "trajectories", "orbits")
-        other = multiprocessing.get_context("spawn").Process(target=run, args=parts, daemon=True)
-        other.start()
-        run("maps")
-        other.join()
+    if not any((folder / "numba").rglob("*.nbi")):
+        progress = progress or WarmUp()
+        if available_cores() > 1:
+            progress.begin(_LONGEST)
+            helper = [part for part in SECONDS if part not in _LONGEST]
+            context = multiprocessing.get_context("spawn")
+            other = context.Process(target=_compile, args=(helper, progress), daemon=True)
+            other.start()
+            _compile(_LONGEST, progress)
+            other.join()
+        else:
+            progress.begin(list(SECONDS))
+            _compile(list(SECONDS), progress)
     run()
+
+
+def _compile(parts: Sequence[str], progress: WarmUp) -> None:
+    """Compile some parts."""
+    from grazemap_core.warmup import warm_up as run
+
+    for count, part in enumerate(parts, 1):
+        run(part)
+        progress.finish(parts[:count])
 
 
 def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
