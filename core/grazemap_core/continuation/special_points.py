@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
 from grazemap_core.continuation.tolerances import (
     END_NODES,
@@ -82,11 +83,16 @@ def neimark_sacker_test(point: ContinuationPoint, count: int) -> float:
     too; `on_unit_circle` excludes them.
     """
     mu = np.where(np.abs(point.multipliers) < LARGEST_MULTIPLIER, point.multipliers, LARGEST_MULTIPLIER)
-    first, second = np.triu_indices(len(mu), 1)
+    first, second = _pairs(len(mu))
     products = mu[first] * mu[second]
     factors = (1.0 - products) / (1.0 + np.abs(products))
     sign = float(np.prod(np.sign(point.unknowns[count : 2 * count]))) ** (len(mu) - 1)
     return sign * float(np.prod(factors).real)
+
+
+@lru_cache(maxsize=8)
+def _pairs(count: int) -> tuple[Integers, Integers]:
+    return np.triu_indices(count, 1)
 
 
 Located = tuple[float, SpecialPoint]
