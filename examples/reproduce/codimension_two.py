@@ -168,16 +168,17 @@ def _all(curve: GrazingCurve, points: dict[str, CodimensionTwoPoints], n: int) -
     from grazemap.plots.axes import axes_or_new
 
     chosen = replace(points[GAMMA], points=tuple(of_order(points[GAMMA], 2 * n)))
-    ax = curve.plot(axes_or_new(None, 11.0, 5.0), points=chosen)
+    ax = curve.plot(axes_or_new(None, 11.0, 5.0), points=chosen, legend="outside")
     logarithmic(ax)
     ax.set_title(rf"Figure {figure}: points with $\xi_{n}$ = 0 (n = {n}, order m = {2 * n}), {GAMMA}", fontsize=10)
     return ax
 
 
 def _detail(client: Client, points: dict[str, CodimensionTwoPoints]) -> Axes:
-    from grazemap.plots.axes import axes_or_new, label_plane
+    from grazemap.plots.axes import drawing
 
-    ax = axes_or_new(None, 9.0, 5.0)
+    place = drawing(None, "inside", labels=True, height=5.0)
+    ax = place.ax
     for name, colour, style in ((GAMMA, "#222222", "-"), (PER_LINK, "#D55E00", "--")):
         curve = client.grazing_curve(READINGS[name], omega=NEAR, points=200, progress=False)
         point = nearest(points[name], 2)
@@ -189,9 +190,8 @@ def _detail(client: Client, points: dict[str, CodimensionTwoPoints]) -> Axes:
     ax.plot(POINT_OMEGA.value, POINT_CLEARANCE.value, "o", color="#0072B2", markersize=6, label="printed in the paper")
     ax.axvline(POINT_OMEGA.value, color="#0072B2", linewidth=0.5)
     ax.axhline(POINT_CLEARANCE.value, color="#0072B2", linewidth=0.5)
-    label_plane(ax, "nondimensional")
-    ax.set_title("Figure 5, near the printed point", fontsize=10)
+    place.describe_plane("nondimensional", "Figure 5, near the printed point")
     ax.margins(x=0.0)
     ax.ticklabel_format(useOffset=False)
-    ax.legend(frameon=False, fontsize=8)
+    place.show_legend(loc="best")
     return ax

@@ -10,7 +10,7 @@ from examples.reproduce.codimension_two import nearest, points_of
 from examples.reproduce.page import Section
 from examples.reproduce.paper import GAMMA, READINGS
 from grazemap import Client, CodimensionTwoPoints, DiscontinuityMapping, GrazingCurve, UnfoldingMap
-from grazemap.plots.axes import axes_or_new, legend_outside
+from grazemap.plots.axes import drawing
 from grazemap.results import CodimensionTwoPoint
 
 if TYPE_CHECKING:
@@ -155,10 +155,11 @@ def _swept(client: Client, point: CodimensionTwoPoint) -> list[tuple[float, floa
 
 
 def _picture(points: CodimensionTwoPoints, swept: list[tuple[float, float, float, float]]) -> Axes:
-    ax = points.plot_unfolding(axes_or_new(None, 10.5, 5.0), omega=NEAR)
+    place = drawing(None, None, labels=True, width=10.5, height=5.0)
+    ax = points.plot_unfolding(place.ax, omega=NEAR, legend="none")
     where, distances = [row[0] for row in swept], [row[2] for row in swept]
     ax.plot(where, distances, "o", color="#222222", markerfacecolor="white", label="end of the impacts, simulated")
-    legend_outside(ax)
+    place.show_legend()
     return ax
 
 

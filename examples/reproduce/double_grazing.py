@@ -193,13 +193,13 @@ def figure_6(client: Client, computed: dict[str, tuple[float, float]]) -> Sectio
 def _both(curves: dict[str, GrazingCurve]) -> Axes:
     from matplotlib.ticker import MultipleLocator
 
-    from grazemap.plots.axes import axes_or_new, label_plane
+    from grazemap.plots.axes import drawing
 
-    ax = axes_or_new(None, 10.0, 4.6)
+    place = drawing(None, "inside", labels=True, width=10.0, height=4.6)
+    ax = place.ax
     for (name, curve), colour, style in zip(curves.items(), ("#222222", "#D55E00"), ("-", "--"), strict=True):
         ax.plot(curve.omega, curve.clearance, style, color=colour, linewidth=1.4, label=name)
-    label_plane(ax, "nondimensional")
-    ax.set_title("Figure 2: grazing curve $b = A(\\omega)$", fontsize=10)
+    place.describe_plane("nondimensional", "Figure 2: grazing curve $b = A(\\omega)$")
     ax.xaxis.set_major_locator(MultipleLocator(0.1))
     ax.margins(x=0.01)
     logarithmic(ax)

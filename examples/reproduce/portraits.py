@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from examples.reproduce.paper import Region
 from examples.reproduce.samples import DRAWN, Sample, short
-from grazemap.plots.axes import INK, axis_label, new_figure
-from grazemap.plots.palette import motion_text
+from grazemap.plots.axes import axis_label, new_figure
+from grazemap.plots.palette import INK, motion_text
 from grazemap.plots.trajectory import with_impacts
 from grazemap.results import MotionShare
 

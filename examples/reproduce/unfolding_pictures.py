@@ -12,7 +12,8 @@ import numpy as np
 from examples.reproduce.paper import GAMMA, POINT_CLEARANCE, POINT_OMEGA, REGIONS
 from examples.reproduce.samples import Sample
 from grazemap import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, UnfoldingMap
-from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside
+from grazemap.plots.axes import drawing
+from grazemap.plots.palette import INK
 from grazemap.results import BifurcationCurve
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ def regions(umap: UnfoldingMap, curve: GrazingCurve, points: CodimensionTwoPoint
     """Draw the map with the grazing curve, its points, and the letters of Figure 9 along the paper's two lines."""
     from matplotlib.patheffects import withStroke
 
-    ax = umap.plot(axes_or_new(None, 12.0, 8.0), points=points, motions=16)
+    place = drawing(None, None, labels=True, width=12.0, height=8.0)
+    ax = umap.plot(place.ax, points=points, motions=16, legend="none")
     _dashed(ax, curve)
     for omega, ((high, low), _) in REGIONS.items():
         ax.plot([omega, omega], [low, high], color=INK, linewidth=0.8, zorder=3)
@@ -48,7 +50,7 @@ def regions(umap: UnfoldingMap, curve: GrazingCurve, points: CodimensionTwoPoint
         ax.plot(sample.omega, sample.clearance, ".", color=INK, markersize=5, zorder=5)
         before = None if crowded else sample
     ax.set_title(f"Figure 8: motions from rest, {GAMMA}, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10)
-    legend_outside(ax, handlelength=1.4, labelspacing=0.35)
+    place.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
 
@@ -63,7 +65,8 @@ def _dashed(ax: Axes, curve: GrazingCurve) -> None:
 
 def curves_of_motions(curve: GrazingCurve, closed: BifurcationCurves, named: BifurcationCurves) -> Axes:
     """Draw the curves that are borders of motions: a colour for each motion, a line style for each type."""
-    ax = axes_or_new(None, 12.0, 8.0)
+    place = drawing(None, None, labels=True, width=12.0, height=8.0)
+    ax = place.ax
     pieces = [piece for curves in (closed, named) for piece in curves.curves if piece.admissible]
     colours = dict(zip(dict.fromkeys(piece.motion for piece in pieces), cycle(COLOURS)))
     for piece in pieces:
@@ -77,26 +80,26 @@ def curves_of_motions(curve: GrazingCurve, closed: BifurcationCurves, named: Bif
     _dashed(ax, curve)
     for omega, ((high, low), _) in REGIONS.items():
         ax.plot([omega, omega], [low, high], color=INK, linewidth=0.6, zorder=1)
-    label_plane(ax, "nondimensional")
     window = closed.meta["request"]
     ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
     ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
-    ax.set_title("Bifurcation curves of motions of Figure 9", fontsize=10)
-    legend_outside(ax, handlelength=3.0)
+    place.describe_plane("nondimensional", "Bifurcation curves of motions of Figure 9")
+    place.show_legend(handlelength=3.0)
     return ax
 
 
 def close_up(near: UnfoldingMap, curve: GrazingCurve, points: CodimensionTwoPoints, closed: BifurcationCurves) -> Axes:
     """Draw the map close to the point, with the curves that cross it."""
     inside = replace(closed, curves=tuple(piece for piece in closed.curves if _crosses(piece, near)))
-    ax = near.plot(axes_or_new(None, 12.0, 7.0), points=points, curves=inside, motions=5)
+    place = drawing(None, None, labels=True, width=12.0, height=7.0)
+    ax = near.plot(place.ax, points=points, curves=inside, motions=5, legend="none")
     _dashed(ax, curve)
     ax.plot(
         POINT_OMEGA.value, POINT_CLEARANCE.value, "o", color="#0072B2", markersize=6, markeredgecolor="white",
         label="printed in the paper", zorder=6,
     )  # fmt: skip
     ax.set_title(f"Figure 8, close to the point with $\\xi_1$ = 0, {GAMMA}", fontsize=10)
-    legend_outside(ax, handlelength=1.4, labelspacing=0.35)
+    place.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
 

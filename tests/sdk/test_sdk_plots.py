@@ -1,15 +1,19 @@
 """Pictures: the right things on them, colours with the same meaning everywhere, and no global state."""
 
 import itertools
+import json
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
+from coloraide import Color
 from matplotlib import pyplot
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
 from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
+from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
 from grazemap.results import MotionShare, decode_result
@@ -135,7 +139,7 @@ def test_many_trajectories_are_drawn_in_the_colours_of_their_motions():
     history, portrait = result.plot()
     assert legend(history) == ["1-$1_r$-$1_l$", "unresolved"]
     colours = [line.get_color() for line in portrait.get_lines()]
-    assert colours[:3] == [palette.motion_colour(motion(1, 1, 1)), palette.UNRESOLVED, palette.UNRESOLVED]
+    assert colours[:3] == [palette.NAMED["1-1r-1l"], palette.UNRESOLVED, palette.UNRESOLVED]
     # 5 samples and both sides of 2 impacts
     assert len(portrait.get_lines()[0].get_xdata()) == 9
     assert "3 trajectories" in history.get_figure().get_suptitle()
@@ -155,53 +159,79 @@ def test_a_saved_picture_leaves_no_figure_open_and_a_plot_is_pyplot_s(tmp_path):
     assert len(pyplot.get_fignums()) == 2
 
 
-def test_a_colour_depends_on_the_label_alone():
-    for key in [(1, 1, 1), (7, 25, 25), (11, 40, 38)]:
-        assert palette.motion_colour(motion(*key, pixels=3)) == palette.motion_colour(motion(*key, pixels=9000))
+def every_colour() -> list[str]:
+    """Return all colours of the palette, a kind that has that of the ink once."""
+    whole = json.loads(files("grazemap.plots").joinpath("palette.json").read_text())
+    nested = [values.values() if isinstance(values, dict) else values for values in whole.values()]
+    flat = itertools.chain.from_iterable([one] if isinstance(one, str) else one for one in nested)
+    return list(dict.fromkeys(flat))
 
 
-def test_computed_colours_distinguish_neighbours():
-    for period, right, left in itertools.product(range(1, 12), range(-1, 20), range(-1, 20)):
-        colour = palette.motion_colour(motion(period, right, left))
-        assert len(colour) == 7
-        assert int(colour[1:], 16) >= 0
-        for neighbour in ((period, right + 1, left + 1), (period, right + 1, left), (period + 1, right, left)):
-            assert palette.motion_colour(motion(*neighbour)) != colour
+@pytest.mark.parametrize(("simulation", "least"), [(None, 12.0), ("brettel", 8.0), ("vienot", 8.0), ("machado", 8.0)])
+def test_any_two_colours_of_the_palette_differ(simulation, least):
+    seen = [Color(colour) for colour in every_colour()]
+    if simulation:
+        seen = [colour.filter("deutan", 1.0, method=simulation) for colour in seen]
+    distances = [one.delta_e(other, method="2000") for one, other in itertools.combinations(seen, 2)]
+    assert len(seen) == 48
+    assert min(distances) >= least
 
 
-def test_named_colours_differ_for_every_kind_of_colour_vision():
-    # The matrices are those of Machado, Oliveira and Fernandes (2009) for severity 1; distances in OKLab.
-    protan = [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
-    deutan = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
-    greys = [palette.UNRESOLVED, palette.OTHER, palette.CHAOTIC, palette.QUASI_PERIODIC]
-    colours = [*palette.NAMED.values(), *greys]
-    linear = np.array([[_linear(int(c[i : i + 2], 16) / 255) for i in (1, 3, 5)] for c in colours])
-    for view, least in ((np.eye(3), 0.08), (np.array(protan), 0.055), (np.array(deutan), 0.055)):
-        seen = _oklab(np.clip(linear @ view.T, 0, None))
-        distances = np.linalg.norm(seen[:, None] - seen[None], axis=-1)[np.triu_indices(len(colours), 1)]
-        assert distances.min() > least
+def test_a_named_motion_has_its_colour_in_every_picture():
+    others = [motion(7, n, n + 3) for n in range(15)]
+    for before in (others, others[::-1], []):
+        colours = palette.motion_colours([*before, motion(1, 1, 1), motion(2, 3, 3)])
+        assert colours[-2:] == [palette.NAMED["1-1r-1l"], palette.NAMED["2-3r-3l"]]
 
 
-def _linear(value: float) -> float:
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+def test_motions_without_a_colour_of_their_own_have_different_ones():
+    rng = np.random.default_rng(11)
+    for _ in range(50):
+        drawn = {(int(p), int(r), int(q)) for p, r, q in zip(*rng.integers(1, 30, (3, 20)), strict=True)}
+        colours = palette.motion_colours([motion(*counts) for counts in drawn])
+        assert len(set(colours)) == len(drawn)
+        assert set(colours) <= set(every_colour())
+    # a motion by itself has the colour that its label gives, however many points it has
+    assert palette.motion_colours([motion(7, 25, 25, 3)]) == palette.motion_colours([motion(7, 25, 25, 9000)])
 
 
-def _oklab(linear: np.ndarray) -> np.ndarray:
-    cones = np.array(
-        [
-            [0.4122214708, 0.5363325363, 0.0514459929],
-            [0.2119034982, 0.6806995451, 0.1073969566],
-            [0.0883024619, 0.2817188376, 0.6299787005],
-        ]
-    )
-    lab = np.array(
-        [
-            [0.2104542553, 0.7936177850, -0.0040720468],
-            [1.9779984951, -2.4285922050, 0.4505937099],
-            [0.0259040371, 0.7827717662, -0.8086757660],
-        ]
-    )
-    return np.cbrt(linear @ cones.T) @ lab.T
+def test_motions_with_equal_labels_and_those_beyond_the_palette():
+    assert len(set(palette.motion_colours([motion(1, 2, 1)] * 3))) == 3
+    assert palette.motion_colours([motion(9, n, n) for n in range(40)])[-1] == palette.OTHER
+
+
+def test_white_text_on_dark_grounds_and_rims_for_light_dots():
+    assert [palette.is_dark(c) for c in ("#000000", "#661199", "#FFEE00")] == [True, True, False]
+    assert [palette.is_light(c) for c in ("#000000", "#FFF3C8", "#FF9600")] == [False, True, False]
+
+
+def test_a_curve_is_drawn_smooth_through_its_points():
+    # 20 points, 18 degrees apart, as far as neighbours of a branch may be
+    turn = np.linspace(0.0, 2.0 * np.pi, 21)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    line = smooth_line(circle, circle)
+    assert np.abs(np.hypot(*line.T) - 1.0).max() < 1e-3
+    assert all(np.abs(line - point).sum(axis=1).min() < 1e-12 for point in circle)
+    steps = np.diff(line, axis=0)
+    angles = np.abs(np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))))
+    assert np.degrees(angles.max()) < 3.0
+    # a cusp of the picture is smooth in the length along the curve
+    t = np.linspace(-1.0, 1.0, 15)
+    cusp = np.stack([t**2, t**3], axis=1)
+    x, y = smooth_line(np.column_stack([cusp, t]), cusp).T
+    assert np.abs(x - np.cbrt(np.abs(y)) ** 2).max() < 5e-3
+
+
+def test_a_smooth_curve_is_interrupted_where_points_are_not_shown():
+    t = np.linspace(0.0, 1.0, 7)
+    curve = np.stack([t, t**2], axis=1)
+    shown = np.array([True, True, False, False, True, True, False])
+    line = smooth_line(curve, curve, shown)
+    there = line[np.isfinite(line[:, 0]), 0]
+    assert there.min() == 0.0
+    assert there.max() == pytest.approx(t[5])
+    assert not np.any((there > t[1]) & (there < t[4]))
+    assert smooth_line(curve[:1], curve[:1]).tolist() == [[0.0, 0.0]]
 
 
 @pytest.mark.parametrize(("rows", "columns", "expected"), [((2, 7), (3, 9), (4, 6, 5)), ((0, 1), (0, 1), (0, 0, 1))])
@@ -363,15 +393,18 @@ def test_curves_of_motions_are_named_by_them():
     curves = decode_result(npz("bifurcation-curves of motions"))
     ax = curves.plot()
     assert ax.get_title() == "Bifurcation curves of 1-$2_r$-$2_l$, a motion not found"
-    assert legend(ax) == ["Neimark-Sacker (NS), 1-$2_r$-$2_l$", "graze (GR), 1-$2_r$-$2_l$"]
+    assert legend(ax) == ["Neimark-Sacker (NS)", "graze (GR)", "of 1-$2_r$-$2_l$"]
 
 
 def test_curves_that_are_no_borders_are_drawn_on_request():
     curves = decode_result(npz("bifurcation-curves"))
-    assert legend(curves.plot()) == ["saddle-node (SN), 1-$1_r$-$(-1)_l$", "graze (GR), 1-$1_r$-$(-1)_l$"]
-    assert legend(curves.plot(admissible=False))[-1] == "period doubling (PD), 1-$1_r$-$(-1)_l$"
-    ax = decode_result(npz("unfolding-maps")).plot(curves=curves)
-    assert "graze (GR), 1-$1_r$-$(-1)_l$" in legend(ax)
+    assert legend(curves.plot()) == ["saddle-node (SN)", "graze (GR)", "of 1-$1_r$-$(-1)_l$"]
+    assert "period doubling (PD)" in legend(curves.plot(admissible=False))
+    umap = decode_result(npz("unfolding-maps"))
+    ax = umap.plot(curves=curves)
+    assert {"graze (GR)", "of 1-$1_r$-$(-1)_l$"} < set(legend(ax))
+    both = umap.plot(curves=[curves, decode_result(npz("bifurcation-curves of motions"))])
+    assert {"Neimark-Sacker (NS)", "of 1-$2_r$-$2_l$", "of 1-$1_r$-$(-1)_l$"} < set(legend(both))
     assert ax.get_xlim() == pytest.approx((0.175, 0.325))
 
 
@@ -394,4 +427,4 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     # between rows 0 and 1 of column 1, and between columns 0 and 1 of row 0
     assert between == [[[0.225, 1.55], [0.275, 1.55]], [[0.225, 1.45], [0.225, 1.55]]]
     bare = type(result).from_document({k: v for k, v in result._document.items() if k != "borders"}, result.meta)
-    assert "saddle-node (SN), 1-$1_r$-$(-1)_l$" in legend(bare.plot())
+    assert "of 1-$1_r$-$(-1)_l$" in legend(bare.plot())

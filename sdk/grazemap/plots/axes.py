@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.plots.palette import INK, PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.patheffects import AbstractPathEffect
 
-INK = "#222222"
+LegendPlace = Literal["outside", "inside", "none"]
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _QUANTITIES = {
@@ -99,17 +101,64 @@ def place_text(units: str, **values: float) -> str:
     return ", ".join(f"{signs[name]} = {value:g}{unit[name]}" for name, value in values.items())
 
 
-def label_plane(ax: Axes, units: str) -> None:
-    """Label the axes of a picture in the plane of omega and clearance."""
-    ax.set_xlabel(axis_label("omega", units))
-    ax.set_ylabel(axis_label("clearance", units))
+@dataclass(frozen=True)
+class Drawing:
+    """The axes of a picture, and what is written on and beside them.
+
+    Attributes
+    ----------
+    ax : Axes
+    legend : {"outside", "inside", "none"}
+        To the right of the axes, on them, or left out.
+    labels : bool
+        Whether there are a title, texts of the axes and names of regions.
+    """
+
+    ax: Axes
+    legend: LegendPlace
+    labels: bool
+
+    def describe(self, x: str, y: str, title: str) -> None:
+        """Label the axes."""
+        if self.labels:
+            self.ax.set(xlabel=x, ylabel=y)
+            self.ax.set_title(title, fontsize=10)
+
+    def describe_plane(self, units: str, title: str) -> None:
+        """Label the axes of a picture in the plane of omega and clearance."""
+        self.describe(axis_label("omega", units), axis_label("clearance", units), title)
+
+    def show_legend(self, **options: object) -> None:
+        """Add the legend, if it has entries."""
+        if self.legend == "none" or not self.ax.get_legend_handles_labels()[0]:
+            return
+        if self.legend == "outside":
+            place: dict[str, object] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        else:
+            place = {"loc": "upper right", "framealpha": 0.85}
+        self.ax.legend(**(place | {"frameon": self.legend == "inside", "fontsize": 8} | options))
+
+    def say(self, reason: str) -> None:
+        """Write on empty axes why there is nothing to draw."""
+        self.ax.set_axis_off()
+        self.ax.text(0.5, 0.5, reason, transform=self.ax.transAxes, ha="center", va="center", wrap=True, fontsize=9)
 
 
-def legend_outside(ax: Axes, **options: object) -> None:
-    """Put the legend, if it has entries, to the right of the axes."""
-    if not ax.get_legend_handles_labels()[0]:
-        return
-    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8, **options)
+def drawing(
+    ax: Axes | None, legend: LegendPlace | None, labels: bool, width: float = 9.0, height: float = 5.5
+) -> Drawing:
+    """Return where to draw: on the caller's axes, or on a new figure's.
+
+    Without a choice the legend is to the right of new axes, and on the caller's: nothing is drawn outside of those.
+
+    Raises
+    ------
+    ValueError
+        There is no such place for a legend.
+    """
+    if legend not in (None, *get_args(LegendPlace)):
+        raise ValueError(f"legend must be {', '.join(get_args(LegendPlace))} or None, not {legend!r}")
+    return Drawing(axes_or_new(ax, width, height), legend or ("outside" if ax is None else "inside"), labels)
 
 
 def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:
@@ -117,7 +166,7 @@ def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:
     ax.plot([], [], "s", markersize=8, color=colour, markeredgecolor=INK, markeredgewidth=edge, label=text)
 
 
-def rimmed(width: float, colour: str = "white") -> list[AbstractPathEffect]:
+def rimmed(width: float, colour: str = PAPER) -> list[AbstractPathEffect]:
     """Return the path effects of a line with a rim, legible on colours; the width is that of both."""
     from matplotlib.patheffects import Normal, withStroke
 

@@ -2,52 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from grazemap.plots.axes import axes_or_new, label_plane, legend_outside, rimmed
-from grazemap.plots.palette import BIFURCATIONS, label_text
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.plots.axes import Drawing, rimmed
+from grazemap.plots.palette import BIFURCATIONS, DASHES, INK, label_text
+from grazemap.plots.smooth import smooth_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import BifurcationCurves
-
-_DASHES = ("-", "--", "-.", ":")
+    from grazemap.results import BifurcationCurve, BifurcationCurves
 
 
-def plot_bifurcation_curves(result: BifurcationCurves, ax: Axes | None = None, admissible: bool = True) -> Axes:
+def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissible: bool = True) -> Axes:
     """Draw the curves; with `admissible` only those of admissible motions."""
-    ax = axes_or_new(ax)
-    draw_bifurcation_curves(ax, result, admissible)
-    label_plane(ax, result.units)
+    ax = drawing.ax
     window = result.meta["request"]
     ax.set_xlim(window["omega"]["start"], window["omega"]["stop"])
     ax.set_ylim(window["clearance"]["start"], window["clearance"]["stop"])
+    draw_bifurcation_curves(ax, result, admissible)
     named = dict.fromkeys(
         label_text(motion.label) if motion.label else "a motion not found" for motion in result.motions
     )
     motions = ", ".join(named) or "motions with one impact, or one on either stop"
-    ax.set_title(f"Bifurcation curves of {motions}", fontsize=10)
-    legend_outside(ax)
+    drawing.describe_plane(result.units, f"Bifurcation curves of {motions}")
+    drawing.show_legend(handlelength=3.0)
     return ax
 
 
-def draw_bifurcation_curves(ax: Axes, result: BifurcationCurves, admissible: bool = True, halo: bool = False) -> None:
-    """Add the curves to axes: a colour for each type, a dash for each period, thin for symmetric motions.
+def draw_bifurcation_curves(
+    ax: Axes,
+    results: BifurcationCurves | Sequence[BifurcationCurves],
+    admissible: bool = True,
+    halo: bool = False,
+) -> None:
+    """Add the curves to axes: a colour for each type, a dash for each motion, pale where no motion ends.
 
     With `halo` they have a white rim, so that they are legible on colours.
     """
-    seen: set[str] = set()
-    for curve in result.curves:
-        if admissible and not curve.admissible:
-            continue
-        label = f"{BIFURCATIONS[curve.type][2]}, {label_text(curve.motion)}"
-        style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo) | {
-            "linestyle": _DASHES[(curve.period - 1) % len(_DASHES)],
-            "alpha": 1.0 if curve.admissible else 0.3,
-        }
-        ax.plot(curve.omega, curve.clearance, label=None if label in seen else label, zorder=3, **style)
-        seen.add(label)
+    together = results if isinstance(results, Sequence) else [results]
+    shown = [curve for result in together for curve in result.curves if curve.admissible or not admissible]
+    dashes = dict(zip(dict.fromkeys(curve.motion for curve in shown), range(len(shown)), strict=False))
+    for curve in shown:
+        style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo)
+        omega, clearance = smooth_line(_path(curve), np.stack([curve.omega, curve.clearance], axis=1)).T
+        ax.plot(
+            omega,
+            clearance,
+            linestyle=DASHES[dashes[curve.motion] % len(DASHES)],
+            alpha=1.0 if curve.admissible else 0.35,
+            zorder=3,
+            **style,
+        )
+    for type in (name for name in BIFURCATIONS if any(curve.type == name for curve in shown)):
+        ax.plot([], [], label=BIFURCATIONS[type][2], **curve_style(type, 1.6, halo=False))
+    for motion, number in dashes.items():
+        style = {"color": INK, "linestyle": DASHES[number % len(DASHES)], "linewidth": 1.2}
+        ax.plot([], [], label=f"of {label_text(motion)}", **style)
+
+
+def _path(curve: BifurcationCurve) -> NDArray[np.float64]:
+    """Return the coordinates along which the length of a curve is measured, of shape (points, d)."""
+    parts = [curve.omega[:, None], curve.clearance[:, None]]
+    return np.concatenate(parts if curve.velocities is None else [*parts, curve.velocities], axis=1)
 
 
 def curve_style(type: str, width: float, halo: bool) -> dict[str, Any]:

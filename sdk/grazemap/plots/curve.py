@@ -7,44 +7,40 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import INK, axes_or_new, label_plane, legend_outside, rimmed
-from grazemap.plots.palette import BIFURCATIONS
+from grazemap.plots.axes import Drawing, rimmed
+from grazemap.plots.palette import BIFURCATIONS, INK, NAMED, ORDERS, UNRESOLVED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, GrazingCurve
 
-# Recurrences by order, from early to late; the same order has the same colour in every picture.
-_ORDER_COLOURS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7A4FBF", "#8B4513")
-_PASSIVE, _QUIET = "#6E6E6E", "#9BD3F0"
+_PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
 _ROOMY = 150
 
 
-def plot_grazing_curve(curve: GrazingCurve, ax: Axes | None = None, points: CodimensionTwoPoints | None = None) -> Axes:
+def plot_grazing_curve(curve: GrazingCurve, drawing: Drawing, points: CodimensionTwoPoints | None = None) -> Axes:
     """Draw clearance over omega with the codimension-two points: those of `points`, else the curve's own."""
-    ax = axes_or_new(ax)
+    ax = drawing.ax
     draw_curve(ax, curve)
     draw_points(ax, points.points if points is not None else curve.points, _span(curve))
-    label_plane(ax, curve.units)
-    ax.set_title("Grazing curve", fontsize=10)
+    drawing.describe_plane(curve.units, "Grazing curve")
     ax.margins(x=0.01)
-    legend_outside(ax)
+    drawing.show_legend()
     return ax
 
 
 def plot_codimension_two_points(
-    points: CodimensionTwoPoints, ax: Axes | None = None, curve: GrazingCurve | None = None
+    points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | None = None
 ) -> Axes:
     """Draw codimension-two points, on a grazing curve if one is given."""
-    ax = axes_or_new(ax)
+    ax = drawing.ax
     if curve is not None:
         draw_curve(ax, curve)
     draw_points(ax, points.points)
-    label_plane(ax, points.units)
-    ax.set_title("Codimension-two points of the grazing curve", fontsize=10)
-    legend_outside(ax)
+    drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
+    drawing.show_legend()
     return ax
 
 
@@ -119,7 +115,7 @@ def draw_points(
             _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        colour, text = _ORDER_COLOURS[(order - 1) % len(_ORDER_COLOURS)], f"recurrence of order {order}"
+        colour, text = ORDERS[(order - 1) % len(ORDERS)], f"recurrence of order {order}"
         _mark(ax, chosen, rim, 1.4, marker=star, markersize=9 * size, color=colour, label=text, zorder=6)
 
 

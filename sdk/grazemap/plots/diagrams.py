@@ -2,59 +2,64 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import axes_or_new, axis_label, legend_outside, place_text
-from grazemap.plots.palette import components, hexadecimal, motion_colour, motion_text
+from grazemap.plots.axes import Drawing, axis_label, legend_square, place_text
+from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.results import BifurcationDiagram
 
-# Number of motions in the legend, those with the most values.
-_NAMED = 12
-_NEARLY_WHITE, _STRONGER, _LIGHT, _DARKER = 200, 8.0, 0.7, 0.58
-
 
 def plot_bifurcation_diagram(
-    result: BifurcationDiagram, ax: Axes | None = None, quantity: str = "displacement"
+    result: BifurcationDiagram, drawing: Drawing, quantity: str = "displacement", motions: int = 12
 ) -> Axes:
-    """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity."""
+    """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity.
+
+    The `motions` with the most values have a colour and an entry in the legend; the others have one, as "other".
+    """
+    ax = drawing.ax
     parameter, values = result.points(quantity)
-    ax = axes_or_new(ax, 10.0, 5.5)
     labels = np.array(result.labels())
     label_of_point = np.repeat(labels, [len(getattr(section, quantity)) for section in result.sections])
     names, first, counts = np.unique(labels, return_index=True, return_counts=True)
-    named = set(names[np.argsort(-counts, kind="stable")][:_NAMED].tolist())
-    entries = zip(names.tolist(), first.tolist(), counts.tolist(), strict=True)
-    for name, index, count in sorted(entries, key=lambda entry: (-entry[2], entry[0])):
-        motion = result.sections[index].motion
-        chosen = label_of_point == name
-        entry = f"{motion_text(motion)} ({count} value{'s' if count > 1 else ''})" if name in named else None
-        style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        ax.plot(parameter[chosen], values[chosen], color=_visible(motion_colour(motion)), **style, rasterized=True)
-        ax.plot([], [], "s", markersize=6, color=_visible(motion_colour(motion)), label=entry or "_")
+    order = np.lexsort([first, -counts])
+    shown = [result.sections[first[i]].motion for i in order[:motions]]
+    entries = [
+        (label_of_point == names[i], colour, f"{motion_text(motion)} ({counts[i]} value{'s' if counts[i] > 1 else ''})")
+        for i, colour, motion in zip(order[:motions], motion_colours(shown), shown, strict=True)
+    ]
+    if len(order) > motions:
+        others = np.isin(label_of_point, names[order[motions:]])
+        entries.append((others, OTHER, f"{len(order) - motions} other motions"))
+    for chosen, colour, text in entries:
+        # light colours have a rim, so that they are seen on white
+        rim = 0.3 if is_light(colour) else 0.0
+        ax.plot(
+            parameter[chosen],
+            values[chosen],
+            linestyle="none",
+            marker=".",
+            markersize=2.5 + 2.0 * rim,
+            markeredgewidth=rim,
+            markeredgecolor=INK,
+            color=colour,
+            rasterized=True,
+        )
+        legend_square(ax, colour, text)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
-    ax.set_xlabel(axis_label(result.vary, result.units))
-    ax.set_ylabel(f"{axis_label(quantity.removeprefix('impact_'), result.units)}, {what}")
     request = result.meta["request"]
     other = "omega" if result.vary == "clearance" else "clearance"
     fixed = place_text(result.units, **{other: request[other]})
-    ax.set_title(f"Bifurcation diagram, {fixed}, {request['policy']}", fontsize=10)
+    drawing.describe(
+        axis_label(result.vary, result.units),
+        f"{axis_label(quantity.removeprefix('impact_'), result.units)}, {what}",
+        f"Bifurcation diagram, {fixed}, {request['policy']}",
+    )
     ax.margins(x=0.01)
-    legend_outside(ax, handlelength=1.0, labelspacing=0.35)
+    drawing.show_legend(handlelength=1.0, labelspacing=0.35)
     return ax
-
-
-def _visible(colour: str) -> str:
-    """Return a colour that is visible on white: a nearly white one is made stronger, a light one darker."""
-    parts = components(colour)
-    if parts.min() > _NEARLY_WHITE:
-        parts = 255.0 - np.minimum(255.0, (255.0 - parts) * _STRONGER)
-    light = float(parts.mean() / 255.0)
-    if light > _LIGHT:
-        parts *= _DARKER / light
-    return hexadecimal(parts)

@@ -7,61 +7,82 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside, place_text
-from grazemap.plots.palette import BIFURCATIONS, label_text
+from grazemap.plots.axes import Drawing, axis_label, place_text
+from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
+from grazemap.plots.smooth import smooth_pieces
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from grazemap.results import OrbitBranch, PeriodicOrbit
+    from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
 
-_LINE, _PALE = "#0072B2", "#B9B9B9"
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
+# Stretches of a branch: style and entry of the legend.
+_STRETCHES: tuple[tuple[dict[str, Any], str], ...] = (
+    ({"color": LINE, "linewidth": 1.8, "zorder": 3}, "stable"),
+    ({"color": LINE, "linewidth": 1.2, "linestyle": (0, (5, 2)), "zorder": 2}, "unstable"),
+    ({"color": PALE_LINE, "linewidth": 1.0, "zorder": 1}, "not admissible: virtual impact or further contact"),
+)
+_STABLE, _UNSTABLE, _INADMISSIBLE = range(3)
+
+Floats = NDArray[np.float64]
 
 
-def plot_multipliers(result: PeriodicOrbit, ax: Axes | None = None) -> Axes:
+def plot_multipliers(result: PeriodicOrbit, drawing: Drawing) -> Axes:
     """Draw the multipliers of an orbit and the unit circle."""
-    ax = _unit_circle(ax)
+    name = label_text(result.motion.label) if result.motion.label else "no orbit"
+    _describe_circle(drawing, f"Multipliers of {name}, {result.said}")
+    if not result.converged:
+        drawing.say(f"no orbit was found: {result.reason}")
+        return drawing.ax
+    ax = _unit_circle(drawing)
     inside = np.abs(result.multipliers) < 1.0
-    for chosen, colour in ((inside, _LINE), (~inside, "#C31E2D")):
+    for chosen, colour in ((inside, LINE), (~inside, BIFURCATIONS["SN"][1])):
         points = result.multipliers[chosen]
         ax.plot(points.real, points.imag, linestyle="none", marker="o", markersize=5, color=colour)
-    name = label_text(result.motion.label) if result.motion.label else "no orbit"
-    ax.set_title(f"Multipliers of {name}, {result.said}", fontsize=10)
-    if result.reason and not result.converged:
-        ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
     return ax
 
 
-def plot_branch_multipliers(result: OrbitBranch, ax: Axes | None = None) -> Axes:
+def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     """Draw the multipliers of all orbits of a branch and the unit circle, coloured by the parameter.
 
     Those of inadmissible orbits are pale. Those far outside the circle, as near a graze, are not shown.
     """
-    ax = _unit_circle(ax)
-    request = result.meta["request"]
-    if len(result.parameter):
-        value = np.broadcast_to(result.parameter[:, None], result.multipliers.shape)
-        low, high = float(result.parameter.min()), float(result.parameter.max())
-        for chosen, alpha in ((~result.admissible, 0.3), (result.admissible, 1.0)):
-            points, colour = result.multipliers[chosen].ravel(), value[chosen].ravel()
-            near = np.abs(points) < _FARTHEST
-            x, y = points[near].real, points[near].imag
-            drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
-        ax.figure.colorbar(drawn, ax=ax, label=axis_label(request["vary"], result.units), shrink=0.8)
-    ax.set_title(f"Multipliers along a branch of period {result.period}, {_fixed(result)}", fontsize=10)
+    _describe_circle(drawing, f"Multipliers along a branch of period {result.period}, {_fixed(result)}")
+    if not len(result.parameter):
+        drawing.say(f"no branch was found: {result.reason}")
+        return drawing.ax
+    ax = _unit_circle(drawing)
+    value = np.broadcast_to(result.parameter[:, None], result.multipliers.shape)
+    low, high = float(result.parameter.min()), float(result.parameter.max())
+    for chosen, alpha in ((~result.admissible, 0.3), (result.admissible, 1.0)):
+        points, colour = result.multipliers[chosen].ravel(), value[chosen].ravel()
+        near = np.abs(points) < _FARTHEST
+        x, y = points[near].real, points[near].imag
+        drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
+    label = axis_label(result.meta["request"]["vary"], result.units)
+    if drawing.legend == "outside":
+        ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.8)
+    elif drawing.legend == "inside":
+        inset = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
+        ax.figure.colorbar(drawn, cax=inset, orientation="horizontal", ticks=[low, high], format="%.3g")
+        inset.set_title(label, fontsize=7)
+        inset.tick_params(labelsize=6)
     return ax
 
 
-def _unit_circle(ax: Axes | None) -> Axes:
-    ax = axes_or_new(ax, 5.5, 5.5)
+def _describe_circle(drawing: Drawing, title: str) -> None:
+    drawing.describe("real part", "imaginary part", title)
+
+
+def _unit_circle(drawing: Drawing) -> Axes:
+    ax = drawing.ax
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     ax.plot(np.cos(turn), np.sin(turn), color=INK, linewidth=0.9)
     for value in (ax.axhline, ax.axvline):
-        value(0.0, color=_PALE, linewidth=0.5, zorder=0)
+        value(0.0, color=PALE_LINE, linewidth=0.5, zorder=0)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set(xlabel="real part", ylabel="imaginary part")
     return ax
 
 
@@ -72,31 +93,30 @@ def _fixed(result: OrbitBranch) -> str:
     return place_text(result.units, **fixed)
 
 
-def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
+def plot_branch(result: OrbitBranch, drawing: Drawing) -> Axes:
     """Draw the speed of every impact over the parameter.
 
-    Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts.
+    Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts,
+    and stretches end at them.
     """
-    ax = axes_or_new(ax, 9.0, 5.5)
-    speeds = result.velocities * result.stops if len(result.parameter) else np.zeros((0, 0))
-    kinds: tuple[tuple[NDArray[np.bool_], dict[str, Any], str], ...] = (
-        (result.admissible & result.stable, {"color": _LINE, "linewidth": 1.8, "zorder": 3}, "stable"),
-        (result.admissible & ~result.stable, {"color": _LINE, "linewidth": 1.2, "linestyle": "--"}, "unstable"),
-        (~result.admissible, {"color": _PALE, "linewidth": 1.0}, "not admissible: virtual impact or further contact"),
+    ax = drawing.ax
+    stops = "".join("A" if stop > 0 else "C" for stop in result.stops)
+    drawing.describe(
+        axis_label(result.meta["request"]["vary"], result.units),
+        "impact speed" + (" (m/s)" if result.units == "SI" else ""),
+        f"Branch of period {result.period}, impacts {stops or 'not found'}, {_fixed(result)}",
     )
-    for chosen, style, text in kinds:
-        if not chosen.any():
-            continue
-        # with the point before and after each stretch, so that stretches meet
-        reach = chosen | np.append(chosen[1:], False) | np.append(False, chosen[:-1])
-        shown = chosen if text == "stable" else reach
-        for impact in range(speeds.shape[1]):
-            line = np.where(shown, speeds[:, impact], np.nan)
-            ax.plot(result.parameter, line, label=text if impact == 0 else None, **style)
+    if not len(result.parameter):
+        drawing.say(f"no branch was found: {result.reason}")
+        return ax
+    lines = _stretches(result)
+    for (style, text), line in zip(_STRETCHES, lines, strict=True):
+        for impact in range(1, line.shape[1]):
+            ax.plot(line[:, 0], line[:, impact], label=text if impact == 1 else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
         marker, colour, text = BIFURCATIONS[point.type]
-        heights = (point.velocities[: len(result.stops)] * result.stops).tolist()
+        heights = _speeds(result, point).tolist()
         style = {"marker": marker, "color": colour, "markersize": 6, "linestyle": "none", "zorder": 5}
         label = None if point.type in seen else text
         seen.add(point.type)
@@ -106,11 +126,40 @@ def plot_branch(result: OrbitBranch, ax: Axes | None = None) -> Axes:
     # virtual impacts may be many times as fast as real ones
     low, high = ax.get_ylim()
     ax.set_ylim(max(low, -_VIRTUAL * high), high)
-    ax.set_xlabel(axis_label(result.meta["request"]["vary"], result.units))
-    ax.set_ylabel("impact speed" + (" (m/s)" if result.units == "SI" else ""))
-    stops = "".join("A" if stop > 0 else "C" for stop in result.stops)
-    ax.set_title(f"Branch of period {result.period}, impacts {stops or 'not found'}, {_fixed(result)}", fontsize=10)
-    if result.reason:
-        ax.text(0.5, 0.5, result.reason, transform=ax.transAxes, ha="center", wrap=True, fontsize=8)
-    legend_outside(ax)
+    drawing.show_legend()
     return ax
+
+
+def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
+    return point.velocities[: len(result.stops)] * result.stops
+
+
+def _stretches(result: OrbitBranch) -> list[Floats]:
+    """Return the lines of stable, unstable and inadmissible orbits: parameter and speeds, (points, 1 + impacts).
+
+    Pieces of a line are separated by NaN. Each begins and ends at special points where there are some, so that stable
+    motions that graze end at the graze; elsewhere a segment between unlike orbits counts as the less regular of them.
+    """
+    speeds = result.velocities * result.stops
+    kinds = np.where(result.admissible, np.where(result.stable, _STABLE, _UNSTABLE), _INADMISSIBLE)
+    within: dict[int, list[SpecialPoint]] = {}
+    for point in result.special_points:
+        within.setdefault(point.segment, []).append(point)
+    knots: list[Floats] = []
+    kind_of: list[int] = []
+    for i in range(len(speeds)):
+        knots.append(np.append(result.parameter[i], speeds[i]))
+        if i + 1 == len(speeds):
+            break
+        points = within.get(i, [])
+        knots += [np.append(point.parameter, _speeds(result, point)) for point in points]
+        start, end = int(kinds[i]), int(kinds[i + 1])
+        kind_of += [start, *[end] * len(points)] if points else [max(start, end)]
+    at = np.array(knots)
+    pieces = smooth_pieces(at, at)
+    gap = np.full((1, at.shape[1]), np.nan)
+    lines: list[list[Floats]] = [[np.empty((0, at.shape[1]))] for _ in _STRETCHES]
+    for number, (piece, kind) in enumerate(zip(pieces, kind_of, strict=True)):
+        goes_on = number > 0 and kind_of[number - 1] == kind
+        lines[kind] += [piece[1:]] if goes_on else [gap, piece]
+    return [np.concatenate(line) for line in lines]

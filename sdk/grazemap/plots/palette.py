@@ -1,85 +1,105 @@
-"""The colours of motions: a function of the label alone, so that a motion looks the same in every picture.
+"""The colours of pictures. All are in palette.json, which the service's page reads too.
 
-The colours of `NAMED` were chosen one after the other, each the farthest in OKLab from all before it (the greys and
-the background included) in the least favourable of three views: normal, protan and deutan vision. Other motions get a
-colour computed from their label; they cover small regions, and the picture names the regions that are large enough.
+Any two of them differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them: so whatever meets in
+a picture can be told apart. A motion that is named there has its colour in every picture. Any other motion begins at a
+colour that its label gives and takes the first that no motion of the picture has.
 """
 
 from __future__ import annotations
 
-import math
+import json
 import re
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+import zlib
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
 
 if TYPE_CHECKING:
     from grazemap.results import Motion, MotionShare
 
-UNRESOLVED = "#909090"
-OTHER = "#DCDCDC"
-CHAOTIC = "#1A1A1A"
-QUASI_PERIODIC = "#5A5A5A"
-_BY_KIND = {"unresolved": UNRESOLVED, "chaotic": CHAOTIC, "quasi-periodic": QUASI_PERIODIC}
+_PALETTE: dict[str, Any] = json.loads(files("grazemap.plots").joinpath("palette.json").read_text(encoding="utf-8"))
 
-_LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
+INK: str = _PALETTE["ink"]
+PAPER: str = _PALETTE["paper"]
+UNEXPLAINED: str = _PALETTE["unexplained"]
+UNRESOLVED: str = _PALETTE["kinds"]["unresolved"]
+OTHER: str = _PALETTE["kinds"]["other"]
+NAMED: dict[str, str] = _PALETTE["motions"]
+"""Colour by label."""
+
+ORDERS: tuple[str, ...] = tuple(_PALETTE["orders"])
+"""Colours of recurrences by order, and of lines that stand for nothing else."""
+
+_FREE = (*NAMED.values(), *_PALETTE["other motions"])
+LINE, SECOND_LINE, PALE_LINE = NAMED["1-2r-3l"], NAMED["2-3r-3l"], OTHER
 
 # Marker, colour and name of bifurcations; the same in every picture.
 BIFURCATIONS = {
-    "SN": ("^", "#C31E2D", "saddle-node (SN)"),
-    "PD": ("s", "#1E1E78", "period doubling (PD)"),
-    "SB": ("D", "#117733", "symmetry breaking (SB)"),
-    "NS": ("o", "#B8860B", "Neimark-Sacker (NS)"),
-    "GR": ("X", "#222222", "graze (GR)"),
+    kind: (marker, _PALETTE["bifurcations"][kind], text)
+    for kind, marker, text in (
+        ("SN", "^", "saddle-node (SN)"),
+        ("PD", "s", "period doubling (PD)"),
+        ("SB", "D", "symmetry breaking (SB)"),
+        ("NS", "o", "Neimark-Sacker (NS)"),
+        ("GR", "X", "graze (GR)"),
+    )
 }
 
-# (period, impacts_right, impacts_left)
-NAMED: dict[tuple[int, int, int], str] = {
-    (1, -1, -1): "#FFFBEA",
-    (1, 1, -1): "#E15A5A",
-    (1, -1, 1): "#87003C",
-    (1, 1, 1): "#88CCEE",
-    (1, 2, 2): "#B496F0",
-    (1, 3, 3): "#E1F069",
-    (1, 4, 4): "#2D8700",
-    (1, 5, 5): "#3C0096",
-    (1, 6, 6): "#D2872D",
-    (1, 1, 2): "#00D287",
-    (1, 2, 1): "#96E178",
-    (1, 2, 3): "#0F69E1",
-    (1, 3, 2): "#5A87FF",
-    (1, 3, 4): "#69005A",
-    (1, 4, 3): "#A53CA5",
-    (2, 1, 1): "#693C78",
-    (2, 3, 3): "#FF9600",
-    (2, 5, 5): "#B40F4B",
-    (3, 1, 1): "#C369C3",
-    (3, 2, 2): "#4BFFA5",
-    (3, 4, 4): "#5A5A00",
-    (3, 5, 5): "#FFA5C3",
-    (3, 7, 7): "#FFC300",
-    (3, 8, 8): "#004B00",
-    (3, 10, 10): "#FF78C3",
-    (3, 13, 13): "#5A2DB4",
-    (5, 8, 8): "#69B496",
-}
+DASHES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 2)),
+    (0, (1, 1.5)),
+    (0, (6, 2, 1, 2)),
+    (0, (9, 2)),
+    (0, (4, 1.5, 1, 1.5, 1, 1.5)),
+    (0, (2.5, 2.5)),
+    (0, (9, 2, 2, 2, 2, 2)),
+)
+"""Styles of lines that tell motions, or numbers of periods, apart."""
 
-# Powers of the positive root of x^4 = x + 1: the steps whose sums fill the circle most evenly (Roberts, 2018).
-_HUE_STEPS = (0.5497004779, 0.8191725134, 0.6710436067)
-_CHROMA = 0.09
-_LIGHTNESS = (0.72, 0.48, 0.83, 0.60)
+_LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 
 
-def motion_colour(motion: Motion | MotionShare) -> str:
-    """Return the colour of a motion as #RRGGBB; it depends on the label or the kind only."""
+def motion_colours(motions: Sequence[Motion | MotionShare]) -> list[str]:
+    """Return the colours #RRGGBB of different motions in one picture; those that find no colour left have `OTHER`.
+
+    Motions with equal labels, such as mirror images, have different colours: the first has that of the label.
+    """
+    colours: list[str | None] = []
+    for motion in motions:
+        named = _PALETTE["kinds"].get(motion.kind) if _label(motion) is None else NAMED.get(_label(motion) or "")
+        colours.append(None if named in colours else named)
+    for position, motion in enumerate(motions):
+        if colours[position] is None:
+            first = zlib.crc32((_label(motion) or motion.kind).encode()) % len(_FREE)
+            free = (colour for colour in (*_FREE[first:], *_FREE[:first]) if colour not in colours)
+            colours[position] = next(free, OTHER)
+    return [colour or OTHER for colour in colours]
+
+
+def is_dark(colour: str) -> bool:
+    """Return whether white text is read more easily on a colour than black text."""
+    return _luminance(colour) < 0.18
+
+
+def is_light(colour: str) -> bool:
+    """Return whether dots of a colour are hard to see on white."""
+    return _luminance(colour) > 0.6
+
+
+def _luminance(colour: str) -> float:
+    """Return the relative luminance, 0 to 1, of #RRGGBB (WCAG 2, with a power for its curve)."""
+    red, green, blue = ((int(colour[i : i + 2], 16) / 255.0) ** 2.2 for i in (1, 3, 5))
+    return float(0.2126 * red + 0.7152 * green + 0.0722 * blue)
+
+
+def _label(motion: Motion | MotionShare) -> str | None:
     if motion.period is None or motion.impacts_right is None or motion.impacts_left is None:
-        return _BY_KIND.get(motion.kind, OTHER)
-    key = (motion.period, motion.impacts_right, motion.impacts_left)
-    return NAMED.get(key) or _computed(*key)
+        return None
+    return motion_label(motion.period, motion.impacts_right, motion.impacts_left)
 
 
 def motion_text(motion: Motion | MotionShare) -> str:
@@ -99,38 +119,3 @@ def label_text(label: str) -> str:
         return f"{period}-${right}_r$-${left}_l$"
 
     return _LABEL.sub(subscripts, label)
-
-
-def components(colour: str) -> NDArray[np.float64]:
-    """Return red, green and blue of #RRGGBB, each from 0 to 255."""
-    return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
-
-
-def hexadecimal(parts: Iterable[float]) -> str:
-    """Return red, green and blue, each from 0 to 255, as #RRGGBB."""
-    return "#" + "".join(f"{round(part):02X}" for part in parts)
-
-
-def _computed(period: int, right: int, left: int) -> str:
-    """Return a colour of medium chroma, its hue and lightness stepped by every count of the label."""
-    turns = sum(step * count for step, count in zip(_HUE_STEPS, (period, right, left), strict=True))
-    hue = 2 * math.pi * (turns % 1.0)
-    lightness = _LIGHTNESS[(period + right + 2 * left) % len(_LIGHTNESS)]
-    return _srgb(lightness, _CHROMA * math.cos(hue), _CHROMA * math.sin(hue))
-
-
-def _srgb(lightness: float, a: float, b: float) -> str:
-    """Return OKLab as #RRGGBB, clipped to what a screen shows (Ottosson, 2020)."""
-    long = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3
-    medium = (lightness - 0.1055613458 * a - 0.0638541728 * b) ** 3
-    short = (lightness - 0.0894841775 * a - 1.2914855480 * b) ** 3
-    linear = (
-        4.0767416621 * long - 3.3077115913 * medium + 0.2309699292 * short,
-        -1.2684380046 * long + 2.6097574011 * medium - 0.3413193965 * short,
-        -0.0041960863 * long - 0.7034186147 * medium + 1.7076147010 * short,
-    )
-    return hexadecimal([255 * _encoded(min(1.0, max(0.0, value))) for value in linear])
-
-
-def _encoded(value: float) -> float:
-    return 12.92 * value if value <= 0.0031308 else 1.055 * value ** (1 / 2.4) - 0.055

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import INK, axes_or_new, axis_label, legend_outside
-from grazemap.plots.palette import BIFURCATIONS
+from grazemap.plots.axes import Drawing, axis_label
+from grazemap.plots.palette import BIFURCATIONS, DASHES, INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,11 +15,10 @@ if TYPE_CHECKING:
     from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 _FAR = 0.003
-_DASHES = ("-", "--", "-.", ":")
 
 
 def plot_local_unfolding(
-    result: CodimensionTwoPoints, ax: Axes | None = None, omega: tuple[float, float] | None = None
+    result: CodimensionTwoPoints, drawing: Drawing, omega: tuple[float, float] | None = None
 ) -> Axes:
     """Draw the distance to the grazing curve, b - A(omega), of the curves that leave it, to leading order.
 
@@ -27,7 +26,7 @@ def plot_local_unfolding(
     loses its stability. A branch has no motions beyond its saddle-node, so curves are drawn up to the saddle-node curve
     that they would cross. Curves of inadmissible motions are pale.
     """
-    ax = axes_or_new(ax)
+    ax = drawing.ax
     interval = result.meta["request"]["omega"]
     start, stop = omega if omega is not None else (interval["start"], interval["stop"])
     points = [p for p in result.points if start <= p.omega <= stop]
@@ -43,16 +42,15 @@ def plot_local_unfolding(
             )
     _label_sides(ax, resonant)
     ax.set_xlim(start, stop)
-    ax.set_xlabel(axis_label("omega", result.units))
-    ax.set_ylabel(r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else ""))
-    ax.set_title("Curves from the grazing curve, to leading order", fontsize=10)
+    distance = r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else "")
+    drawing.describe(axis_label("omega", result.units), distance, "Curves from the grazing curve, to leading order")
     seen: set[str] = set()
     for line in ax.lines:  # curves of one kind have one entry
         label = str(line.get_label())
         if label in seen:
             line.set_label("_")
         seen.add(label)
-    legend_outside(ax)
+    drawing.show_legend()
     return ax
 
 
@@ -100,7 +98,7 @@ def _draw(
         point.omega + x,
         distance,
         color=colour,
-        linestyle=_DASHES[((point.multiple or 1) - 1) % len(_DASHES)],
+        linestyle=DASHES[((point.multiple or 1) - 1) % len(DASHES)],
         linewidth=1.4,
         alpha=0.35 if pale else 1.0,
         label=f"{point.bifurcation}, {family}, n = {point.multiple}" + (", not admissible" if pale else ""),

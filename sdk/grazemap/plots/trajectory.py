@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axis_label, new_figure, place_text, show_in_notebook, shown_axes
-from grazemap.plots.palette import motion_colour, motion_text
+from grazemap.plots.axes import (
+    Drawing,
+    LegendPlace,
+    axis_label,
+    drawing,
+    new_figure,
+    place_text,
+    show_in_notebook,
+    shown_axes,
+)
+from grazemap.plots.palette import INK, LINE, NAMED, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +26,7 @@ if TYPE_CHECKING:
 
     from grazemap.results import Trajectories, Trajectory
 
-_BLUE, _EARLIER, _STOP, _IMPACT = "#0072B2", "#A9C9DD", "#8C8C8C", "#D55E00"
+_EARLIER, _STOP, _IMPACT = NAMED["1-1r-1l"], UNRESOLVED, SECOND_LINE
 # Maximum number of forcing periods that are legible in the time history.
 _HISTORY_PERIODS = 12
 
@@ -33,13 +43,39 @@ class TrajectoryAxes(NamedTuple):
         show_in_notebook(self.history)
 
 
-def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: int = 1) -> TrajectoryAxes:
+class TrajectoryDrawing(NamedTuple):
+    """Where the two parts of a trajectory's picture are drawn."""
+
+    history: Drawing
+    portrait: Drawing
+
+    @property
+    def axes(self) -> TrajectoryAxes:
+        """The axes of both."""
+        return TrajectoryAxes(self.history.ax, self.portrait.ax)
+
+
+def trajectory_drawing(
+    ax: tuple[Axes, Axes] | None, legend: LegendPlace | None, labels: bool, figure: Figure | None
+) -> TrajectoryDrawing:
+    """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure."""
+    if figure is not None:
+        warnings.warn("figure= is deprecated: pass ax=figure.subplots(1, 2)", DeprecationWarning, stacklevel=3)
+    if ax is not None:
+        history, portrait = ax
+        return TrajectoryDrawing(drawing(history, legend, labels), drawing(portrait, legend, labels))
+    new = figure if figure is not None else new_figure(11.0, 4.6)
+    pair = new.subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+    return TrajectoryDrawing(*(drawing(one, legend or "outside", labels) for one in pair))
+
+
+def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int = 1) -> TrajectoryAxes:
     """Draw the last periods of one mass over time, and the whole record in its phase plane.
 
     Parameters
     ----------
     trajectory : Trajectory
-    figure : Figure, optional
+    drawing : TrajectoryDrawing
     mass : int
         1 to N. The stops and the impacts are those of mass 1 and are drawn for it only.
 
@@ -52,57 +88,54 @@ def plot_trajectory(trajectory: Trajectory, figure: Figure | None = None, mass: 
     ValueError
         There is no such mass.
     """
-    history, portrait = _axes(trajectory, figure, mass)
+    _check_mass(trajectory, mass)
+    history, portrait = drawing.axes
     time, displacement, velocity = with_impacts(trajectory, mass)
     shown = _last_periods(trajectory, time)
-    history.plot(time[shown], displacement[shown], color=_BLUE, linewidth=1.0)
+    history.plot(time[shown], displacement[shown], color=LINE, linewidth=1.0)
     portrait.plot(displacement[~shown], velocity[~shown], color=_EARLIER, linewidth=0.6, label="earlier")
-    portrait.plot(
-        displacement[shown], velocity[shown], color=_BLUE, linewidth=1.2, label="last periods, as on the left"
-    )
+    portrait.plot(displacement[shown], velocity[shown], color=LINE, linewidth=1.2, label="last periods, as on the left")
     if not shown.all():
-        _legend(portrait, 2)
+        _legend(drawing.portrait, 2)
     if mass == 1:
         _draw_stops(history, portrait, trajectory, "stops A, C")
         _draw_impacts(history, trajectory, float(time[shown][0]) if shown.any() else 0.0)
         portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
-        _legend(history, 2)
-    _label(history, portrait, trajectory, mass, _title(trajectory, mass))
-    return TrajectoryAxes(history, portrait)
+        _legend(drawing.history, 2)
+    _label(drawing, trajectory, mass, _title(trajectory, mass))
+    return drawing.axes
 
 
-def plot_trajectories(result: Trajectories, figure: Figure | None = None, mass: int = 1) -> TrajectoryAxes:
+def plot_trajectories(result: Trajectories, drawing: TrajectoryDrawing, mass: int = 1) -> TrajectoryAxes:
     """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
 
     Parameters, Returns and Raises as for `plot_trajectory`.
     """
     first = result.trajectories[0]
-    history, portrait = _axes(first, figure, mass)
+    _check_mass(first, mass)
+    history, portrait = drawing.axes
+    different = {motion_text(trajectory.motion): trajectory.motion for trajectory in result.trajectories}
+    colours = dict(zip(different, motion_colours(list(different.values())), strict=True))
     seen: set[str] = set()
     for trajectory in result.trajectories:
         time, displacement, velocity = with_impacts(trajectory, mass)
         shown = _last_periods(trajectory, time)
-        motion = trajectory.motion
-        text = motion_text(motion)
-        style: dict[str, Any] = {"color": motion_colour(motion), "linewidth": 0.8}
+        text = motion_text(trajectory.motion)
+        style: dict[str, Any] = {"color": colours[text], "linewidth": 0.8}
         history.plot(time[shown], displacement[shown], label=None if text in seen else text, **style)
         portrait.plot(displacement[shown], velocity[shown], **style)
         seen.add(text)
     if mass == 1:
         _draw_stops(history, portrait, first)
-    _label(history, portrait, first, mass, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
-    _legend(history, 6)
-    return TrajectoryAxes(history, portrait)
+    _label(drawing, first, mass, f"Mass {mass} {_where(first)}: {len(result)} trajectories")
+    _legend(drawing.history, 6)
+    return drawing.axes
 
 
-def _axes(trajectory: Trajectory, figure: Figure | None, mass: int) -> TrajectoryAxes:
-    """Return empty axes. Raises ValueError: no such mass."""
+def _check_mass(trajectory: Trajectory, mass: int) -> None:
     size = len(trajectory.meta["request"]["oscillator"]["masses"])
     if not 1 <= mass <= size:
         raise ValueError(f"the oscillator has masses 1 to {size}")
-    figure = figure if figure is not None else new_figure(11.0, 4.6)
-    history, portrait = figure.subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
-    return TrajectoryAxes(history, portrait)
 
 
 def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
@@ -112,18 +145,24 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
     return shown
 
 
-def _label(history: Axes, portrait: Axes, trajectory: Trajectory, mass: int, title: str) -> None:
+def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int, title: str) -> None:
     units = trajectory.units
-    history.set(xlabel=axis_label("time", units), ylabel=axis_label("displacement", units, mass))
-    portrait.set(xlabel=axis_label("displacement", units, mass), ylabel=axis_label("velocity", units, mass))
-    history.margins(x=0.0)
-    figure = history.get_figure(root=False)
-    assert figure is not None
-    figure.suptitle(title, fontsize=10)
+    displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
+    # the legend of a figure of its own is above the axes, and the title above that
+    above = drawing.history.legend == "outside"
+    drawing.history.describe(axis_label("time", units), displacement, "" if above else title)
+    drawing.portrait.describe(displacement, velocity, "")
+    drawing.history.ax.margins(x=0.0)
+    figure = drawing.history.ax.get_figure(root=False)
+    if above and drawing.history.labels and figure is not None:
+        figure.suptitle(title, fontsize=10)
 
 
-def _legend(ax: Axes, columns: int) -> None:
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=8)
+def _legend(drawing: Drawing, columns: int) -> None:
+    if drawing.legend == "outside":
+        drawing.show_legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns)
+    else:
+        drawing.show_legend()
 
 
 def with_impacts(trajectory: Trajectory, mass: int) -> tuple[Floats, Floats, Floats]:

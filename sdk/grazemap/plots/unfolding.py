@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import INK, axes_or_new, cell_borders, label_plane, legend_outside, legend_square
+from grazemap.plots.axes import Drawing, cell_borders, legend_square
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
-from grazemap.plots.palette import OTHER, motion_colour, motion_text
+from grazemap.plots.palette import INK, OTHER, PAPER, is_dark, motion_colours, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,44 +23,59 @@ _NAMED_REGION = 0.05
 # A map with more points than this is drawn as an image, and its regions are measured on a coarser grid.
 _DRAWN_AS_CELLS = 1 << 20
 _MEASURED_SIDE = 1024
-_INFERRED = "#f2f2f2"
+_INFERRED = OTHER
 
 
 def plot_unfolding_map(
     umap: UnfoldingMap,
-    ax: Axes | None = None,
+    drawing: Drawing,
     curve: GrazingCurve | None = None,
     points: CodimensionTwoPoints | None = None,
     motions: int = 20,
-    curves: BifurcationCurves | None = None,
+    curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
 ) -> Axes:
-    """Draw an unfolding map.
+    """Draw an unfolding map with its title and legend; parameters as of `draw_unfolding_map`."""
+    draw_unfolding_map(umap, drawing, curve, points, motions, curves)
+    what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
+    size = f"{len(umap.clearance)} × {len(umap.omega)} points"
+    drawing.describe_plane(umap.units, f"{what}: motions $n$-$p_r$-$q_l$, {size}")
+    drawing.show_legend(handlelength=1.4, labelspacing=0.35)
+    return drawing.ax
+
+
+def draw_unfolding_map(
+    umap: UnfoldingMap,
+    drawing: Drawing,
+    curve: GrazingCurve | None = None,
+    points: CodimensionTwoPoints | None = None,
+    motions: int = 20,
+    curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
+) -> None:
+    """Draw the regions of a map, and over them what is given.
 
     Parameters
     ----------
     umap : UnfoldingMap
-    ax : Axes, optional
+    drawing : Drawing
     curve : GrazingCurve, optional
         Drawn over the regions, as far as it lies inside.
     points : CodimensionTwoPoints, optional
         Drawn on the curve; left out: the curve's own.
-    curves : BifurcationCurves, optional
+    curves : BifurcationCurves or several, optional
         Drawn over the regions, only those of admissible motions.
     motions : int
         Number of motions with a colour and an entry in the legend; the smaller ones have one colour, as "other".
-
-    Returns
-    -------
-    Axes
     """
-    ax = axes_or_new(ax, 10.5, 6.5)
+    ax = drawing.ax
     shares = umap.motions()
     periodic = [motion for motion in shares if motion.kind == "periodic"]
     shown = sorted(periodic[:motions], key=_by_period_and_impacts)
     irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
-    _draw_regions(ax, umap, [*shown, *irregular], periodic[motions:])
-    for motion in shown:
-        _name_region(ax, umap, motion)
+    colours = motion_colours([*shown, *irregular])
+    _draw_regions(ax, umap, [*shown, *irregular], colours, periodic[motions:])
+    if drawing.labels:
+        for motion, colour in zip(shown, colours, strict=False):
+            _name_region(ax, umap, motion, colour)
     across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
     if curves is not None:
         draw_bifurcation_curves(ax, curves, halo=True)
@@ -71,14 +87,9 @@ def plot_unfolding_map(
         draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
-    label_plane(ax, umap.units)
-    what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
-    ax.set_title(f"{what}: motions $n$-$p_r$-$q_l$, {len(umap.clearance)} × {len(umap.omega)} points", fontsize=10)
-    legend_outside(ax, handlelength=1.4, labelspacing=0.35)
-    return ax
 
 
-def plot_computed(umap: UnfoldingMap, ax: Axes | None = None) -> Axes:
+def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
     """Draw which points of an adaptive map were computed, on axes like those of the map.
 
     Raises
@@ -88,20 +99,22 @@ def plot_computed(umap: UnfoldingMap, ax: Axes | None = None) -> Axes:
     """
     if umap.computed is None:
         raise ValueError("every point of this map was computed: it is not adaptive")
-    ax = axes_or_new(ax, 8.0, 6.5)
+    ax = drawing.ax
     codes = umap.computed.astype(np.int8)
     _draw_codes(ax, umap, codes, [_INFERRED, INK])
     computed = umap.computed.mean()
     for colour, share, text in ((INK, computed, "computed"), (_INFERRED, 1.0 - computed, "inferred")):
         legend_square(ax, colour, f"{text} ({share:.1%})", edge=1.0)
-    label_plane(ax, umap.units)
-    ax.set_title(f"Computed points of {len(umap.clearance)} × {len(umap.omega)}", fontsize=10)
-    legend_outside(ax, handlelength=1.4)
+    drawing.describe_plane(umap.units, f"Computed points of {len(umap.clearance)} × {len(umap.omega)}")
+    drawing.show_legend(handlelength=1.4)
     return ax
 
 
-def _draw_regions(ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], rest: list[MotionShare]) -> None:
-    entries = [(motion_colour(motion), f"{motion_text(motion)} ({motion.share:.1%})") for motion in shown]
+def _draw_regions(
+    ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], colours: list[str], rest: list[MotionShare]
+) -> None:
+    texts = [f"{motion_text(motion)} ({motion.share:.1%})" for motion in shown]
+    entries = list(zip(colours, texts, strict=True))
     codes = np.full(umap.kind.shape, len(entries), dtype=np.int16)
     for code, motion in enumerate(shown):
         codes[umap.mask(motion)] = code
@@ -134,7 +147,7 @@ def _by_period_and_impacts(motion: MotionShare) -> tuple[int, int, int]:
     return motion.period or 0, right + left, -right
 
 
-def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare) -> None:
+def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:
     """Write a motion's label where the largest square fits into its region, if that is large enough to read."""
     from matplotlib.patheffects import withStroke
 
@@ -151,8 +164,8 @@ def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare) -> None:
         ha="center",
         va="center",
         fontsize=8,
-        color=INK,
-        path_effects=[withStroke(linewidth=2.0, foreground="white", alpha=0.8)],
+        color=PAPER if is_dark(ground) else INK,
+        path_effects=[withStroke(linewidth=2.0, foreground=ground)],
         zorder=4,
     )
 

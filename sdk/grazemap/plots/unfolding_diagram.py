@@ -6,28 +6,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.plots.axes import INK, cell_borders, legend_outside, rimmed
+from grazemap.plots.axes import Drawing, cell_borders, rimmed
 from grazemap.plots.borders import curve_style
 from grazemap.plots.curve import draw_curve
-from grazemap.plots.palette import BIFURCATIONS
-from grazemap.plots.unfolding import plot_unfolding_map
+from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
+from grazemap.plots.smooth import smooth_line
+from grazemap.plots.unfolding import draw_unfolding_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
-_COEXISTENCE = "#FFFFFF"
-_UNEXPLAINED = "#FF00FF"
 
-
-def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, motions: int = 20) -> Axes:
+def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, motions: int = 20) -> Axes:
     """Draw an unfolding diagram.
 
     Parameters
     ----------
     diagram : UnfoldingDiagram
-    ax : Axes, optional
+    drawing : Drawing
     motions : int
         As of `plot_unfolding_map`.
 
@@ -40,20 +38,21 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, ax: Axes | None = None, mo
     borders = diagram.borders
     umap = diagram.unfolding_map
     closed_forms = diagram.bifurcation_curves if borders is None else None
-    ax = plot_unfolding_map(umap, ax, None, diagram.codimension_two_points, motions, closed_forms)
+    ax = drawing.ax
+    draw_unfolding_map(umap, drawing, None, diagram.codimension_two_points, motions, closed_forms)
     draw_curve(ax, diagram.grazing_curve, halo=True, dashed=True)
     if borders is not None:
         _draw_border_curves(ax, borders)
         for name, colour, text in (
-            ("coexistence", _COEXISTENCE, "basin boundary: both motions attract"),
-            ("unexplained", _UNEXPLAINED, "unexplained border"),
+            ("coexistence", PAPER, "basin boundary: both motions attract"),
+            ("unexplained", UNEXPLAINED, "unexplained border"),
         ):
             chosen = np.flatnonzero(borders.where(name) & borders.regular)
             _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
     size = f"{len(umap.clearance)} × {len(umap.omega)} points"
     note = "" if borders is None else "; no border between mirror images"
-    ax.set_title(f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}", fontsize=10)
-    legend_outside(ax, handlelength=1.4, labelspacing=0.35)
+    drawing.describe_plane(umap.units, f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}")
+    drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
 
@@ -63,9 +62,10 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs and curve.impacts_right > 0]
         style = curve_style(kind, 1.0, halo=True)
         for place, curve in enumerate(chosen):
-            clearance = np.where(curve.admissible, curve.clearance, np.nan)
+            line = np.stack([curve.omega, curve.clearance], axis=1)
+            omega, clearance = smooth_line(line, line, curve.admissible).T
             label = f"{name}, {len(chosen)} curve{'s' * (len(chosen) > 1)}" if place == 0 else None
-            ax.plot(curve.omega, clearance, label=label, zorder=3, **style)
+            ax.plot(omega, clearance, label=label, zorder=3, **style)
 
 
 def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:

@@ -14,6 +14,8 @@ from grazemap.schema.basins import ATTRACTOR
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 
 @described(ATTRACTOR, comparable=True)
 class Attractor(Verifiable):
@@ -63,11 +65,12 @@ class Basins(Result):
         named = np.array([attractor.label or attractor.kind for attractor in self.attractors] + ["unresolved"])
         return {"motion": named[self.label], "attractor_motion": named[:-1]}
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the rectangle, every state in the colour of the motion that it leads to."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.basins import plot_basins
 
-        return plot_basins(self, ax)
+        return plot_basins(self, drawing(ax, legend, labels, 9.0, 6.5))
 
     def _summary(self) -> str:
         rows, columns = self.label.shape

@@ -11,6 +11,8 @@ from grazemap.schema.curves import CURVE, FOLLOWED_MOTION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 
 @described(CURVE)
 class BifurcationCurve:
@@ -68,11 +70,19 @@ class BifurcationCurves(Result):
     curves: tuple[BifurcationCurve, ...]
     motions: tuple[FollowedMotion, ...]
 
-    def plot(self, ax: Axes | None = None, *, admissible: bool = True) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        admissible: bool = True,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw the curves; with `admissible` only those of admissible motions."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.borders import plot_bifurcation_curves
 
-        return plot_bifurcation_curves(self, ax, admissible)
+        return plot_bifurcation_curves(self, drawing(ax, legend, labels), admissible)
 
     def _summary(self) -> str:
         lost = sum(motion.reason is not None for motion in self.motions)

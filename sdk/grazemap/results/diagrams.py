@@ -13,6 +13,8 @@ from grazemap.schema.trajectories import SECTION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 QUANTITIES = ("displacement", "velocity", "impact_velocity")
 """The quantities that a diagram can show."""
 
@@ -56,14 +58,23 @@ class BifurcationDiagram(Result):
         """Return the name of the motion at every value: n-p_r-q_l, or its kind."""
         return tuple(section.motion.label or section.motion.kind for section in self.sections)
 
-    def plot(self, ax: Axes | None = None, quantity: str = "displacement") -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        quantity: str = "displacement",
+        *,
+        motions: int = 12,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw a quantity of the sections over the parameter, in the colours of the motions.
 
         `quantity` is "displacement", "velocity" or "impact_velocity".
         """
+        from grazemap.plots.axes import drawing
         from grazemap.plots.diagrams import plot_bifurcation_diagram
 
-        return plot_bifurcation_diagram(self, ax, quantity)
+        return plot_bifurcation_diagram(self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions)
 
     def _summary(self) -> str:
         return f"{len(self.parameter)} values of {self.vary}"

@@ -11,6 +11,8 @@ from grazemap.schema.discontinuity import GRAZING, NEXT_CONTACT, RETURNS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 
 @described(GRAZING)
 class Grazing:
@@ -77,11 +79,12 @@ class DiscontinuityMapping(Result):
     next_contact: NextContact
     returns: Returns
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the errors of the mapping, and of the returns by the Poincare map, over the overshoot."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.discontinuity import plot_mapping_error
 
-        return plot_mapping_error(self, ax)
+        return plot_mapping_error(self, drawing(ax, legend, labels))
 
     def _summary(self) -> str:
         return f"{len(self.overshoot)} overshoots, {self.returns.error.shape[1] - 1} returns"

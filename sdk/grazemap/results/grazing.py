@@ -16,6 +16,8 @@ from grazemap.wire.linear import steady_amplitude
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 
 @described(FAMILY, comparable=True)
 class Family:
@@ -81,11 +83,19 @@ class GrazingCurve(Result):
         oscillator = Oscillator.model_validate(self.meta["request"]["oscillator"])
         return np.reshape(steady_amplitude(oscillator, frequencies.ravel()), frequencies.shape)
 
-    def plot(self, ax: Axes | None = None, *, points: CodimensionTwoPoints | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        points: CodimensionTwoPoints | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw clearance over omega with the codimension-two points (its own, or `points`)."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.curve import plot_grazing_curve
 
-        return plot_grazing_curve(self, ax, points)
+        return plot_grazing_curve(self, drawing(ax, legend, labels), points)
 
     def _summary(self) -> str:
         return f"{len(self.omega)} values of omega, {len(self.points)} codimension-two points"
@@ -96,20 +106,36 @@ class CodimensionTwoPoints(Result):
 
     points: tuple[CodimensionTwoPoint, ...]
 
-    def plot(self, ax: Axes | None = None, *, curve: GrazingCurve | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        curve: GrazingCurve | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw the points in the plane of omega and clearance, on a grazing curve if one is given."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.curve import plot_codimension_two_points
 
-        return plot_codimension_two_points(self, ax, curve)
+        return plot_codimension_two_points(self, drawing(ax, legend, labels), curve)
 
-    def plot_unfolding(self, ax: Axes | None = None, *, omega: tuple[float, float] | None = None) -> Axes:
+    def plot_unfolding(
+        self,
+        ax: Axes | None = None,
+        *,
+        omega: tuple[float, float] | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw the curves that leave the grazing curve at resonant points, to leading order, relative to it.
 
         `omega` is the interval drawn; left out: that of the request.
         """
+        from grazemap.plots.axes import drawing
         from grazemap.plots.resonance import plot_local_unfolding
 
-        return plot_local_unfolding(self, ax, omega)
+        return plot_local_unfolding(self, drawing(ax, legend, labels), omega)
 
     def _summary(self) -> str:
         recurrences = sum(point.kind == "recurrence" for point in self.points)

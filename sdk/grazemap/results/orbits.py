@@ -21,6 +21,8 @@ from grazemap.schema.orbits import BEYOND, SPECIAL_POINT
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 
 class PeriodicOrbit(Verifiable, Result):
     """A periodic motion with impacts; where `converged` is false, `reason` says why there is none."""
@@ -61,11 +63,12 @@ class PeriodicOrbit(Verifiable, Result):
             return "no motion: not admissible"
         return "stable" if self.stable else "unstable"
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the multipliers and the unit circle; the orbit itself is a trajectory with ``initial=orbit.start``."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.orbits import plot_multipliers
 
-        return plot_multipliers(self, ax)
+        return plot_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
 
     def _summary(self) -> str:
         if not self.converged:
@@ -124,17 +127,25 @@ class OrbitBranch(Verifiable, Result):
     ends: tuple[str, ...]
     reason: str | None
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the speeds of the impacts over the parameter: stable solid, unstable dashed, special points marked."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.orbits import plot_branch
 
-        return plot_branch(self, ax)
+        return plot_branch(self, drawing(ax, legend, labels))
 
-    def plot_multipliers(self, ax: Axes | None = None) -> Axes:
+    def plot_multipliers(
+        self,
+        ax: Axes | None = None,
+        *,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw the multipliers of all orbits and the unit circle, coloured by the parameter."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.orbits import plot_branch_multipliers
 
-        return plot_branch_multipliers(self, ax)
+        return plot_branch_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
 
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from grazemap.plots.axes import LegendPlace
+
 
 class Trajectory(Result):
     """One trajectory with every impact."""
@@ -26,11 +28,19 @@ class Trajectory(Result):
     motion: Motion
     final: State | None
 
-    def plot(self, figure: Figure | None = None, *, mass: int = 1) -> tuple[Axes, Axes]:
+    def plot(
+        self,
+        ax: tuple[Axes, Axes] | None = None,
+        *,
+        mass: int = 1,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+        figure: Figure | None = None,
+    ) -> tuple[Axes, Axes]:
         """Draw the time history of one mass with the stops, and its phase portrait; return both axes."""
-        from grazemap.plots.trajectory import plot_trajectory
+        from grazemap.plots.trajectory import plot_trajectory, trajectory_drawing
 
-        return plot_trajectory(self, figure, mass)
+        return plot_trajectory(self, trajectory_drawing(ax, legend, labels, figure), mass)
 
     def _summary(self) -> str:
         return f"{len(self.impacts)} impacts, motion {self.motion.label or self.motion.kind}"
@@ -54,14 +64,22 @@ class Trajectories(Result):
     def __len__(self) -> int:
         return len(self.trajectories)
 
-    def plot(self, figure: Figure | None = None, *, mass: int = 1) -> tuple[Axes, Axes]:
+    def plot(
+        self,
+        ax: tuple[Axes, Axes] | None = None,
+        *,
+        mass: int = 1,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+        figure: Figure | None = None,
+    ) -> tuple[Axes, Axes]:
         """Draw the last periods of one mass, and its phase portrait, in the colours of the motions; return both axes.
 
         All that was recorded of one of them, with its impacts, is drawn by ``trajectories[i].plot()``.
         """
-        from grazemap.plots.trajectory import plot_trajectories
+        from grazemap.plots.trajectory import plot_trajectories, trajectory_drawing
 
-        return plot_trajectories(self, figure, mass)
+        return plot_trajectories(self, trajectory_drawing(ax, legend, labels, figure), mass)
 
     def _summary(self) -> str:
         found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)

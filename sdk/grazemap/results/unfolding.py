@@ -18,6 +18,7 @@ from grazemap.wire import motion_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
     from grazemap.results.curves import BifurcationCurves
     from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 
@@ -178,19 +179,23 @@ class UnfoldingMap(Verifiable, Result):
         *,
         curve: GrazingCurve | None = None,
         points: CodimensionTwoPoints | None = None,
-        curves: BifurcationCurves | None = None,
+        curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
         motions: int = 20,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
     ) -> Axes:
         """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.unfolding import plot_unfolding_map
 
-        return plot_unfolding_map(self, ax, curve, points, motions, curves)
+        return plot_unfolding_map(self, drawing(ax, legend, labels, 10.5, 6.5), curve, points, motions, curves)
 
-    def plot_computed(self, ax: Axes | None = None) -> Axes:
+    def plot_computed(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw which points of an adaptive map were computed. Raises ValueError for other maps."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.unfolding import plot_computed
 
-        return plot_computed(self, ax)
+        return plot_computed(self, drawing(ax, legend, labels, 8.0, 6.5))
 
     def _code(self, kind: str) -> int:
         return self.kinds.index(kind) if kind in self.kinds else -1

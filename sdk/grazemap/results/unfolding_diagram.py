@@ -23,6 +23,8 @@ from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from grazemap.plots.axes import LegendPlace
+
 
 @described(BORDER_CURVE)
 class BorderCurve:
@@ -190,11 +192,19 @@ class UnfoldingDiagram(Result):
         ]
         return "\n".join(lines)
 
-    def plot(self, ax: Axes | None = None, *, motions: int = 20) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        motions: int = 20,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
         """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points."""
+        from grazemap.plots.axes import drawing
         from grazemap.plots.unfolding_diagram import plot_unfolding_diagram
 
-        return plot_unfolding_diagram(self, ax, motions)
+        return plot_unfolding_diagram(self, drawing(ax, legend, labels, 10.5, 6.5), motions)
 
     def _one_label_each(self) -> NDArray[np.str_]:
         """Return labels in which mirror images are one motion, more impacts first."""
