@@ -31,6 +31,9 @@ reproduce: $(STAMP)  ## compute the paper's figures, numbers and motions again, 
 borders: $(STAMP)  ## compute unfolding diagrams with every border explained, into out/ (five minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
+pictures: $(STAMP)  ## make twenty pictures, and a page with the code of each, into out/pictures/ (two minutes)
+	$(BIN)/python examples/pictures.py
+
 serve: $(STAMP)  ## run the whole stack on this machine until Ctrl-C
 	$(BIN)/grazemap up
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.patheffects import AbstractPathEffect
 
 LegendPlace = Literal["outside", "inside", "none"]
+_FIT_INSIDE = 7
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _QUANTITIES = {
@@ -112,11 +113,14 @@ class Drawing:
         To the right of the axes, on them, or left out.
     labels : bool
         Whether there are a title, texts of the axes and names of regions.
+    most_entries : int
+        A legend with more is left out.
     """
 
     ax: Axes
     legend: LegendPlace
     labels: bool
+    most_entries: int = 100
 
     def describe(self, x: str, y: str, title: str) -> None:
         """Label the axes."""
@@ -130,7 +134,8 @@ class Drawing:
 
     def show_legend(self, **options: object) -> None:
         """Add the legend, if it has entries."""
-        if self.legend == "none" or not self.ax.get_legend_handles_labels()[0]:
+        entries = self.ax.get_legend_handles_labels()[0]
+        if self.legend == "none" or not 0 < len(entries) <= self.most_entries:
             return
         if self.legend == "outside":
             place: dict[str, object] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
@@ -149,7 +154,8 @@ def drawing(
 ) -> Drawing:
     """Return where to draw: on the caller's axes, or on a new figure's.
 
-    Without a choice the legend is to the right of new axes, and on the caller's: nothing is drawn outside of those.
+    Without a choice the legend is to the right of new axes. On the caller's it is inside, and left out where it would
+    cover them, as that of a map.
 
     Raises
     ------
@@ -158,7 +164,10 @@ def drawing(
     """
     if legend not in (None, *get_args(LegendPlace)):
         raise ValueError(f"legend must be {', '.join(get_args(LegendPlace))} or None, not {legend!r}")
-    return Drawing(axes_or_new(ax, width, height), legend or ("outside" if ax is None else "inside"), labels)
+    new = axes_or_new(ax, width, height)
+    if legend is None and ax is not None:
+        return Drawing(new, "inside", labels, most_entries=_FIT_INSIDE)
+    return Drawing(new, legend or "outside", labels)
 
 
 def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:

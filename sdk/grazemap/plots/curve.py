@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, rimmed
-from grazemap.plots.palette import BIFURCATIONS, INK, NAMED, ORDERS, UNRESOLVED
+from grazemap.plots.palette import BIFURCATIONS, INK, NAMED, ORDERS, PAPER, UNRESOLVED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +44,7 @@ def plot_codimension_two_points(
     return ax
 
 
-def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool = False) -> None:
+def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
     """Add the grazing curve to axes, with a band under the stretches where the graze does not recur.
 
     Parameters
@@ -52,18 +52,15 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False, dashed: bool =
     ax : Axes
     curve : GrazingCurve
     halo : bool
-        Give the line a white rim and leave the band out, so that it is legible on colours.
-    dashed : bool
-        Draw the line dashed, so that it differs from solid ones.
+        Draw a white line with dark rims, without the band, so that it differs from other curves and from regions.
     """
     ax.plot(
         curve.omega,
         curve.clearance,
-        color=INK,
-        linewidth=1.5 if halo else 1.2,
-        linestyle=(0, (5, 2)) if dashed else "-",
+        color=PAPER if halo else INK,
+        linewidth=1.2,
         label=r"grazing curve $b = A(\omega)$",
-        path_effects=rimmed(3.2) if halo else None,
+        path_effects=rimmed(3.2, INK) if halo else None,
         zorder=3,
     )
     quiet = curve.first_recurrence == 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,19 +37,10 @@ def plot_bifurcation_diagram(
         others = np.isin(label_of_point, names[order[motions:]])
         entries.append((others, OTHER, f"{len(order) - motions} other motions"))
     for chosen, colour, text in entries:
-        # light colours have a rim, so that they are seen on white
-        rim = 0.3 if is_light(colour) else 0.0
-        ax.plot(
-            parameter[chosen],
-            values[chosen],
-            linestyle="none",
-            marker=".",
-            markersize=2.5 + 2.0 * rim,
-            markeredgewidth=rim,
-            markeredgecolor=INK,
-            color=colour,
-            rasterized=True,
-        )
+        style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0.0, "rasterized": True}
+        if is_light(colour):  # on dark dots, so that light ones are seen on white
+            ax.plot(parameter[chosen], values[chosen], color=INK, markersize=4.2, zorder=2.0, **style)
+        ax.plot(parameter[chosen], values[chosen], color=colour, markersize=2.8, zorder=2.1, **style)
         legend_square(ax, colour, text)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
     request = result.meta["request"]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label
-from grazemap.plots.palette import BIFURCATIONS, DASHES, INK
+from grazemap.plots.palette import BIFURCATIONS, DASHES, INK, PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 _FAR = 0.003
+# Maximum number of resonant points that are drawn, and share of the width by which arrows and texts are apart.
+_DRAWN, _APART = 40, 0.07
+_PALE = 0.35
 
 
 def plot_local_unfolding(
@@ -24,7 +28,8 @@ def plot_local_unfolding(
 
     At a saddle-node curve the branch that starts at the graze ends; at a period-doubling or symmetry-breaking curve it
     loses its stability. A branch has no motions beyond its saddle-node, so curves are drawn up to the saddle-node curve
-    that they would cross. Curves of inadmissible motions are pale.
+    that they would cross. Curves of inadmissible motions are pale. Of many points those of admissible motions with the
+    shortest periods are drawn, and the title says how many.
     """
     ax = drawing.ax
     interval = result.meta["request"]["omega"]
@@ -32,26 +37,59 @@ def plot_local_unfolding(
     points = [p for p in result.points if start <= p.omega <= stop]
     ax.axhline(0.0, color=INK, linewidth=1.2, label=r"grazing curve $b = A(\omega)$", zorder=3)
     resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
-    for point, unfolding in resonant:
+    shown = sorted(resonant, key=_prominence)[:_DRAWN]
+    for point, unfolding in shown:
         _draw(ax, point, unfolding, start, stop, _saddle_nodes(point, resonant))
-    for point in points:
-        if point.kind == "recurrence" and point.active:
-            ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
+    active = [point for point in points if point.kind == "recurrence" and point.active]
+    for point in active:
+        ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
+    if drawing.labels:
+        for point in _apart(active, lambda point: point.order or 0, stop - start):
             ax.annotate(
                 f"order {point.order}", (point.omega, 0.0), (0, 7), textcoords="offset points", fontsize=7, ha="center"
             )
-    _label_sides(ax, resonant)
+    _draw_sides(ax, shown, stop - start)
     ax.set_xlim(start, stop)
     distance = r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else "")
-    drawing.describe(axis_label("omega", result.units), distance, "Curves from the grazing curve, to leading order")
-    seen: set[str] = set()
-    for line in ax.lines:  # curves of one kind have one entry
-        label = str(line.get_label())
-        if label in seen:
-            line.set_label("_")
-        seen.add(label)
-    drawing.show_legend()
+    of_all = f", {len(shown)} of {len(resonant)} points" if len(shown) < len(resonant) else ""
+    title = f"Curves from the grazing curve, to leading order{of_all}"
+    drawing.describe(axis_label("omega", result.units), distance, title)
+    _explain(ax, shown)
+    drawing.show_legend(handlelength=3.0)
     return ax
+
+
+def _prominence(entry: tuple[CodimensionTwoPoint, Unfolding]) -> tuple[bool, int, float]:
+    point, unfolding = entry
+    return unfolding.admissible is False, point.multiple or 0, point.omega
+
+
+def _apart(
+    points: Sequence[CodimensionTwoPoint], rank: Callable[[CodimensionTwoPoint], float], width: float
+) -> list[CodimensionTwoPoint]:
+    """Return points that are apart on the axis, those of the smallest rank first."""
+    chosen: list[CodimensionTwoPoint] = []
+    for point in sorted(points, key=rank):
+        if all(abs(point.omega - other.omega) > _APART * width for other in chosen):
+            chosen.append(point)
+    return chosen
+
+
+def _explain(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]]) -> None:
+    """Add an entry to the legend for each colour, dash, fill and paleness of the curves."""
+    for type, (marker, colour, text) in BIFURCATIONS.items():
+        if any(point.bifurcation == type for point, _ in shown):
+            ax.plot([], [], color=colour, marker=marker, markersize=5, linewidth=1.4, label=text)
+    for multiple in sorted({point.multiple or 1 for point, _ in shown}):
+        ax.plot([], [], color=INK, linestyle=_dash(multiple), linewidth=1.2, label=f"of motions of period {multiple}")
+    if any(point.symmetric for point, _ in shown):
+        ax.plot([], [], "o", color=INK, markerfacecolor=PAPER, markersize=5, label="hollow: symmetric motions")
+    if any(unfolding.admissible is False for _, unfolding in shown):
+        ax.plot([], [], color=INK, alpha=_PALE, linewidth=1.4, label="pale: not admissible")
+
+
+def _dash(multiple: int) -> Any:
+    return DASHES[(multiple - 1) % len(DASHES)]
 
 
 def _saddle_nodes(
@@ -92,16 +130,13 @@ def _draw(
         if across.any():
             end_of_curve = int(np.argmax(across))
             x, distance = x[:end_of_curve], distance[:end_of_curve]
-    family = "symmetric" if point.symmetric else "one-sided"
-    pale = unfolding.admissible is False
     ax.plot(
         point.omega + x,
         distance,
         color=colour,
-        linestyle=DASHES[((point.multiple or 1) - 1) % len(DASHES)],
+        linestyle=_dash(point.multiple or 1),
         linewidth=1.4,
-        alpha=0.35 if pale else 1.0,
-        label=f"{point.bifurcation}, {family}, n = {point.multiple}" + (", not admissible" if pale else ""),
+        alpha=_PALE if unfolding.admissible is False else 1.0,
     )
     ax.plot(
         point.omega,
@@ -115,13 +150,22 @@ def _draw(
     )
 
 
-def _label_sides(ax: Axes, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]) -> None:
-    """Draw arrows on the side of the grazing curve on which the motions of each family exist, at its saddle-nodes."""
+def _draw_sides(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]], width: float) -> None:
+    """Draw arrows on the side of the grazing curve on which the motions of each family exist, at its saddle-nodes.
+
+    There are none where motions are not admissible.
+    """
     _, colour, _ = BIFURCATIONS["SN"]
-    saddle_nodes = [(point, unfolding) for point, unfolding in resonant if point.bifurcation == "SN"]
-    if saddle_nodes:
+    unfoldings = {
+        id(point): unfolding
+        for point, unfolding in shown
+        if point.bifurcation == "SN" and unfolding.admissible is not False
+    }
+    chosen = _apart([p for p, _ in shown if id(p) in unfoldings], lambda point: point.multiple or 0, width)
+    if chosen:
         ax.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="side on which motions exist")
-    for point, unfolding in saddle_nodes:
+    for point in chosen:
+        unfolding = unfoldings[id(point)]
         for side, where in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
             ax.annotate(
                 "",

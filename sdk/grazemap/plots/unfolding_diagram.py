@@ -32,7 +32,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, motions:
     Returns
     -------
     Axes
-        With the grazing curve, dashed, and the curves that explain borders, one colour for each type. Borders of basins
+        With the grazing curve and the curves that explain borders, one colour for each type. Borders of basins
         of attraction are white, unexplained ones magenta. Without borders the curves are those in closed form.
     """
     borders = diagram.borders
@@ -40,7 +40,7 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, motions:
     closed_forms = diagram.bifurcation_curves if borders is None else None
     ax = drawing.ax
     draw_unfolding_map(umap, drawing, None, diagram.codimension_two_points, motions, closed_forms)
-    draw_curve(ax, diagram.grazing_curve, halo=True, dashed=True)
+    draw_curve(ax, diagram.grazing_curve, halo=True)
     if borders is not None:
         _draw_border_curves(ax, borders)
         for name, colour, text in (
