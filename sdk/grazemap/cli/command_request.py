@@ -85,7 +85,7 @@ class CommandRequest:
         inside[flag.place[-1]] = value
 
     def _refuse(self, flag: Flag, detail: str, allowed: str) -> None:
-        self._errors.append(ProblemError(pointer="/".join(("", *flag.place)), detail=detail, allowed=allowed))
+        self._errors.append(ProblemError(pointer=flag.pointer, detail=detail, allowed=allowed))
 
     def _named(self, error: ProblemError) -> ProblemError:
         """Return an error with the flags or the field of --json, and the value, for its pointer."""

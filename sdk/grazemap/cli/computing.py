@@ -13,7 +13,7 @@ from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.command_request import CommandRequest
-from grazemap.cli.flags import add_flags, dest, example, flags_of
+from grazemap.cli.flags import add_flags, example, flags_of
 from grazemap.cli.outcome import DONE, NOT_FOUND, InvalidCommand, fail
 from grazemap.cli.saved import describe
 from grazemap.cli.stack import running_or_local
@@ -40,7 +40,7 @@ def compute(options: argparse.Namespace) -> int:
         files.check_output(*target)
     fields = _request(options.json) if options.json is not None else {}
     given = vars(options)
-    texts = {flag.place: given[dest(flag)] for flag in flags_of(options.process) if dest(flag) in given}
+    texts = {flag.place: given[flag.pointer] for flag in flags_of(options.process) if flag.pointer in given}
     asked = CommandRequest(options.process, fields, texts, options.unknown)
     with asked.naming_flags():
         request = asked.validated()

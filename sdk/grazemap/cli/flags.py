@@ -42,6 +42,11 @@ class Flag:
     description: str
 
     @property
+    def pointer(self) -> str:
+        """The JSON pointer of the field, under which the flag is found among the options of a command."""
+        return "/".join(("", *self.place))
+
+    @property
     def forms(self) -> list[str]:
         """How a value is written; nothing for a switch."""
         return [] if self.switch else list(map(_form, self.alternatives))
@@ -99,7 +104,7 @@ def without_flag(process: str) -> list[str]:
 
 
 def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
-    """Add the flags of a process to a parser; those that are given are in its options under their `place`."""
+    """Add the flags of a process to a parser; those that are given are in its options under their pointer."""
     rest = without_flag(process)
     request = parser.add_argument_group(
         "request", f"Only --json has every form of: {', '.join(rest)}." if rest else None
@@ -111,12 +116,7 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
         if not flag.switch:
             keywords = {"metavar": "|".join(flag.forms), "choices": _Offered(flag.choices) or None}
         description = flag.description.replace("%", "%%")
-        group.add_argument(flag.name, dest=dest(flag), default=argparse.SUPPRESS, help=description, **keywords)
-
-
-def dest(flag: Flag) -> str:
-    """Return the name of a flag among the options, which no other argument has."""
-    return "/".join(("", *flag.place))
+        group.add_argument(flag.name, dest=flag.pointer, default=argparse.SUPPRESS, help=description, **keywords)
 
 
 def example(process: str) -> list[str]:
