@@ -1,5 +1,6 @@
 """Arguments become the wire model of a request, or an exception that names the place."""
 
+import inspect
 import itertools
 import math
 from array import array
@@ -13,10 +14,10 @@ from sdk_documents import npz
 
 from grazemap import Client, Oscillator
 from grazemap.client.arguments import validated
-from grazemap.client.methods import ProcessMethods
+from grazemap.client.methods import Method, ProcessMethods
 from grazemap.errors import ParameterError
 from grazemap.results import decode_result
-from grazemap.wire import InitialState, Interval, Range, UnfoldingMapsRequest, canonical, canonical_id
+from grazemap.wire import PROCESSES, InitialState, Interval, Range, UnfoldingMapsRequest, canonical, canonical_id
 
 
 def asked(name, *arguments, **keywords):
@@ -410,3 +411,14 @@ def test_an_unknown_process_lists_the_known_ones():
 def test_the_exception_reads_as_plain_text():
     with pytest.raises(ParameterError, match=r"/omega: .*\(allowed: .*> 0"):
         validated("trajectories", {"omega": 0, "clearance": 1.0, "periods": 1})
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_a_method_requires_what_its_request_requires(process):
+    named = {one._process: name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)}
+    parameters = inspect.signature(getattr(Client, named.get(process, "trajectory"))).parameters
+    required = {name for name, field in PROCESSES[process].model_fields.items() if field.is_required()}
+    if process == "bifurcation-diagrams":
+        # these are said by omega and clearance, of which one varies
+        required = required - {"vary", "range"} | {"omega", "clearance"}
+    assert [name for name in required if parameters[name].default is not inspect.Parameter.empty] == []

@@ -119,7 +119,7 @@ def test_a_wrong_command_gives_2(arguments, capsys):
 def told_stack(monkeypatch):
     """A stack that comes up at an address made of its own arguments, and ends."""
     told = "import json, sys; print(json.dumps({'url': ' '.join(sys.argv[1:])}))"
-    monkeypatch.setattr(cli, "stack_command", lambda *options: [sys.executable, "-c", told, *options])
+    monkeypatch.setattr(cli.stack, "stack_command", lambda *options: [sys.executable, "-c", told, *options])
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_a_file_that_cannot_be_read_or_written_is_named_with_its_option(tmp_path
 
 def test_help_names_every_kind_of_file(capsys):
     with pytest.raises(SystemExit):
-        cli.main(["run", "--help"])
+        cli.main(["run", "trajectories", "--help"])
     written = capsys.readouterr().out
     for ending in (".npz", ".json", ".png", ".svg", ".pdf"):
         assert ending in written

@@ -87,13 +87,16 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
         return parse_request(process, dict(body))
     except ValidationError as error:
         details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
-        errors = errors_of(details, model, naming=True)
-        raise ParameterError(_INVALID_REQUEST.model_copy(update={"errors": errors})) from None
+        raise parameter_error(errors_of(details, model, naming=True)) from None
+
+
+def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
+    """Return the exception for errors in a request that was not sent."""
+    return ParameterError(_INVALID_REQUEST.model_copy(update={"errors": errors}))
 
 
 def _parameter_error(pointer: str, detail: str, allowed: str) -> ParameterError:
-    error = ProblemError(pointer=pointer, detail=detail, allowed=allowed)
-    return ParameterError(_INVALID_REQUEST.model_copy(update={"errors": [error]}))
+    return parameter_error([ProblemError(pointer=pointer, detail=detail, allowed=allowed)])
 
 
 def plane(omega: Any, clearance: Any, shape: Any) -> dict[str, Any]:

@@ -127,22 +127,22 @@ def _resolve(schema: Schema, root: Schema) -> Schema:
     return schema
 
 
-def _branches(schema: Schema, root: Schema) -> list[Schema]:
+def branches(schema: Schema, root: Schema) -> list[Schema]:
     """Return the alternatives of a schema, one level of union resolved."""
     schema = _resolve(schema, root)
     options = schema.get("oneOf") or schema.get("anyOf")
-    return [branch for option in options for branch in _branches(option, root)] if options else [schema]
+    return [branch for option in options for branch in branches(option, root)] if options else [schema]
 
 
 def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
     """Return the alternatives of the schema at a place in the body, none where the schema has no such place."""
-    found = _branches(root, root) if root else []
+    found = branches(root, root) if root else []
     for part in where:
         if isinstance(part, int):
             below = [schema["items"] for schema in found if "items" in schema]
         else:
             below = [schema["properties"][part] for schema in found if part in schema.get("properties", {})]
-        found = [branch for schema in below for branch in _branches(schema, root)]
+        found = [branch for schema in below for branch in branches(schema, root)]
     return found
 
 
@@ -160,7 +160,7 @@ def _describe_one(schema: Schema, root: Schema) -> str:
         noun = "an integer" if kind == "integer" else "a finite number"
         return " ".join(filter(None, (noun, _bounds(schema))))
     if kind == "array":
-        items = _describe(_branches(schema.get("items", {}), root), root) or "any value"
+        items = _describe(branches(schema.get("items", {}), root), root) or "any value"
         minimum, maximum = schema.get("minItems"), schema.get("maxItems")
         counts = f"{minimum or 0} to {maximum}: " if maximum else f"at least {minimum}: " if minimum else ""
         return f"a list of {counts}{items}"

@@ -1,0 +1,39 @@
+"""The command line: run a stack, show the state of one, run a process, draw a result.
+
+Exit codes: 0 success; 1 failure of the service, the job or a file; 2 invalid command or request;
+3 success, but no periodic orbit was found; 130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+from grazemap.cli import commands
+from grazemap.cli.outcome import FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
+from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, RequestWarning
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code."""
+    options = commands.parsed(sys.argv[1:] if arguments is None else arguments)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", RequestWarning)
+            warnings.showwarning = _print_warning
+            code: int = options.command(options)
+    except (InvalidCommand, ParameterError) as error:
+        return fail(error, INVALID)
+    except ConnectionFailed as error:
+        return fail(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
+    except (GrazemapError, OSError) as error:
+        return fail(error, FAILED)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return code
+
+
+def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    print(f"grazemap: note: {message}", file=sys.stderr)

@@ -1,0 +1,7 @@
+"""`python -m grazemap.cli`."""
+
+import sys
+
+from grazemap.cli import main
+
+sys.exit(main())

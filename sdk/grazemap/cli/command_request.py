@@ -1,0 +1,122 @@
+"""The request of a command: the fields of --json, and its flags, which take precedence; errors name both."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from copy import deepcopy
+from typing import Any
+
+from grazemap.cli.flags import Flag, at, flags_of
+from grazemap.client.arguments import parameter_error, validated
+from grazemap.errors import ParameterError
+from grazemap.wire import ProblemError, ProcessRequest
+
+_LONGEST_VALUE = 60
+
+
+class CommandRequest:
+    """The request of a process, as a command line gives it.
+
+    Parameters
+    ----------
+    process : str
+    fields : mapping
+        The fields of --json.
+    texts : mapping
+        The text of each flag that is given, by its place in the request; true or false for a switch.
+    unknown : mapping
+        The suggestion for each unknown flag, by its name, and for each argument too many.
+    """
+
+    def __init__(
+        self,
+        process: str,
+        fields: Mapping[str, Any],
+        texts: Mapping[tuple[str, ...], str | bool],
+        unknown: Mapping[str, str],
+    ) -> None:
+        self._process, self._fields, self._texts = process, fields, texts
+        self._flags = flags_of(process)
+        self._body: dict[str, Any] = deepcopy(dict(fields))
+        self._errors = [_unknown(name, said) for name, said in unknown.items()]
+        for flag in self._flags:
+            if flag.place in texts:
+                self._set(flag, texts[flag.place])
+
+    def validated(self) -> ProcessRequest:
+        """Return the request. Raises ParameterError with all errors."""
+        errors = list(self._errors)
+        try:
+            request = validated(self._process, self._body)
+        except ParameterError as error:
+            errors += error.problem.errors
+        if errors:
+            raise parameter_error(errors)
+        return request
+
+    @contextmanager
+    def naming_flags(self) -> Iterator[None]:
+        """Within this block the errors of a ParameterError name flags, the values given, and how to write them."""
+        try:
+            yield
+        except ParameterError as error:
+            errors = [self._named(one) for one in error.problem.errors]
+            raise ParameterError(error.problem.model_copy(update={"errors": errors}), error.request_id) from error
+
+    def _set(self, flag: Flag, text: str | bool) -> None:
+        value = flag.value(text) if isinstance(text, str) else text
+        if flag.ambiguous and isinstance(value, list) and len(value) == 3 and isinstance(value[2], int):
+            start, stop, points = str(text).split(",")
+            detail = (
+                "Three numbers with a whole one at the end may be a list, or a start, a stop and a number of points"
+            )
+            allowed = f"{start}:{stop}:{points} for the range, {start},{stop},{points}.0 for the list"
+            self._refuse(flag, detail, allowed)
+        inside = self._body
+        for part in flag.place[:-1]:
+            if inside.get(part) is None:
+                inside[part] = {}
+            inside = inside[part]
+            if not isinstance(inside, dict):
+                self._refuse(flag, f"{part} in --json is not an object, and this would be a field of it", "an object")
+                return
+        inside[flag.place[-1]] = value
+
+    def _refuse(self, flag: Flag, detail: str, allowed: str) -> None:
+        self._errors.append(ProblemError(pointer=flag.pointer, detail=detail, allowed=allowed))
+
+    def _named(self, error: ProblemError) -> ProblemError:
+        """Return an error with the flags or the field of --json, and the value, for its pointer."""
+        if not error.pointer.startswith("/"):
+            return error
+        place = tuple(error.pointer[1:].split("/"))
+        given = [flag for flag in self._flags if flag.place in self._texts]
+        above = [flag for flag in given if place[: len(flag.place)] == flag.place]
+        value = at(self._fields, place)
+        if value is not None and not above:
+            return error.model_copy(update={"pointer": f"{error.pointer}{_shown(value)}"})
+        below = [flag for flag in self._flags if flag.place[: len(place)] == place]
+        named = above or [flag for flag in below if flag in given] or below
+        if not named:
+            return error
+        where = ", ".join(self._as_given(flag) for flag in named)
+        inside = [f"number {int(part) + 1}" if part.isdigit() else part for part in place[len(named[0].place) :]]
+        written = " or ".join(form for flag in named for form in flag.forms) if len(named) == 1 else ""
+        allowed = "; written ".join(filter(None, (error.allowed, written)))
+        return error.model_copy(update={"pointer": ": ".join((where, *inside)), "allowed": allowed})
+
+    def _as_given(self, flag: Flag) -> str:
+        text = self._texts.get(flag.place)
+        return f"{flag.name} {text}" if isinstance(text, str) else flag.name
+
+
+def _unknown(name: str, suggestion: str) -> ProblemError:
+    spaces = "Unexpected argument; ranges and lists are written without spaces"
+    return ProblemError(pointer=name, detail=f"Unknown flag{suggestion}" if name.startswith("-") else spaces)
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value)
+    return f" {text}" if len(text) <= _LONGEST_VALUE else ""

@@ -1,0 +1,108 @@
+"""The commands of processes: a request from flags or --json, its computation, and what is done with the result."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Collection, Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from grazemap.cli import files
+from grazemap.cli.command_request import CommandRequest
+from grazemap.cli.flags import add_flags, example, flags_of
+from grazemap.cli.outcome import DONE, NOT_FOUND, InvalidCommand, fail
+from grazemap.cli.saved import describe
+from grazemap.cli.stack import running_or_local
+from grazemap.results import OrbitBranch, PeriodicOrbit
+from grazemap.wire import PROCESSES
+
+
+def add_processes(commands: Any, with_flags: Collection[str]) -> None:
+    """Add a command for each process, and `run`, which has the same ones; only those that are named have flags."""
+    shared = {process: _arguments(process) for process in PROCESSES if process in with_flags}
+    _add_each(commands, shared)
+    run = commands.add_parser("run", help="compute a process; the same as its own command")
+    _add_each(run.add_subparsers(required=True, metavar="PROCESS"), shared)
+
+
+def compute(options: argparse.Namespace) -> int:
+    """Compute the result of a process, write it where the options say, and return the exit code."""
+    outputs = [
+        ("the output (-o)", options.output, files.OUTPUTS),
+        ("the picture (--plot)", options.plot, files.PICTURES),
+    ]
+    targets = [output for output in outputs if output[1] is not None]
+    for target in targets:
+        files.check_output(*target)
+    fields = _request(options.json) if options.json is not None else {}
+    given = vars(options)
+    texts = {flag.place: given[flag.pointer] for flag in flags_of(options.process) if flag.pointer in given}
+    asked = CommandRequest(options.process, fields, texts, options.unknown)
+    with asked.naming_flags():
+        request = asked.validated()
+        with closing(running_or_local(options.url, options.quiet)) as client:
+            result = client.submit(options.process, request).wait(progress=not options.quiet).result()
+    for what, path, _ in targets:
+        files.write(what, path, result)
+    if not targets:
+        describe(result)
+    if (isinstance(result, PeriodicOrbit) and not result.converged) or (
+        isinstance(result, OrbitBranch) and result.parameter.size == 0
+    ):
+        return fail(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
+    return DONE
+
+
+def _add_each(commands: Any, shared: Mapping[str, argparse.ArgumentParser]) -> None:
+    for process, request in PROCESSES.items():
+        added = commands.add_parser(
+            process,
+            parents=[shared[process]] if process in shared else [],
+            help=request.operation.summary,
+            usage="%(prog)s [FLAGS]",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            description=request.operation.description,
+        )
+        if process in shared:
+            added.epilog = f"example: grazemap {shlex.join(example(process))}".replace("%", "%%")
+
+
+def _arguments(process: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.set_defaults(command=compute, process=process)
+    add_flags(parser, process)
+    group = parser.add_argument_group("source, result and service")
+    group.add_argument(
+        "--json",
+        type=Path,
+        metavar="FILE",
+        help="the request as JSON, over which flags take precedence; - reads standard input",
+    )
+    group.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="file of the result: .npz, .json, .png, .svg or .pdf"
+    )
+    group.add_argument("--plot", type=Path, metavar="FILE", help="picture of the result: .png, .svg or .pdf")
+    group.add_argument(
+        "--url",
+        help="address of a service (default: GRAZEMAP_URL, else one on this machine, else a temporary stack)",
+    )
+    group.add_argument("--quiet", action="store_true", help="no progress bar")
+    return parser
+
+
+def _request(source: Path) -> dict[str, Any]:
+    try:
+        with files.named("the request (--json)", source):
+            text = sys.stdin.read() if str(source) == "-" else source.read_text(encoding="utf-8")
+        request = json.loads(text)
+    except RecursionError:
+        raise InvalidCommand("the request is not JSON that can be read: its values are nested too deeply") from None
+    except ValueError as error:
+        raise InvalidCommand(f"the request is not JSON: {error}") from error
+    if not isinstance(request, dict):
+        raise InvalidCommand("the request is not a JSON object")
+    return request

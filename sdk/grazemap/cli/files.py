@@ -1,0 +1,49 @@
+"""Files that commands read and write."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from grazemap.cli.outcome import InvalidCommand
+from grazemap.plots import save_picture
+from grazemap.plots.axes import new_figure
+from grazemap.results import Result
+
+PICTURES = (".png", ".svg", ".pdf")
+OUTPUTS = (".npz", ".json", *PICTURES)
+
+
+@contextmanager
+def named(what: str, path: Path | str) -> Iterator[None]:
+    """Add the name of a file to an OSError of the block."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(f"{what} {path}: {error.strerror or error}") from error
+
+
+def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
+    """Raise for an output that cannot be written, before the computation."""
+    if path.suffix not in endings:
+        raise InvalidCommand(f"{what} must end in one of {', '.join(endings)}")
+    if path.is_dir():
+        raise InvalidCommand(f"{what} {path} is a folder")
+    if not path.parent.is_dir():
+        raise InvalidCommand(f"{what}: the folder {path.parent} does not exist")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InvalidCommand(f"{what} {path} cannot be written")
+    if path.suffix in PICTURES:
+        new_figure(1.0, 1.0)
+
+
+def write(what: str, path: Path, result: Result) -> None:
+    """Write a result as the ending of the path says, and print the path. Raises OSError."""
+    with named(what, path):
+        if path.suffix in PICTURES:
+            save_picture(result, path)
+        else:
+            result.save(path)
+    print(path)

@@ -1,0 +1,63 @@
+"""The commands `plot`, `show` and `schema`, which need no service."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from grazemap.cli import files
+from grazemap.cli.outcome import DONE, InvalidCommand
+from grazemap.results import Result, load
+from grazemap.results.tables import tables
+from grazemap.wire import PROCESSES
+
+
+def add_commands(commands: Any) -> None:
+    """Add the commands to the parser's."""
+    plot = commands.add_parser("plot", help="draw a saved result")
+    plot.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
+    plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
+    plot.set_defaults(command=_plot)
+
+    show = commands.add_parser("show", help="say what a saved result is")
+    show.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
+    show.set_defaults(command=_show)
+
+    schema = commands.add_parser("schema", help="print the JSON schema of a request")
+    schema.add_argument("process", choices=sorted(PROCESSES), metavar="PROCESS", help=", ".join(PROCESSES))
+    schema.set_defaults(command=_schema)
+
+
+def describe(result: Result) -> None:
+    """Print what a result is: its request, its notes, its tables."""
+    print(repr(result)[1:-1])
+    print(f"core      {result.meta.get('core_version', 'unknown')}")
+    print(f"request   {json.dumps(result.meta['request'])}")
+    for note in result.notes:
+        print(f"note      {note.detail}")
+    for name in tables(result):
+        print(f"table     {name}")
+
+
+def _plot(options: argparse.Namespace) -> int:
+    output = options.output or options.result.with_suffix(".png")
+    if output.suffix not in files.PICTURES:
+        raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
+    with files.named("the result", options.result):
+        result = load(options.result)
+    files.write("the picture", output, result)
+    return DONE
+
+
+def _show(options: argparse.Namespace) -> int:
+    with files.named("the result", options.result):
+        result = load(options.result)
+    describe(result)
+    return DONE
+
+
+def _schema(options: argparse.Namespace) -> int:
+    print(json.dumps(PROCESSES[options.process].model_json_schema(), indent=2))
+    return DONE

@@ -1,0 +1,133 @@
+"""The commands `up` and `status`, and the client of the service that a command uses."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from grazemap import constants
+from grazemap.cli.outcome import DONE, FAILED, InvalidCommand
+from grazemap.client import Client
+from grazemap.errors import GrazemapError, ProtocolError
+from grazemap.local_stack import local, stack_command
+from grazemap.starting import StartLine, ready_line
+
+# Seconds in which a service on this machine says that it is there.
+_ANSWERS_WITHIN = 2.0
+# Default address of `up`, as in the service's settings; environment variables override it.
+_LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
+
+
+def add_commands(commands: Any) -> None:
+    """Add the commands to the parser's."""
+    up = commands.add_parser("up", help="run a service with its workers on this machine")
+    host, port = (_setting(name, default) for name, default in _LISTENS.items())
+    up.add_argument("--host", default=host, help="address to listen on; overrides GRAZEMAP_HOST (default: %(default)s)")
+    # argparse checks a default that is text like an argument
+    up.add_argument(
+        "--port", type=_port, default=port, help="port, 0 any free one; overrides GRAZEMAP_PORT (default: %(default)s)"
+    )
+    up.add_argument(
+        "--data",
+        type=Path,
+        metavar="FOLDER",
+        help="folder for jobs and results (default: a temporary one, removed at the end)",
+    )
+    up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
+    up.set_defaults(command=_up)
+
+    status = commands.add_parser("status", help="show a running service and its jobs")
+    status.add_argument(
+        "--url", help=f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
+    )
+    status.set_defaults(command=_status)
+
+
+def running_or_local(url: str | None, quiet: bool) -> Client:
+    """Return a client of the service that is named, or that runs at the default address, or of a temporary stack."""
+    if url or os.environ.get("GRAZEMAP_URL"):
+        return _client(url)
+    with Client(timeout=_ANSWERS_WITHIN, retries=0) as looking:
+        try:
+            found = "processes" in looking.describe()
+        except GrazemapError:
+            found = False
+    if not found:
+        return local()
+    if not quiet:
+        print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
+    return Client()
+
+
+def _client(url: str | None) -> Client:
+    try:
+        return Client(url)
+    except ValueError as error:
+        raise InvalidCommand(str(error)) from error
+
+
+def _setting(name: str, default: str) -> str:
+    # the case of names does not matter, as in the service's settings
+    return next((value for key, value in os.environ.items() if key.upper() == name), default)
+
+
+def _positive(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError("must be a whole number of at least 1")
+    return int(text)
+
+
+def _port(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) > 65535:
+        raise argparse.ArgumentTypeError("this port, or GRAZEMAP_PORT, must be a whole number from 0 to 65535")
+    return int(text)
+
+
+def _up(options: argparse.Namespace) -> int:
+    shown = StartLine(sys.stderr)
+    shown.show("starting")
+    address = ("--host", options.host, "--port", str(options.port))
+    command = stack_command(*address, "--talk", "--die-with-parent", str(os.getpid()))
+    for name in ("data", "workers"):
+        if getattr(options, name) is not None:
+            command += [f"--{name}", str(getattr(options, name))]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as stack:
+        try:
+            assert stack.stdout is not None
+            line = ready_line(stack.stdout, shown)
+            shown.close()
+            if line:
+                print(_addresses(line), flush=True)
+            code = stack.wait()
+        except KeyboardInterrupt:
+            # The terminal sends the signal to the stack too, which then stops by itself.
+            stack.wait()
+            return DONE
+    return DONE if code == 0 else FAILED
+
+
+def _addresses(line: bytes) -> str:
+    try:
+        url = json.loads(line)["url"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ProtocolError("the stack did not print its address") from error
+    return f"explorer  {url}/\ndocs      {url}/docs\nmetrics   {url}/metrics\nCtrl-C stops it."
+
+
+def _status(options: argparse.Namespace) -> int:
+    with _client(options.url) as client:
+        described = client.describe()
+        jobs = client.jobs(limit=10)
+    print(f"service   {client.base_url}")
+    for name, value in described.items():
+        if not isinstance(value, list | dict):
+            print(f"{name:<9} {value}")
+    for handle in jobs:
+        progress = handle.progress
+        print(f"job       {handle.id}  {handle.process:<22} {handle.status:<10} {progress.done}/{progress.total}")
+    return DONE

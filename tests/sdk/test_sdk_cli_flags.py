@@ -1,0 +1,277 @@
+"""The command of each process: flags for the fields of its request, and errors that name them."""
+
+import json
+import shlex
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from sdk_documents import MANY, MOTIONS, REQUESTS
+from sdk_fake_service import FakeService, problem, served
+
+import grazemap
+from grazemap import cli
+from grazemap.cli.flags import flags_of
+from grazemap.wire import PROCESSES, canonical, parse_request
+
+ROOT = Path(__file__).parents[2]
+OSCILLATOR = {
+    "units": "SI",
+    "masses": [2.0, 20.0, 20.0],
+    "stiffnesses": [1.0, 5.0, 5.0],
+    "damping": [0.1, 0.2, 0.3],
+    "forcing": [-1.0, 0.0, 0.5],
+    "restitution": 0.7,
+}
+CURVE = ["grazing-curves", "--omega", "0.2:0.4:5"]
+GRID = "written START:STOP:POINTS or NUMBER,NUMBER,..."
+
+
+@pytest.fixture
+def url(service: FakeService):
+    with served(service) as address:
+        yield address
+
+
+@pytest.fixture
+def run(url):
+    return lambda *arguments: cli.main([*arguments, "--url", url, "--quiet"])
+
+
+@pytest.fixture
+def refused(run, service, capsys):
+    def lines(*arguments):
+        assert run(*arguments) == 2
+        assert service.requests == []
+        first, *errors = capsys.readouterr().err.splitlines()
+        assert first.startswith("grazemap: Invalid request: ")
+        return [line.strip() for line in errors]
+
+    return lines
+
+
+def words(fields, *place):
+    """Yield the words for the fields of an object in a request, as the guide says how they are written."""
+    for name, value in fields.items():
+        here = place if name == "oscillator" else (*place, name)
+        flag = "--" + "-".join(here).replace("_", "-")
+        if isinstance(value, bool):
+            yield flag if value else flag.replace("--", "--no-", 1)
+        elif isinstance(value, dict) and "start" in value:
+            yield from (flag, ":".join(map(str, value.values())))
+        elif isinstance(value, dict):
+            yield from words(value, *here)
+        else:
+            yield from (flag, ",".join(map(str, value)) if isinstance(value, list) else str(value))
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_flags_make_the_request_that_json_makes(run, service, tmp_path, process):
+    request = {**REQUESTS[process], "oscillator": OSCILLATOR}
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(request))
+    assert run("run", process, "--json", str(path), "-o", str(tmp_path / "a.npz")) == 0
+    assert run(process, *words(request), "-o", str(tmp_path / "b.npz")) == 0
+    (job,) = service.jobs.values()
+    assert job["process"] == process
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_the_example_of_the_help_is_the_first_of_the_process(run, service, capsys, process):
+    with pytest.raises(SystemExit):
+        cli.main([process, "--help"])
+    example = capsys.readouterr().out.rpartition("example: grazemap ")[2]
+    run(*shlex.split(example))
+    (job,) = service.jobs.values()
+    expected = parse_request(process, next(iter(PROCESSES[process].operation.examples.values())))
+    assert canonical(parse_request(process, job["request"])) == canonical(expected)
+
+
+@pytest.mark.parametrize(("sample", "only"), [(MANY, "initial"), (MOTIONS, "motions")])
+def test_fields_without_a_flag_come_from_json_and_the_help_names_them(run, service, tmp_path, capsys, sample, only):
+    process = sample.split()[0]
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(REQUESTS[sample]))
+    run(process, "--json", str(path))
+    (job,) = service.jobs.values()
+    assert len(job["request"][only]) == len(REQUESTS[sample][only])
+    with pytest.raises(SystemExit):
+        cli.main([process, "--help"])
+    assert f"Only --json has every form of: {only}." in capsys.readouterr().out
+
+
+def test_every_field_has_a_description():
+    assert [flag.name for process in PROCESSES for flag in flags_of(process) if not flag.description] == []
+
+
+def test_flags_take_precedence_over_json(run, service, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(
+        json.dumps({"oscillator": {"restitution": 0.5, "damping": 0.1}, "omega": [1.0, 2.0], "max_order": 3})
+    )
+    run("grazing-curves", "--json", str(path), "--restitution", "0.6", "--omega", "3:4:2", "--no-sequence")
+    (job,) = service.jobs.values()
+    request = canonical(parse_request("grazing-curves", job["request"]))
+    assert (request["oscillator"]["restitution"], request["oscillator"]["damping"]) == (0.6, 0.1)
+    assert (request["omega"], request["max_order"]) == ({"start": 3.0, "stop": 4.0, "points": 2}, 3)
+
+
+def test_a_list_of_one_number_ends_with_a_comma(run, service):
+    chain = ["--masses", "2", "--stiffnesses", "3", "--forcing", "1"]
+    run(*CURVE, *chain, "--damping", "0.1")
+    run(*CURVE, *chain, "--damping", "0.1,")
+    assert [job["request"]["oscillator"]["damping"] for job in service.jobs.values()] == [0.1, [0.1]]
+
+
+def test_the_result_and_its_picture_are_written_both(run, tmp_path, capsys):
+    result, picture = tmp_path / "curve.npz", tmp_path / "curve.png"
+    assert run(*CURVE, "-o", str(result), "--plot", str(picture)) == 0
+    assert capsys.readouterr().out.split() == [str(result), str(picture)]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert grazemap.load(result).process == "grazing-curves"
+
+
+def test_a_picture_is_no_result(run, service, tmp_path, capsys):
+    assert run(*CURVE, "--plot", str(tmp_path / "curve.npz")) == 2
+    assert "(--plot) must end in one of .png, .svg, .pdf" in capsys.readouterr().err
+    assert service.requests == []
+
+
+def test_without_a_file_the_result_is_shown_as_by_show(run, tmp_path, capsys):
+    path = tmp_path / "curve.npz"
+    run(*CURVE, "-o", str(path))
+    capsys.readouterr()
+    assert run(*CURVE) == 0
+    printed = capsys.readouterr().out
+    assert cli.main(["show", str(path)]) == 0
+    assert printed == capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "errors"),
+    [
+        (["grazing-curves"], ["--omega: Field required (allowed: an object", GRID]),
+        (
+            ["grazing-curves", "--omega", "0.2,0.4,100"],
+            ["--omega 0.2,0.4,100: Three numbers with a whole one", "0.2:0.4:100 for the range, 0.2,0.4,100.0 for"],
+        ),
+        (["grazing-curves", "--omega", "0.2:0.4"], ["--omega 0.2:0.4: points: Field required", GRID]),
+        (
+            ["grazing-curves", "--omega", "0.2:0.4:100.5"],
+            ["--omega 0.2:0.4:100.5: points: Input should be a valid integer (allowed: an integer >= 2; " + GRID],
+        ),
+        (["grazing-curves", "--omega", "0.4:0.2:5"], ["--omega 0.4:0.2:5: stop must be greater", "stop > start > 0"]),
+        (["grazing-curves", "--omega", "abc"], ["--omega abc: Input should be a range or a list of numbers", GRID]),
+        (
+            ["codimension-two-points", "--omega", "0.2:0.4:100"],
+            ['--omega 0.2:0.4:100: Unknown field "points"', "written START:STOP)"],
+        ),
+        ([*CURVE, "--masses", "1,x,10"], ["--masses 1,x,10: number 2: ", "written NUMBER,NUMBER,...)"]),
+        (
+            [*CURVE, "--restitution", "2"],
+            ["--restitution 2: ", "(allowed: a finite number >= 0 and <= 1; written NUMBER)"],
+        ),
+        ([*CURVE, "--restitution", "nan"], ["--restitution nan: Input should be a finite number"]),
+        ([*CURVE, "--units", "mm"], ["--units mm: Input should be", 'one of "nondimensional", "SI"']),
+        ([*CURVE, "--units", "SI"], ["--damping: damping has no default in SI units", "NUMBER or NUMBER,NUMBER,..."]),
+        (
+            ["basins", "--omega", "0.29", "--clearance", "1.6", "--vertical-quantity", "velocity"],
+            ["--horizontal-quantity, --horizontal-mass, --horizontal-values: Field required"],
+        ),
+        (
+            ["unfolding-maps", "--omega", "1:2:3", "--clearance", "1:2:3", "--adaptive", "--policy", "sweep-up"],
+            ["--policy sweep-up: a sweep cannot be adaptive"],
+        ),
+    ],
+)
+def test_an_error_names_the_flag_the_value_and_the_way_to_write_it(refused, arguments, errors):
+    said = refused(*arguments)
+    assert all(error in said[0] for error in errors), said
+    assert said[0].startswith(errors[0])
+
+
+def test_all_errors_are_named_at_once(refused):
+    said = refused(
+        "grazing-curves", "--omga", "0.2:0.4:5", "--restitution", "2", "--omega", "1,2,3", "--max-order", "x"
+    )
+    assert [line.partition(":")[0] for line in said] == ["--omga", "--omega 1,2,3", "--restitution 2", "--max-order x"]
+    assert said[0] == "--omga: Unknown flag; did you mean --omega"
+
+
+def test_numbers_apart_are_said_to_be_written_together(refused):
+    said = refused("grazing-curves", "--omega", "0.2", "0.4", "5")
+    apart = "Unexpected argument; ranges and lists are written without spaces"
+    assert said[:2] == [f"0.4: {apart}", f"5: {apart}"]
+    assert said[2].startswith("--omega 0.2: Input should be a range or a list of numbers")
+
+
+def commands_of_the_guides():
+    for page in ("README.md", "docs/sdk.md"):
+        for line in (ROOT / page).read_text("utf-8").replace("\\\n", " ").splitlines():
+            written = shlex.split(line, comments=True) if line.startswith("    grazemap ") else []
+            if written[1:2] and written[1] in PROCESSES and "--help" not in written:
+                yield written[1:]
+
+
+@pytest.mark.parametrize("arguments", list(commands_of_the_guides()), ids=" ".join)
+def test_the_commands_of_the_guides_work(run, tmp_path, monkeypatch, capsys, arguments):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "map.json").write_text(json.dumps(REQUESTS["unfolding-maps"]))
+    assert run(*arguments) == 0
+    named = [after for flag, after in pairwise(arguments) if flag in ("-o", "--plot")]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["map.json", *named])
+
+
+def test_an_error_in_json_names_the_field(refused, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps({"oscillator": {"restitution": 2}, "omega": {"start": 1, "stop": 2}, "max_ordr": 1}))
+    said = refused("grazing-curves", "--json", str(path), "--max-order", "0")
+    assert [line.partition(": ")[0] for line in said] == [
+        "/oscillator/restitution 2",
+        "/omega/points",
+        "--max-order 0",
+        "/",
+    ]
+    assert 'Unknown field "max_ordr"; did you mean max_order' in said[-1]
+
+
+def test_a_flag_for_a_field_of_what_is_no_object_is_refused(refused, tmp_path):
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(REQUESTS[MANY]))
+    said = refused("trajectories", "--json", str(path), "--initial-phase", "1")
+    assert said == ["--initial-phase 1: initial in --json is not an object, and this would be a field of it (allowed: "
+                    "an object; written NUMBER)"]  # fmt: skip
+
+
+def test_an_error_of_the_service_names_the_flag(run, service, capsys):
+    errors = [{"pointer": "/omega", "detail": "too many points", "allowed": "at most 4"}]
+    answer = {"type": "urn:x", "title": "Too much work", "status": 422, "detail": "more than allowed", "errors": errors}
+    service.upcoming = [problem(422)]
+    service.upcoming[0]._content = json.dumps(answer).encode()
+    assert run(*CURVE) == 2
+    assert f"--omega 0.2:0.4:5: too many points (allowed: at most 4; {GRID})" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["status", "--ulr", "http://x"], "unknown: --ulr; did you mean --url"),
+        (["show", "a.npz", "--quiet"], "unknown: --quiet"),
+        (["plot", "a.npz", "b.npz"], "unknown: b.npz"),
+    ],
+)
+def test_an_unknown_flag_of_another_command_is_named_with_the_nearest(arguments, said, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(arguments)
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_help_has_one_line_for_each_command(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        cli.main(["--help"])
+    lines = capsys.readouterr().out.partition("COMMAND\n")[2].partition("\n\n")[0].splitlines()
+    others = ["run", "up", "status", "plot", "show", "schema", "completion"]
+    assert [line.split()[0] for line in lines] == [*PROCESSES, *others]
