@@ -264,14 +264,36 @@ def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
     assert "stop C" in ax.get_title()
 
 
+def curve_of_type(ax, type: str):
+    """Return the line of the only unfolded curve of a type."""
+    colour = palette.BIFURCATIONS[type][1]
+    (found,) = [line for line in ax.lines if line.get_color() == colour and len(line.get_xdata()) > 2]
+    return found
+
+
+def test_crowded_unfoldings_are_thinned_and_say_so():
+    resonant = next(point for point in POINTS if point["kind"] == "resonant")
+    recurrence = next(point for point in POINTS if point["kind"] == "recurrence" and point["active"])
+    many = [{**resonant, "omega": 0.21 + 0.0005 * k, "multiple": 1 + k % 4} for k in range(120)]
+    many += [{**recurrence, "omega": 0.22 + 0.001 * k} for k in range(50)]
+    ax = decode_result(npz("codimension-two-points", {"points": many})).plot_unfolding()
+    assert ax.get_title().endswith(", 40 of 120 points")
+    texts = sorted(text.get_position()[0] for text in ax.texts if text.get_text())
+    assert len(texts) > 1
+    places = sorted(text.xy[0] for text in ax.texts if text.get_text())
+    assert np.diff(places).min() > 0.05 * 0.1
+    assert "of motions of period 3" not in legend(ax)  # those of the shortest periods are drawn
+
+
 def test_curves_that_leave_a_resonant_point_are_drawn_against_the_grazing_curve():
     ax = decode_result(npz("codimension-two-points")).plot_unfolding()
     assert legend(ax) == [
         r"grazing curve $b = A(\omega)$",
-        "SN, one-sided, n = 1",
         "side on which motions exist",
+        "saddle-node (SN)",
+        "of motions of period 1",
     ]
-    curve = next(line for line in ax.lines if line.get_label().startswith("SN"))
+    curve = curve_of_type(ax, "SN")
     x, y = curve.get_data()
     assert x[0] == 0.28
     np.testing.assert_allclose(y, 120.0 * (x - 0.28) ** 2, rtol=1e-9, atol=1e-15)
@@ -287,7 +309,7 @@ def test_a_curve_is_drawn_no_further_than_the_saddle_node_of_its_motions():
     for symmetric, ends in ((saddle_node["symmetric"], True), (not saddle_node["symmetric"], False)):
         points = [{**doubling, "symmetric": symmetric}, saddle_node]
         ax = decode_result(npz("codimension-two-points", {"points": points})).plot_unfolding(omega=(0.27, 0.29))
-        x, y = next(line for line in ax.lines if line.get_label().startswith("PD")).get_data()
+        x, y = curve_of_type(ax, "PD").get_data()
         assert np.all(y[x < 0.28] <= 120.0 * (x[x < 0.28] - 0.28) ** 2) == ends
         assert (x[-1] < 0.28) == ends
 
@@ -428,3 +450,63 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     assert between == [[[0.225, 1.55], [0.275, 1.55]], [[0.225, 1.45], [0.225, 1.55]]]
     bare = type(result).from_document({k: v for k, v in result._document.items() if k != "borders"}, result.meta)
     assert "of 1-$1_r$-$(-1)_l$" in legend(bare.plot())
+
+
+@pytest.mark.parametrize("process", [name for name in REQUESTS if name not in ("trajectories", MANY)])
+def test_on_the_caller_s_axes_nothing_is_drawn_outside_of_them(process):
+    figure = new_figure(8, 4)
+    left, right = figure.subplots(1, 2)
+    right.plot([0.0, 1.0])
+    result = decode_result(npz(process))
+    assert result.plot(left) is left
+    assert figure.axes == [left, right]
+    figure.canvas.draw()
+    shown = left.get_legend()
+    if shown is not None:
+        inside, box = shown.get_window_extent(), left.get_window_extent()
+        assert box.x0 <= inside.x0 <= inside.x1 <= box.x1
+    assert (left.get_title() != "") == (left.get_xlabel() != "") == True  # noqa: E712
+    figure.clear()
+    bare = figure.add_subplot()
+    result.plot(bare, legend="none", labels=False)
+    assert bare.get_legend() is None
+    assert (bare.get_title(), bare.get_xlabel(), bare.get_ylabel()) == ("", "", "")
+    with pytest.raises(ValueError, match="outside, inside, none"):
+        result.plot(legend="left")
+
+
+def test_a_trajectory_is_drawn_on_two_given_axes():
+    figure = new_figure(8, 4)
+    pair = tuple(figure.subplots(1, 2))
+    result = decode_result(npz("trajectories"))
+    assert tuple(result.plot(pair)) == pair
+    assert figure.get_suptitle() == ""
+    assert "Mass 1" in pair[0].get_title()
+    assert all(ax.get_legend() is None for ax in result.plot(tuple(new_figure(8, 4).subplots(1, 2)), legend="none"))
+    with pytest.warns(DeprecationWarning, match=r"ax=figure\.subplots"):
+        assert result.plot(figure=new_figure(8, 4)).history.get_figure() is not figure
+
+
+def test_names_of_regions_are_written_in_a_colour_that_their_ground_shows():
+    shape = (40, 60)
+    codes = np.where(np.arange(60) < 30, 1, 5) * np.ones((40, 1), int)
+    arrays = {
+        "kind": np.ones(shape, np.int8),
+        "period": np.ones(shape, int),
+        "impacts_right": codes,
+        "impacts_left": codes,
+    }
+    rest = {name: np.resize(array, shape) for name, array in document("unfolding-maps").items() if np.ndim(array) == 2}
+    axes = {"omega": np.linspace(0.2, 0.3, 60), "clearance": np.linspace(1.0, 2.0, 40)}
+    ax = decode_result(npz("unfolding-maps", rest | arrays | axes)).plot()
+    one, five = sorted(ax.texts, key=lambda text: text.get_position()[0])
+    assert (one.get_color(), five.get_color()) == (palette.INK, palette.PAPER)
+    assert not decode_result(npz("unfolding-maps", rest | arrays | axes)).plot(labels=False).texts
+
+
+def test_where_nothing_was_found_nothing_but_the_reason_is_drawn():
+    nothing = {"converged": False, "reason": "steps become too short"}
+    ax = decode_result(npz("periodic-orbits", nothing)).plot()
+    assert not ax.lines
+    assert not ax.axison
+    assert [text.get_text() for text in ax.texts] == ["no orbit was found: steps become too short"]

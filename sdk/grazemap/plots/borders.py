@@ -68,7 +68,9 @@ def draw_bifurcation_curves(
 def _path(curve: BifurcationCurve) -> NDArray[np.float64]:
     """Return the coordinates along which the length of a curve is measured, of shape (points, d)."""
     parts = [curve.omega[:, None], curve.clearance[:, None]]
-    return np.concatenate(parts if curve.velocities is None else [*parts, curve.velocities], axis=1)
+    if curve.velocities is not None and curve.phases is not None:
+        parts += [curve.velocities, curve.phases]
+    return np.concatenate(parts, axis=1)
 
 
 def curve_style(type: str, width: float, halo: bool) -> dict[str, Any]:

@@ -134,6 +134,13 @@ def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
     return point.velocities[: len(result.stops)] * result.stops
 
 
+def _knot(result: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
+    """Return parameter, speeds and phases of a special point, the phases in the same periods as those near it."""
+    phases, whole = point.phases[: len(near)], 2.0 * np.pi * result.period
+    turned = phases - np.round((phases - near) / whole) * whole
+    return np.concatenate([[point.parameter], _speeds(result, point), turned])
+
+
 def _stretches(result: OrbitBranch) -> list[Floats]:
     """Return the lines of stable, unstable and inadmissible orbits: parameter and speeds, (points, 1 + impacts).
 
@@ -148,15 +155,16 @@ def _stretches(result: OrbitBranch) -> list[Floats]:
     knots: list[Floats] = []
     kind_of: list[int] = []
     for i in range(len(speeds)):
-        knots.append(np.append(result.parameter[i], speeds[i]))
+        knots.append(np.concatenate([result.parameter[i : i + 1], speeds[i], result.phases[i]]))
         if i + 1 == len(speeds):
             break
         points = within.get(i, [])
-        knots += [np.append(point.parameter, _speeds(result, point)) for point in points]
+        knots += [_knot(result, point, result.phases[i]) for point in points]
         start, end = int(kinds[i]), int(kinds[i + 1])
         kind_of += [start, *[end] * len(points)] if points else [max(start, end)]
-    at = np.array(knots)
-    pieces = smooth_pieces(at, at)
+    path = np.array(knots)
+    at = path[:, : 1 + speeds.shape[1]]
+    pieces = smooth_pieces(path, at)
     gap = np.full((1, at.shape[1]), np.nan)
     lines: list[list[Floats]] = [[np.empty((0, at.shape[1]))] for _ in _STRETCHES]
     for number, (piece, kind) in enumerate(zip(pieces, kind_of, strict=True)):

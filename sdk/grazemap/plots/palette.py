@@ -1,8 +1,8 @@
 """The colours of pictures. All are in palette.json, which the service's page reads too.
 
-Any two of them differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them: so whatever meets in
-a picture can be told apart. A motion that is named there has its colour in every picture. Any other motion begins at a
-colour that its label gives and takes the first that no motion of the picture has.
+Any two of them differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them, so whatever meets in
+a picture can be distinguished. A motion that is named there has its colour in every picture. Any other motion takes the
+colour that its label gives, or the next one that no motion of the picture has.
 """
 
 from __future__ import annotations

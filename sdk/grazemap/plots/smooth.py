@@ -1,8 +1,8 @@
 """Curves through computed points, drawn smooth.
 
 Points of a branch or a bifurcation curve are as far apart as Newton's method allows: tangents of neighbours may differ
-by 18 degrees. Between them the picture has cubic polynomials in the length along the curve (Hermite's, with the
-derivatives of the parabola through three points), in more pieces where the curve turns. The points lie on the line.
+by 18 degrees. Between them the picture has the cubic spline in the length along the curve, in more pieces where the
+curve turns. The points lie on the line.
 """
 
 from __future__ import annotations
@@ -69,12 +69,23 @@ def smooth_line(path: Floats, drawn: Floats, shown: NDArray[np.bool_] | None = N
 
 
 def _derivatives(steps: Floats, slopes: Floats) -> Floats:
-    """Return the derivative at every point of the parabola through it and its neighbours."""
-    if len(steps) == 1:
+    """Return the derivative at every point of the cubic spline whose first and last piece are parabolas."""
+    count = len(steps) + 1
+    below, middle, above = np.ones(count), np.ones(count), np.ones(count)
+    below[1:-1], middle[1:-1], above[1:-1] = steps[1:], 2.0 * (steps[:-1] + steps[1:]), steps[:-1]
+    right = np.empty((count, slopes.shape[1]))
+    right[0], right[-1] = 2.0 * slopes[0], 2.0 * slopes[-1]
+    right[1:-1] = 3.0 * (steps[1:, None] * slopes[:-1] + steps[:-1, None] * slopes[1:])
+    if count == 2:  # both conditions are the same
         return np.repeat(slopes, 2, axis=0)
-    before, after = steps[:-1, None], steps[1:, None]
-    inner = (after * slopes[:-1] + before * slopes[1:]) / (before + after)
-    return np.concatenate([2.0 * slopes[:1] - inner[:1], inner, 2.0 * slopes[-1:] - inner[-1:]])
+    for i in range(1, count):
+        share = below[i] / middle[i - 1]
+        middle[i] -= share * above[i - 1]
+        right[i] -= share * right[i - 1]
+    right[-1] /= middle[-1]
+    for i in range(count - 2, -1, -1):
+        right[i] = (right[i] - above[i] * right[i + 1]) / middle[i]
+    return right
 
 
 def _angle(first: Floats, second: Floats) -> float:
