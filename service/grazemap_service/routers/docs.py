@@ -15,7 +15,10 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
+import grazemap
+
 _OWN = Path(__file__).parent.parent / "static"
+_PALETTE = Path(grazemap.__file__).parent / "plots" / "palette.json"
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -26,6 +29,7 @@ def install(app: FastAPI) -> None:
     """Give the app its pages and their files."""
     app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
+    app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
     app.mount("/static/swagger", StaticFiles(directory=_swagger_files()), name="swagger")
     app.mount("/static", StaticFiles(directory=_OWN), name="static")
 
@@ -35,6 +39,11 @@ def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
         return FileResponse(_OWN / name, headers={"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"})
 
     return page
+
+
+async def _palette(request: Request) -> Response:
+    """Answer with the colours of the SDK's pictures."""
+    return FileResponse(_PALETTE, headers={"Cache-Control": "no-cache"})
 
 
 def _swagger_files() -> Path:

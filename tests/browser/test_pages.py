@@ -1,17 +1,24 @@
-"""The docs page in a real browser, without internet: every operation is shown, and one is tried out to its result."""
+"""The pages in a real browser, without internet: the map of the first page, and the docs with every operation."""
 
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import httpx2
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
+
+from grazemap.plots import palette
+from grazemap.results import MotionShare
+from grazemap.wire import motion_label
+from grazemap_service.routers import docs
 
 pytestmark = pytest.mark.browser
 
@@ -132,3 +139,69 @@ def test_the_front_page_leads_to_the_docs(watched: Watched, url: str) -> None:
     expect(page.get_by_role("heading", name="grazemap")).to_be_visible()
     page.get_by_role("link", name="API documentation").click()
     expect(page.locator(".opblock").first).to_be_visible()
+
+
+@pytest.mark.timeout(START_SECONDS)
+def test_the_front_page_shows_a_map_that_it_has_computed_and_answers_clicks_and_drags(
+    watched: Watched, url: str
+) -> None:
+    page = watched.page
+    page.goto(f"{url}/")
+    says, canvas = page.locator("#says"), page.locator("#map")
+    expect(says).to_contain_text("computed by this service", timeout=60_000)
+    jobs = httpx2.get(f"{url}/v1/jobs").json()["jobs"]
+    assert {"unfolding-maps", "grazing-curves"} <= {job["process"] for job in jobs}
+    expect(page.locator("#legend")).to_contain_text("1-1r-1l")
+    # the commonest motions have the colours of the SDK's pictures, and there are many colours
+    seen = page.evaluate(
+        """() => {
+            const canvas = document.getElementById("map"), counts = new Map();
+            const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+            for (let i = 0; i < data.length; i += 4) {
+                const parts = [data[i], data[i + 1], data[i + 2]];
+                const colour = "#" + parts.map((part) => part.toString(16).padStart(2, "0")).join("").toUpperCase();
+                counts.set(colour, (counts.get(colour) ?? 0) + 1);
+            }
+            return [...counts].sort((one, other) => other[1] - one[1]).map(([colour]) => colour);
+        }"""
+    )
+    assert palette.NAMED["1-1r-1l"] in seen[:2]
+    assert {palette.NAMED["1-2r-2l"], palette.NAMED["1-3r-3l"], palette.UNRESOLVED} <= set(seen[:8])
+    box = canvas.bounding_box()
+    assert box is not None
+    across, up = box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.4
+    page.mouse.move(across, up)
+    expect(canvas).to_have_attribute("title", re.compile(r"ω = 0\.2\d+, b = 1\.\d+: 1-1r-1l"))
+    page.mouse.click(across, up)
+    expect(says).to_contain_text("the motion from rest is 1-1r-1l", timeout=30_000)
+    expect(page.locator("#motion")).to_be_visible()
+    page.mouse.move(across, box["y"] + box["height"] * 0.1)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.9, up)
+    page.mouse.up()
+    expect(page.locator("#back")).to_be_visible(timeout=60_000)
+    maps = [job for job in httpx2.get(f"{url}/v1/jobs").json()["jobs"] if job["process"] == "unfolding-maps"]
+    assert len(maps) == 2
+    page.locator("#back").click()
+    expect(page.locator("#back")).to_be_hidden(timeout=60_000)
+
+
+def test_motions_without_a_named_colour_have_the_same_one_on_the_page_and_in_pictures(
+    watched: Watched, url: str
+) -> None:
+    page = watched.page
+    page.goto(f"{url}/")
+    expect(page.locator("#says")).to_contain_text("computed by this service", timeout=60_000)
+    counts = [(7, 25, 25), (11, -1, 40), (2, 4, 5)]
+    shares = [MotionShare(motion_label(*each), "periodic", *each, 1, 0.0) for each in counts]
+    script = (Path(docs.__file__).parent.parent / "static" / "index.js").read_text(encoding="utf-8")
+    functions = script[script.index("function crc32") : script.index("// Lengths on the canvas")]
+    on_page = page.evaluate(
+        f"""async (labels) => {{
+            const palette = await (await fetch("static/palette.json")).json();
+            {functions}
+            return [...coloursOf(labels)];
+        }}""",
+        [share.label for share in shares],
+    )
+    assert [colour for _, colour in on_page] == palette.motion_colours(shares)

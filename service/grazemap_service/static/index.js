@@ -1,0 +1,232 @@
+// The map of the first page: computed by this service when the page is opened, drawn on a canvas.
+const WINDOW = { omega: { start: 0.26, stop: 0.30 }, clearance: { start: 1.3, stop: 2.05 } };
+const POINTS = { omega: 144, clearance: 96 };
+const MARGIN = { left: 96, right: 36, top: 15, bottom: 56 };
+const PERIODS = { transient_periods: 300, periods: 12 };
+const NAMED_IN_LEGEND = 14;
+
+const map = document.getElementById("map"), motion = document.getElementById("motion");
+const says = document.getElementById("says"), back = document.getElementById("back");
+const palette = await (await fetch("static/palette.json")).json();
+let shown = null; // { umap, curve, colours } of the last map
+let asked = 0;    // number of the last question: answers to earlier ones are not shown
+
+async function compute(process, request) {
+  const sent = await fetch(`v1/${process}`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json", Prefer: "wait=10" },
+    body: JSON.stringify(request),
+  });
+  let job = await sent.json();
+  if (!sent.ok) throw new Error(sent.status === 401 ? "This service computes with a key only." : job.detail);
+  while (!["successful", "failed", "dismissed"].includes(job.status)) {
+    says.value = `Computing: ${job.progress.done} of ${job.progress.total} parts`;
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    job = await (await fetch(`v1/jobs/${job.id}`)).json();
+  }
+  if (job.status !== "successful") throw new Error(job.error?.detail ?? `The job is ${job.status}.`);
+  return (await fetch(`v1/jobs/${job.id}/result`, { headers: { Accept: "application/json" } })).json();
+}
+
+// The label of a point as everywhere else, and its colour: palette.py does the same.
+function labelAt(umap, row, column) {
+  const kind = umap.kinds[umap.kind[row][column]];
+  if (kind !== "periodic") return kind;
+  const count = (n) => (n === -2 ? "∞" : n < 0 ? `(${n})` : n);
+  const at = (name) => umap[name][row][column];
+  return `${at("period")}-${count(at("impacts_right"))}r-${count(at("impacts_left"))}l`;
+}
+
+function crc32(text) {
+  let crc = -1;
+  for (const byte of new TextEncoder().encode(text)) {
+    crc ^= byte;
+    for (let k = 0; k < 8; k++) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc >>> 0;
+}
+
+function coloursOf(labels) {
+  const free = [...Object.values(palette.motions), ...palette["other motions"]];
+  const colours = new Map();
+  for (const label of labels) {
+    const own = palette.kinds[label] ?? palette.motions[label];
+    if (own) colours.set(label, own);
+  }
+  for (const label of labels) {
+    if (colours.has(label)) continue;
+    const first = crc32(label) % free.length, taken = new Set(colours.values());
+    const next = [...free.slice(first), ...free.slice(0, first)].find((colour) => !taken.has(colour));
+    colours.set(label, next ?? palette.kinds.other);
+  }
+  return colours;
+}
+
+// Lengths on the canvas for omega and clearance, and back.
+const inner = { width: map.width - MARGIN.left - MARGIN.right, height: map.height - MARGIN.top - MARGIN.bottom };
+const ends = (values) => [values[0], values[values.length - 1]];
+function scales({ omega, clearance }) {
+  const [left, right] = ends(omega), [low, high] = ends(clearance);
+  return {
+    x: (w) => MARGIN.left + (w - left) / (right - left) * inner.width,
+    y: (b) => MARGIN.top + (high - b) / (high - low) * inner.height,
+    omega: (x) => left + (x - MARGIN.left) / inner.width * (right - left),
+    clearance: (y) => high - (y - MARGIN.top) / inner.height * (high - low),
+  };
+}
+
+function axis(pen, canvas, values, place, horizontal, text) {
+  pen.fillStyle = pen.strokeStyle = palette.ink;
+  pen.font = "16px system-ui, sans-serif";
+  pen.textAlign = horizontal ? "center" : "right";
+  pen.textBaseline = horizontal ? "top" : "middle";
+  const [first, last] = ends(values), bottom = canvas.height - MARGIN.bottom;
+  for (let k = 0; k <= 4; k++) {
+    const value = first + k / 4 * (last - first), number = Number(value.toPrecision(4)).toString();
+    if (horizontal) pen.fillText(number, place(value), bottom + 8);
+    else pen.fillText(number, MARGIN.left - 8, place(value));
+  }
+  pen.save();
+  pen.textAlign = "center";
+  if (horizontal) pen.fillText(text, MARGIN.left + inner.width / 2, bottom + 32);
+  else {
+    pen.translate(12, (MARGIN.top + bottom) / 2);
+    pen.rotate(-Math.PI / 2);
+    pen.fillText(text, 0, 0);
+  }
+  pen.restore();
+}
+
+function drawMap(selected) {
+  const { umap, curve, colours } = shown, pen = map.getContext("2d"), scale = scales(umap);
+  const small = new OffscreenCanvas(umap.omega.length, umap.clearance.length), dots = small.getContext("2d");
+  umap.clearance.forEach((_, row) => umap.omega.forEach((_, column) => {
+    dots.fillStyle = colours.get(labelAt(umap, row, column));
+    dots.fillRect(column, umap.clearance.length - 1 - row, 1, 1);
+  }));
+  pen.clearRect(0, 0, map.width, map.height);
+  pen.imageSmoothingEnabled = false;
+  pen.drawImage(small, MARGIN.left, MARGIN.top, inner.width, inner.height);
+  pen.save();
+  pen.beginPath();
+  pen.rect(MARGIN.left, MARGIN.top, inner.width, inner.height);
+  pen.clip();
+  const line = new Path2D();
+  curve.omega.forEach((w, i) => line.lineTo(scale.x(w), scale.y(curve.clearance[i])));
+  for (const [width, colour] of [[5, palette.ink], [2, palette.paper]]) {
+    pen.lineWidth = width;
+    pen.strokeStyle = colour;
+    pen.stroke(line);
+  }
+  if (selected) {
+    pen.strokeStyle = palette.ink;
+    pen.setLineDash([6, 4]);
+    pen.strokeRect(...selected);
+  }
+  pen.restore();
+  axis(pen, map, umap.omega, scale.x, true, "forcing frequency ω");
+  axis(pen, map, umap.clearance, scale.y, false, "clearance b");
+}
+
+function drawLegend(counts, colours) {
+  const total = [...counts.values()].reduce((sum, n) => sum + n, 0);
+  const entries = [...counts].sort((one, other) => other[1] - one[1]).slice(0, NAMED_IN_LEGEND);
+  document.getElementById("legend").replaceChildren(...entries.map(([label, count]) => {
+    const entry = document.createElement("li"), square = document.createElement("i");
+    square.style.backgroundColor = colours.get(label);
+    entry.append(square, `${label} (${(100 * count / total).toFixed(1)} %)`);
+    return entry;
+  }));
+}
+
+async function showMap(window) {
+  const number = ++asked, began = performance.now();
+  says.value = "Computing …";
+  const sampled = Object.fromEntries(Object.keys(POINTS).map((name) => [name, { ...window[name], points: POINTS[name] }]));
+  const [umap, curve] = await Promise.all([
+    compute("unfolding-maps", { ...sampled, preview: true }),
+    compute("grazing-curves", { omega: { ...window.omega, points: 400 } }),
+  ]);
+  if (number !== asked) return;
+  const counts = new Map();
+  umap.kind.forEach((row, i) => row.forEach((_, j) => {
+    const label = labelAt(umap, i, j);
+    counts.set(label, (counts.get(label) ?? 0) + 1);
+  }));
+  const labels = [...counts].sort((one, other) => other[1] - one[1]).map(([label]) => label);
+  shown = { umap, curve, colours: coloursOf(labels) };
+  back.hidden = window === WINDOW;
+  drawLegend(counts, shown.colours);
+  drawMap();
+  says.value = `${umap.omega.length} × ${umap.clearance.length} points, ${labels.length} motions,`
+    + ` computed by this service in ${((performance.now() - began) / 1000).toFixed(1)} s.`;
+}
+
+async function showMotion(omega, clearance) {
+  const number = ++asked;
+  says.value = "Computing a trajectory …";
+  const path = await compute("trajectories", { omega, clearance, ...PERIODS, samples_per_period: 200 });
+  if (number !== asked) return;
+  motion.hidden = false;
+  const pen = motion.getContext("2d"), [start, end] = ends(path.time), values = path.displacement[0];
+  const bottom = motion.height - MARGIN.bottom, high = 1.1 * clearance;
+  const x = (t) => MARGIN.left + (t - start) / (end - start) * inner.width;
+  const y = (value) => MARGIN.top + (high - value) / (2 * high) * (bottom - MARGIN.top);
+  pen.clearRect(0, 0, motion.width, motion.height);
+  pen.fillStyle = palette.kinds.unresolved;
+  for (const stop of [-clearance, clearance]) pen.fillRect(MARGIN.left, y(stop) - 1.5, inner.width, 3);
+  pen.strokeStyle = palette.motions["1-2r-3l"];
+  pen.lineWidth = 2;
+  pen.beginPath();
+  path.time.forEach((t, i) => pen.lineTo(x(t), y(values[i])));
+  pen.stroke();
+  axis(pen, motion, [-clearance, clearance], y, false, "displacement x₁");
+  axis(pen, motion, [start, end], x, true, "time t");
+  says.value = `At ω = ${omega.toPrecision(5)}, b = ${clearance.toPrecision(5)} the motion from rest is `
+    + `${path.motion.label ?? path.motion.kind}${path.motion.reason ? `: ${path.motion.reason}` : ""}.`;
+}
+
+function report(error) {
+  says.value = error.message;
+}
+
+// Canvas coordinates of a pointer, inside the axes.
+function place(event) {
+  const box = map.getBoundingClientRect(), within = (value, low, size) => Math.min(low + size, Math.max(low, value));
+  return [
+    within((event.clientX - box.left) * map.width / box.width, MARGIN.left, inner.width),
+    within((event.clientY - box.top) * map.height / box.height, MARGIN.top, inner.height),
+  ];
+}
+
+let from = null;
+map.addEventListener("pointerdown", (event) => {
+  if (!shown) return;
+  from = place(event);
+  map.setPointerCapture(event.pointerId);
+});
+map.addEventListener("pointermove", (event) => {
+  if (!shown) return;
+  const [x, y] = place(event), { umap } = shown, scale = scales(umap);
+  if (from) drawMap([Math.min(x, from[0]), Math.min(y, from[1]), Math.abs(x - from[0]), Math.abs(y - from[1])]);
+  const nearest = (value, name, [first, last] = ends(umap[name])) =>
+    Math.round((value - first) / (last - first) * (umap[name].length - 1));
+  const row = nearest(scale.clearance(y), "clearance"), column = nearest(scale.omega(x), "omega");
+  map.title = `ω = ${umap.omega[column].toPrecision(5)}, b = ${umap.clearance[row].toPrecision(5)}: ${labelAt(umap, row, column)}`;
+});
+map.addEventListener("pointerup", (event) => {
+  if (!from) return;
+  const [x, y] = place(event), scale = scales(shown.umap), [x0, y0] = from;
+  from = null;
+  if (Math.abs(x - x0) < 5 || Math.abs(y - y0) < 5) {
+    showMotion(scale.omega(x), scale.clearance(y)).catch(report);
+    return;
+  }
+  const between = (one, other) => ({ start: Math.min(one, other), stop: Math.max(one, other) });
+  showMap({
+    omega: between(scale.omega(x0), scale.omega(x)),
+    clearance: between(scale.clearance(y0), scale.clearance(y)),
+  }).catch(report);
+});
+back.addEventListener("click", () => showMap(WINDOW).catch(report));
+showMap(WINDOW).catch(report);
