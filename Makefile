@@ -99,6 +99,12 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
 	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk
 
+first-start: $(STAMP)  ## what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
+	$(BIN)/python -m tools.first_start
+
+latency: $(STAMP)  ## the time of small requests to a service that is started by itself, and to `grazemap up`
+	$(BIN)/python -m tools.latency
+
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  ## compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)

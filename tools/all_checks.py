@@ -24,6 +24,8 @@ TARGETS = (
     "types",
     "test",
     "test-newest",
+    "first-start",
+    "latency",
     "browser",
     "hardware",
     "verify",
