@@ -2,9 +2,9 @@
 #   docker build -t grazemap .
 FROM python:3.11-slim AS build
 WORKDIR /source
-COPY requirements-server.lock ./
+COPY requirements-run.lock ./
 RUN python -m venv /opt/grazemap \
- && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements-server.lock
+ && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements-run.lock
 COPY pyproject.toml README.md LICENSE ./
 COPY sdk sdk
 COPY core core

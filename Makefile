@@ -1,5 +1,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
+# what a stack, its client and pictures need; the rest, for tests and tools; the other tools of the benchmarks
+RUN_STAMP := .venv/.run-stamp
 STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples tools
@@ -16,33 +18,42 @@ TEST_CACHE := $(CURDIR)/.cache/grazemap
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-$(STAMP): requirements.lock pyproject.toml
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	touch $@
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# $(call timed,what is done,command): says what is done, then how long it took
+timed = @echo "$(1) ..."; began=$$(date +%s); $(2) && echo "... took $$(($$(date +%s) - $$began)) s"
+# the packages that are installed
+PACKAGES = $$(ls -d .venv/lib/python*/site-packages/*.dist-info | wc -l) packages
 
-run: $(STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
+$(RUN_STAMP): requirements-run.lock pyproject.toml
+	$(call timed,installing what runs (about half a minute),$(PYTHON) -m venv .venv && \
+		$(INSTALL) --require-hashes -r $< && $(INSTALL) --no-deps --no-build-isolation -e . && echo "$(PACKAGES)")
+	@touch $@
+
+# All locks agree on every version, so no installed package changes.
+$(STAMP): $(RUN_STAMP) requirements.lock
+	$(call timed,installing what tests (about half a minute),$(INSTALL) --require-hashes -r requirements.lock && echo "$(PACKAGES)")
+	@touch $@
+
+run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points and unfolding map, into out/
 	$(BIN)/python examples/reproduce_default.py
 
-reproduce: $(STAMP)  ## compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
+reproduce: $(RUN_STAMP)  ## compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
 	$(BIN)/python -m examples.reproduce
 
-borders: $(STAMP)  ## compute unfolding diagrams with every border explained, into out/ (five minutes)
+borders: $(RUN_STAMP)  ## compute unfolding diagrams with every border explained, into out/ (five minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
 pictures: $(STAMP)  ## make twenty pictures, and a page with the code of each, into out/pictures/ (two minutes)
 	$(BIN)/python examples/pictures.py
 
-serve: $(STAMP)  ## run the whole stack on this machine until Ctrl-C
+serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
 	$(BIN)/grazemap up
 
 test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 test: $(STAMP)  ## every test that needs only this machine
-	@echo "the kernels are compiled, a minute or two, while the first tests run"
-	$(MAKE) --no-print-directory -j 2 kernels test-without-kernels
-	$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes
+	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 kernels test-without-kernels && \
+		$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
 	@$(BIN)/python -m tools.all_checks --age
 
 all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (an hour)
@@ -51,7 +62,7 @@ all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (an hour)
 # one process, as maps, orbits and trajectories share many kernels
 kernels: $(STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
-	@$(BIN)/python -m grazemap_core.warmup
+	$(call timed,compiling the kernels (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup)
 
 test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
@@ -91,6 +102,12 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
 	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk
 
+first-start: $(STAMP)  ## what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
+	$(BIN)/python -m tools.first_start
+
+latency: $(STAMP)  ## the time of small requests to a service that is started by itself, and to `grazemap up`
+	$(BIN)/python -m tools.latency
+
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 hardware: $(STAMP)  ## compile every kernel for other processors and compare with 48-digit arithmetic (eight minutes)
@@ -101,10 +118,9 @@ verify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 digits (ten minutes)
 	$(BIN)/python tests/verified_points.py 1000
 
-# The other tools go into the same environment: both locks agree on every version, so no installed package changes.
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
-	touch $@
+	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
+	@touch $@
 
 bench: $(BENCH_STAMP)  ## compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
@@ -144,7 +160,7 @@ COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 
 lock: $(STAMP)  ## pin the newest version of every dependency, with hashes
 	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
 	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
-	echo hatchling | $(COMPILE) --extra server --constraint requirements.lock pyproject.toml - -o requirements-server.lock
+	echo hatchling | $(COMPILE) --extra server --extra plot --constraint requirements.lock pyproject.toml - -o requirements-run.lock
 
 clean:  ## remove what the other targets have made
 	rm -rf .venv .cache out dist

@@ -18,9 +18,10 @@ def main(folder: Path) -> None:
     """Compute everything and write it."""
     started = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
-    print("Starting service, queue and workers (the first time, the kernels are compiled) ...", flush=True)
+    print("starting service, queue and workers (a minute the first time, as kernels are compiled) ...", flush=True)
     with grazemap.local() as client:
-        print(f"Listening on {client.base_url} after {time.monotonic() - started:.0f} s", flush=True)
+        print(f"... listening on {client.base_url} after {time.monotonic() - started:.0f} s", flush=True)
+        print("computing the grazing curve, its codimension-two points and a map (about ten seconds) ...", flush=True)
         oscillator = grazemap.Oscillator()
         curve = client.grazing_curve(oscillator, omega=(0.05, 1.2), points=2000)
         points = client.codimension_two_points(oscillator, omega=(0.05, 2.5), max_order=8)
@@ -39,7 +40,7 @@ def main(folder: Path) -> None:
     print(f"\n{curve}\n{points}\n{umap}")
     for motion in umap.motions()[:8]:
         print(f"  {motion.label:<20} {motion.share:6.1%}")
-    print(f"\nDone in {time.monotonic() - started:.0f} s. Written:")
+    print(f"\ndone in {time.monotonic() - started:.0f} s; written:")
     for path in sorted(written):
         print(f"  {path.resolve()}")
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from typing import IO, Any, TextIO
 
+# A longer line would continue on the next one, and only that would be overwritten.
+_COLUMNS = 79
+
 
 def ready_line(stream: IO[bytes], shown: StartLine | None = None) -> bytes:
     """Read what a stack prints until it is ready; return the line with its address, b"" at the end of the stream."""
@@ -32,13 +35,14 @@ class StartLine:
         """Show a text."""
         if self._silent:
             return
-        self._stream.write(f"\r{f'grazemap: {text}':<79}" if self._terminal else f"grazemap: {text}\n")
+        line = f"grazemap: {text}"
+        self._stream.write(f"\r{line[:_COLUMNS]:<{_COLUMNS}}" if self._terminal else f"{line}\n")
         self._stream.flush()
         self._open = self._terminal
 
     def close(self) -> None:
         """Remove the line from the terminal."""
         if self._open:
-            self._stream.write(f"\r{'':<79}\r")
+            self._stream.write(f"\r{'':<{_COLUMNS}}\r")
             self._stream.flush()
             self._open = False

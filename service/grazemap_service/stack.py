@@ -62,14 +62,14 @@ class Stack:
     Raises
     ------
     StackError
-        The data folder is in use, or the address cannot be listened on.
+        The data folder cannot be used, or the address cannot be listened on.
     NoRedisError
         There is no Redis to start and GRAZEMAP_REDIS_URL is not set.
     """
 
     def __init__(self, host: str, port: int, data: Path, workers: int | None = None) -> None:
         self._data = data
-        self._lock = _locked(data)
+        self._lock = _lock_file(data)
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             self._listener = socket.create_server((host.strip("[]"), port), family=family)
@@ -108,7 +108,14 @@ class Stack:
         return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
     def start(self, talks: bool = False) -> None:
-        """Start everything; does not wait. What takes long is logged, unless it is said otherwise (`talks`)."""
+        """Lock the data folder and start everything. What takes long is logged, unless it is said otherwise (`talks`).
+
+        Raises
+        ------
+        StackError
+            Another stack uses the data folder.
+        """
+        self._take_lock()
         self._patient_until = math.inf if talks else time.monotonic() + _PATIENCE_SECONDS
         for child in self._children:
             child.start()
@@ -149,6 +156,24 @@ class Stack:
         self._listener.close()
         self._lock.close()
 
+    def _take_lock(self) -> None:
+        """Lock the data folder: for this process, and for the Redis on it, which may outlive a killed stack.
+
+        Raises StackError.
+        """
+        deadline = time.monotonic() + _LOCK_SECONDS
+        while True:
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                self._missing = f"waiting for another stack that uses {self._data}"
+                if time.monotonic() > deadline:
+                    raise StackError(f"another stack runs on the data folder {self._data}") from None
+                time.sleep(_POLL_SECONDS)
+            else:
+                self._missing = ""
+                return
+
     def _address(self) -> tuple[str, int]:
         host, port = self._listener.getsockname()[:2]
         return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port
@@ -176,26 +201,13 @@ class Stack:
         return False
 
 
-def _locked(data: Path) -> TextIO:
-    """Make the data folder and return its lock, held: here, and by the Redis on it, which may outlive a killed stack.
-
-    Raises StackError.
-    """
+def _lock_file(data: Path) -> TextIO:
+    """Make the data folder and return the file in it that its stack keeps locked. Raises StackError."""
     try:
         data.mkdir(parents=True, exist_ok=True, mode=0o700)
-        lock = (data / "lock").open("w")
+        return (data / "lock").open("w")
     except OSError as error:
         raise StackError(f"cannot use the data folder {data}: {error.strerror}") from None
-    deadline = time.monotonic() + _LOCK_SECONDS
-    while True:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return lock
-        except BlockingIOError:
-            if time.monotonic() > deadline:
-                lock.close()
-                raise StackError(f"another stack runs on the data folder {data}") from None
-            time.sleep(_POLL_SECONDS)
 
 
 def _end(parent: int | None) -> Callable[[], bool]:
@@ -218,11 +230,11 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks:
     """
     ready = Event()
     talker = Thread(target=_talk, args=(stack, ready), daemon=True)
+    announced = False
     try:
-        stack.start(talks)
         if talks:
             talker.start()
-        announced = False
+        stack.start(talks)
         while not ended():
             stack.look_after()
             if not announced and stack.ready():
@@ -237,7 +249,7 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks:
             time.sleep(_POLL_SECONDS)
     finally:
         stack.stop()
-        if ready_file is not None:
+        if announced and ready_file is not None:
             ready_file.unlink(missing_ok=True)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
 import os
 import signal
@@ -284,6 +285,19 @@ def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., Run
     finally:
         if redis.is_running():
             redis.kill()
+
+
+def test_a_stack_says_that_it_waits_for_another_one_on_its_data(tmp_path: Path) -> None:
+    ready = tmp_path / "ready"
+    ready.touch()  # of the other one
+    command = [sys.executable, "-m", "grazemap_service.stack", "--talk", "--data", str(tmp_path)]
+    with (tmp_path / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        refused = subprocess.run([*command, "--ready-file", str(ready)], capture_output=True, timeout=20, check=False)
+    said = [json.loads(line)["starting"] for line in refused.stdout.splitlines()]
+    assert said.count(f"waiting for another stack that uses {tmp_path}") >= 3
+    assert refused.returncode == 1
+    assert ready.exists()
 
 
 def test_a_stack_ends_with_its_parent_on_request(tmp_path: Path) -> None:

@@ -1,11 +1,14 @@
-"""`grazemap up` as a person uses it: three addresses, Ctrl-C, nothing left."""
+"""`grazemap up` as a person uses it: what it waits for, three addresses, Ctrl-C, nothing left."""
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
+import socket
 import subprocess
 import sys
+from pathlib import Path
 
 import httpx2
 import psutil
@@ -30,3 +33,25 @@ def test_up_prints_the_addresses_and_ctrl_c_ends_it_in_order() -> None:
         assert up.wait(timeout=15) == 0
     _, left = psutil.wait_procs(below, timeout=5)
     assert left == []
+
+
+def test_up_and_readyz_name_the_process_whose_kernels_they_wait_for(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port = probe.getsockname()[1]
+    command = [sys.executable, "-m", "grazemap.cli", "up", "--port", str(port), "--workers", "1"]
+    environment = {**os.environ, "GRAZEMAP_CACHE_DIR": str(tmp_path)}
+    (tmp_path / "kernels").mkdir(mode=0o700)
+    with (tmp_path / "kernels" / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        print("4711", end="", file=lock, flush=True)
+        with subprocess.Popen(
+            command, stderr=subprocess.PIPE, text=True, start_new_session=True, env=environment
+        ) as up:
+            assert up.stderr is not None
+            try:
+                waits = next((line for line in up.stderr if "another stack" in line), "")
+                detail = httpx2.get(f"http://127.0.0.1:{port}/readyz", trust_env=False).json()["detail"]
+            finally:
+                os.killpg(up.pid, signal.SIGINT)
+    assert detail == "Waiting for another stack, process 4711, that compiles the kernels."
+    assert waits == f"grazemap: {detail}\n"

@@ -21,6 +21,12 @@ def test_the_line_with_the_address_ends_the_start():
     assert parts == ["", "grazemap: a", "grazemap: b", "", ""]
 
 
+def test_a_long_text_stays_on_its_line():
+    stream = Terminal()
+    StartLine(stream).show(70 * "a")
+    assert stream.getvalue() == "\rgrazemap: " + 69 * "a"
+
+
 def test_a_stack_that_ends_has_no_line():
     assert ready_line(io.BytesIO(b'{"starting": "a"}\n')) == b""
     # it says why on standard error; this line is refused by those who read the address

@@ -6,9 +6,11 @@ import multiprocessing
 import os
 import stat
 from pathlib import Path
+from threading import Event, Thread
 from types import SimpleNamespace
 
 import pytest
+from watching import until
 
 from grazemap_core import warmup  # here, not in the test: kernels keep to the cache that is set when they are imported
 from grazemap_worker.supervision import kernel_cache
@@ -49,7 +51,7 @@ def test_a_cache_that_raises_is_wiped_and_compiled_again(folder: Path) -> None:
         if index.exists():
             raise EOFError("broken")
 
-    kernel_cache.warm_up(folder, compile_kernels)
+    kernel_cache.warm_up(folder, compile_kernels, kernel_cache.WarmUp())
     assert tries == [True, False]
 
 
@@ -58,7 +60,7 @@ def test_kernels_that_do_not_compile_do_not_wipe_the_cache(folder: Path) -> None
         raise TypeError("no such kernel")
 
     with pytest.raises(TypeError):
-        kernel_cache.warm_up(folder, compile_kernels)
+        kernel_cache.warm_up(folder, compile_kernels, kernel_cache.WarmUp())
 
 
 def test_a_cache_with_which_two_warm_ups_died_is_wiped(folder: Path) -> None:
@@ -73,12 +75,12 @@ def test_a_cache_with_which_two_warm_ups_died_is_wiped(folder: Path) -> None:
     for expected in (1, 2):
         child = os.fork()
         if child == 0:
-            kernel_cache.warm_up(folder, compile_kernels)
+            kernel_cache.warm_up(folder, compile_kernels, kernel_cache.WarmUp())
         os.waitpid(child, 0)
         assert (folder / "warming-up").stat().st_size == expected
-    kernel_cache.warm_up(folder, compile_kernels)
+    kernel_cache.warm_up(folder, compile_kernels, kernel_cache.WarmUp())
     assert seen == [False]
-    kernel_cache.warm_up(folder, lambda: None)
+    kernel_cache.warm_up(folder, lambda: None, kernel_cache.WarmUp())
     assert not (folder / "warming-up").exists()
 
 
@@ -105,7 +107,7 @@ def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
     (folder / "numba" / "a").mkdir(parents=True)
     if cached:
         (folder / "numba" / "a" / "kernel.nbi").touch()
-    kernel_cache.compile_kernels(folder)
+    kernel_cache.compile_kernels(folder, kernel_cache.WarmUp())
     alone_in_parts = [("grazing",), ("trajectories",), ("orbits",), ("maps",), ()]
     assert ran == ([()] if cached else [("maps",), ()] if cores > 1 else alone_in_parts)
     helped = {part for parts, _ in started for part in parts}
@@ -117,7 +119,7 @@ def test_a_warm_up_says_its_step_and_the_seconds_that_are_left(monkeypatch: pyte
     now = [100.0]
     monkeypatch.setattr(kernel_cache.time, "monotonic", lambda: now[0])
     progress = kernel_cache.WarmUp()
-    assert progress.text() == "loading the kernels, or waiting for another stack that compiles them"
+    assert progress.text() == "loading the kernels"
     progress.begin(["maps"])
     assert progress.text() == "compiling kernels, step 1 of 4, about 36 s"
     now[0] += 16.0  # the helper took twice as long as expected
@@ -125,6 +127,28 @@ def test_a_warm_up_says_its_step_and_the_seconds_that_are_left(monkeypatch: pyte
     assert progress.text() == "compiling kernels, step 2 of 4, about 56 s"
     now[0] += 100.0
     assert progress.text() == "compiling kernels, step 2 of 4, about 1 s"
+
+
+def test_a_warm_up_that_waits_says_for_which_process(folder: Path) -> None:
+    holds, ended, waits = Event(), Event(), kernel_cache.WarmUp()
+
+    def compile_kernels() -> None:
+        holds.set()
+        assert ended.wait(10)
+
+    holder = Thread(target=kernel_cache.warm_up, args=(folder, compile_kernels, kernel_cache.WarmUp()))
+    holder.start()
+    assert holds.wait(10)
+    waiter = Thread(target=kernel_cache.warm_up, args=(folder, lambda: None, waits))
+    waiter.start()
+    expected = f"waiting for another stack, process {os.getpid()}, that compiles the kernels"
+    try:
+        until(lambda: waits.text() == expected, 10)
+    finally:
+        ended.set()
+        holder.join()
+        waiter.join()
+    assert waits.text() == "loading the kernels"
 
 
 def test_the_parts_are_those_of_the_core() -> None:

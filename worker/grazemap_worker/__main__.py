@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     progress = kernel_cache.WarmUp()
     with first_start.said(Store(settings.connect()), progress.text):
-        kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder, progress))
+        kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder, progress), progress)
     Supervisor(settings, numerics()).run()
 
 

@@ -50,7 +50,7 @@ async def get_readiness(context: CurrentContext) -> Readiness:
     workers = [worker for worker in live if worker.core_version == context.core_version]
     if not workers:
         starting = await run_sync(context.store.workers.starting, limiter=context.threads)
-        detail = f"No worker is alive yet: {starting}." if starting else ""
+        detail = f"{starting[0].upper()}{starting[1:]}." if starting else ""
         raise ProblemException("not-ready", detail, headers={"Retry-After": str(_RETRY_SECONDS)})
     return Readiness(workers=len(workers))
 

@@ -15,6 +15,7 @@ import stat
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TextIO
 
 import structlog
 
@@ -57,6 +58,19 @@ class WarmUp:
     def __init__(self) -> None:
         self._expected = 0.0
         self._began = time.monotonic()
+        self._awaited: Path | None = None
+
+    def lock(self, lock: TextIO) -> None:
+        """Take a lock, and write this process's id into its file for those who wait for it."""
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._awaited = Path(lock.name)
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            self._awaited = None
+        lock.truncate(0)
+        lock.write(str(os.getpid()))
+        lock.flush()
 
     def begin(self, parts: Sequence[str]) -> None:
         """Begin to compile; `parts` are those that one process compiles one after another, and that take longest."""
@@ -74,19 +88,21 @@ class WarmUp:
 
     def text(self) -> str:
         """Return what is being done, for people who wait."""
+        if awaited := self._awaited:
+            holder = awaited.read_text("ascii") or "unknown"  # for an instant after it was taken
+            return f"waiting for another stack, process {holder}, that compiles the kernels"
         if not self._expected:
-            return "loading the kernels, or waiting for another stack that compiles them"
+            return "loading the kernels"
         left = self._expected * self._slower.value - (time.monotonic() - self._began)
         step = min(self._finished.value + 1, len(SECONDS))
         return f"compiling kernels, step {step} of {len(SECONDS)}, about {max(1.0, left):.0f} s"
 
 
-def compile_kernels(folder: Path, progress: WarmUp | None = None) -> None:
+def compile_kernels(folder: Path, progress: WarmUp) -> None:
     """Compile or load every kernel of the core; where none is cached yet, two processes share the work."""
     from grazemap_core.warmup import warm_up as run
 
     if not any((folder / "numba").rglob("*.nbi")):
-        progress = progress or WarmUp()
         if available_cores() > 1:
             progress.begin(_LONGEST)
             helper = [part for part in SECONDS if part not in _LONGEST]
@@ -110,7 +126,7 @@ def _compile(parts: Sequence[str], progress: WarmUp) -> None:
         progress.finish(parts[:count])
 
 
-def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
+def warm_up(folder: Path, compile_kernels: Callable[[], object], progress: WarmUp) -> None:
     """Run `compile_kernels` under the folder's lock; wipe the cache and run it again when the cache is broken.
 
     Raises
@@ -120,8 +136,9 @@ def warm_up(folder: Path, compile_kernels: Callable[[], object]) -> None:
     """
     log = structlog.get_logger("grazemap_worker")
     mark, cached = folder / _MARK, folder / "numba"
-    with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    # not "w", which would remove the id of the process that holds it
+    with (folder / "lock").open("a", encoding="ascii") as lock:
+        progress.lock(lock)
         unfinished = mark.stat().st_size if mark.exists() else 0
         if unfinished >= _MOST_UNFINISHED:
             log.warning("kernel cache wiped", reason=f"{unfinished} warm-ups in a row did not end")
