@@ -42,22 +42,34 @@ KINDS: dict[str, Kind] = {
     "malformed-json": Kind(
         "Malformed JSON", 400, "The body is not JSON in UTF-8, is nested too deeply, or has repeated or too many names."
     ),
-    "host-not-allowed": Kind("Host not allowed", 400, "The Host header names none of the allowed hosts."),
-    "bad-request": Kind("Bad request", 400, "The request cannot be understood."),
+    "host-not-allowed": Kind(
+        "Host not allowed",
+        400,
+        "The Host header names none of the allowed hosts: use one, or add it to GRAZEMAP_ALLOWED_HOSTS.",
+    ),
+    "bad-request": Kind("Bad request", 400, "The request cannot be understood: /docs has requests to try."),
     "key-required": Kind("Key required", 401, "The header `Authorization: Bearer <key>` is missing or wrong."),
-    "not-found": Kind("Not found", 404, "There is nothing at this address."),
-    "unknown-process": Kind("Unknown process", 404, "There is no process of this name."),
-    "unknown-job": Kind("Unknown job", 404, "There is no job with this id."),
-    "unfinished-tile": Kind("Unfinished tile", 404, "The job has no finished tile of this number."),
+    "not-found": Kind("Not found", 404, "There is nothing at this address: /openapi.json has all that exist."),
+    "unknown-process": Kind("Unknown process", 404, "There is no process of this name: GET /v1 lists them."),
+    "unknown-job": Kind("Unknown job", 404, "There is no job with this id: post its request to compute it."),
+    "unfinished-tile": Kind("Unfinished tile", 404, "The job has no finished tile of this number: follow its events."),
     "method-not-allowed": Kind("Method not allowed", 405, "The address does not allow this method; see Allow."),
-    "not-acceptable": Kind("Not acceptable", 406, "None of the requested representations is available."),
+    "not-acceptable": Kind(
+        "Not acceptable", 406, "None of the requested representations is available: ask for JSON or npz."
+    ),
     "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or try again later."),
     "dismissed-job": Kind("Dismissed job", 409, "The job was dismissed: post its request again to compute it."),
     "outdated-job": Kind("Outdated job", 409, "The job is of another version: post its request again."),
-    "body-too-large": Kind("Body too large", 413, "The body is over the byte limit."),
+    "body-too-large": Kind(
+        "Body too large", 413, "The body is over the byte limit: give ranges in place of long lists."
+    ),
     "unsupported-media-type": Kind("Unsupported media type", 415, "The body must be application/json."),
     "invalid-request": Kind("Invalid request", 422, "Values are missing, unknown or out of range; see errors."),
-    "too-much-work": Kind("Too much work", 422, "The job is estimated to cost more than the limit; see errors."),
+    "too-much-work": Kind(
+        "Too much work",
+        422,
+        "The job is estimated to cost more than the limit: ask for fewer points or periods; see errors.",
+    ),
     "queue-full": Kind("Queue full", 429, "Too much work is waiting; try again after Retry-After seconds."),
     "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),
     "store-unavailable": Kind("Store unavailable", 503, "Redis is unavailable; try again after Retry-After seconds."),

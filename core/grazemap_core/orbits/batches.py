@@ -19,11 +19,14 @@ from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF
 
 REASONS = {
     CONVERGED: "",
-    NOT_CONVERGED: "Newton's method does not converge from this guess",
-    OUT_OF_ORDER: "the order of the impacts would have to change: there is no orbit of this sequence near the guess",
-    SINGULAR: "the equations are singular at the guess, as at a saddle-node or a resonant graze",
+    NOT_CONVERGED: "Newton's method does not converge from this guess. "
+    "Remedy: a guess with phases and velocities, as from a trajectory near the motion.",
+    OUT_OF_ORDER: "the order of the impacts would have to change: there is no orbit of this sequence near the guess. "
+    "Remedy: another sequence of stops, or none, to solve for the motion that a trajectory settles to.",
+    SINGULAR: "the equations are singular at the guess, as at a saddle-node or a resonant graze. "
+    "Remedy: another frequency or clearance.",
 }
-"""Why an orbit is not found, by status."""
+"""Why an orbit is not found, and what to do, by status."""
 
 CONTACTS = {CLEAR: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
 """Contacts of an orbit with a stop other than its impacts, by the code of `admissibility`."""

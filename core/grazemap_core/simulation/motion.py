@@ -18,27 +18,37 @@ KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 REASONS: Final[dict[int, str]] = {
     codes.RESOLVED: "",
     codes.NOT_CLOSED: "the stroboscopic orbit did not close within the periods simulated and the largest period "
-    "looked for, and the Lyapunov exponents, if they were computed, do not decide the kind of the motion",
-    codes.SLOW_CONVERGENCE: "the stroboscopic orbit converges too slowly to determine its limit",
-    codes.NEAR_GRAZING: "an impact is so slow that the limit motion may not contain it",
+    "looked for, and the Lyapunov exponents, if they were computed, do not decide the kind of the motion. "
+    "Remedy: simulate more periods, or look for longer ones (max_period); a preview computes no exponents.",
+    codes.SLOW_CONVERGENCE: "the stroboscopic orbit converges too slowly to determine its limit. "
+    "Remedy: simulate more periods; a bifurcation is near, which a branch or bifurcation curves locate.",
+    codes.NEAR_GRAZING: "an impact is so slow that the limit motion may not contain it. "
+    "Remedy: solve for the orbit (periodic-orbits), or move away from the graze.",
     codes.NO_STICKING_FLOW: "mass 1 rests on a stop, and the chain of the other masses is at an undamped resonance or "
-    "ill-conditioned",
-    codes.TOO_MANY_IMPACTS: "too many impacts: in half a forcing period, or before the motion settled",
-    codes.OVERFLOW: "a number overflowed",
+    "ill-conditioned. Remedy: add damping, or change the frequency.",
+    codes.TOO_MANY_IMPACTS: "too many impacts: in half a forcing period, or before the motion settled. "
+    "Remedy: a larger clearance or a smaller restitution; fewer masses with light damping.",
+    codes.OVERFLOW: "a number overflowed. Remedy: choose units in which masses, stiffnesses and forcing are near 1.",
     codes.HIDDEN_BY_ROUNDING: "the steady motion is so large, as near an undamped resonance, that its round-off hides "
-    "the motion between the stops",
-    codes.NOT_VERIFIED: "verification was not asked for, or the chain has an undamped mode or ill-conditioned modes",
+    "the motion between the stops. Remedy: add damping, or change the frequency.",
+    codes.NOT_VERIFIED: "verification was not asked for, or the chain has an undamped mode or ill-conditioned modes. "
+    "Remedy: give every link some damping.",
     codes.STICKS: "mass 1 rests on a stop or chatters: the motion was found by simulation, and there is no finite "
-    "sequence of impacts to solve for",
-    codes.SEQUENCE_UNKNOWN: "more impacts than verification handles, or a graze or a rest among them",
-    codes.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory",
-    codes.NOT_ISOLATED: "it is not certain that the orbit is the only one nearby, as at a saddle-node",
+    "sequence of impacts to solve for. Remedy: none; compare with a trajectory.",
+    codes.SEQUENCE_UNKNOWN: "more impacts than verification handles, or a graze or a rest among them. "
+    "Remedy: solve for the orbit (periodic-orbits).",
+    codes.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory. "
+    "Remedy: simulate more periods, or solve for the orbit (periodic-orbits).",
+    codes.NOT_ISOLATED: "it is not certain that the orbit is the only one nearby, as at a saddle-node. "
+    "Remedy: compute its branch, which locates the saddle-node.",
     codes.GRAZE_UNRESOLVED: "an impact, or a passage near a stop, is so close to a graze that the accuracy of the "
-    "orbit does not decide between them",
-    codes.NOT_STABLE: "a multiplier is on the unit circle or too close to it",
-    codes.NOT_DISTINCT: "the orbit is too close to one of a smaller period, or to its own mirror image",
+    "orbit does not decide between them. Remedy: move away from the graze; a branch locates it.",
+    codes.NOT_STABLE: "a multiplier is on the unit circle or too close to it. "
+    "Remedy: compute its branch, which locates the bifurcation.",
+    codes.NOT_DISTINCT: "the orbit is too close to one of a smaller period, or to its own mirror image. "
+    "Remedy: compute its branch, which locates the period doubling or the symmetry breaking.",
 }
-"""Why a motion is unresolved, or is periodic but not verified; the key is the code."""
+"""Why a motion is unresolved, or is periodic but not verified, and what to do; the key is the code."""
 
 
 @dataclass(frozen=True)

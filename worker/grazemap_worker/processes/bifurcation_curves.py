@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from grazemap_core.model.oscillator import Oscillator
     from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
 
-NOTHING_FOUND = "no motion with these stops was met at several places of the window, from rest and from random states"
+NOTHING_FOUND = (
+    "no motion with these stops was met at several places of the window, from rest and from random states. "
+    "Remedy: give the motion as an orbit that was found, or a smaller window."
+)
 
 
 def compute(request: BifurcationCurvesRequest, report: Report) -> Document:

@@ -19,9 +19,14 @@ if TYPE_CHECKING:
     from grazemap_core.orbits.simulated_orbits import SimulatedOrbit
     from grazemap_core.simulation.trajectories import Trajectory
 
-NOTHING_FOUND = "no motion with these stops was met by trajectories from rest and from random states"
+NOTHING_FOUND = (
+    "no motion with these stops was met by trajectories from rest and from random states. "
+    "Remedy: give its phases and velocities too, or another frequency or clearance."
+)
 # Fields of orbits from the equations only.
 _OF_EQUATIONS = ("kantorovich", "radius", "excess", "excess_phase")
+
+_OTHER_START = "Remedy: give the motion as (period, stops), another initial state, or a smaller clearance."
 
 
 def compute(request: PeriodicOrbitsRequest, report: Report) -> Document:
@@ -56,7 +61,7 @@ def orbit_asked_for(
         try:
             guess = impacts_of(run)
         except ParameterError as error:
-            return str(error) + (f": {run.motion.reason}" if run.motion.reason else "")
+            return run.motion.reason or f"the trajectory {error.message}. {_OTHER_START}"
     elif motion.phases is not None and motion.velocities is not None:
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)
     else:

@@ -44,16 +44,18 @@ but the trajectory does not lead to it, or has not yet."""
 
 REASONS: Final = (
     "",
-    "no orbit of the motion was found at one of the points",
-    "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed",
-    "the branch of the motion breaks off between the points",
-    "the motion ends at a special point that is not solved for to round-off",
-    "the curve of the special point leaves the border, or its orbits are not admissible there",
-    "the motion has so many impacts that following it exceeds the work allowed for one border",
-    "the work allowed for all borders of a map was spent on others",
-    "a system of equations is too ill-conditioned",
+    "no orbit of the motion was found at one of the points. Remedy: a map with more max_periods.",
+    "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed. Remedy: none.",
+    "the branch of the motion breaks off between the points. Remedy: a finer map there.",
+    "the motion ends at a special point that is not solved for to round-off. Remedy: a finer map there.",
+    "the curve of the special point leaves the border, or its orbits are not admissible there. "
+    "Remedy: a finer map there.",
+    "the motion has so many impacts that following it exceeds the work allowed for one border. "
+    "Remedy: bifurcation-curves of this motion.",
+    "the work allowed for all borders of a map was spent on others. Remedy: a diagram of a part of the window.",
+    "a system of equations is too ill-conditioned. Remedy: another frequency or clearance.",
 )
-"""Why a border is unexplained; the position is the code."""
+"""Why a border is unexplained, and what to do; the position is the code."""
 
 _UNEXPLAINED, _CURVE, _COEXISTENCE, _GOES_ON = range(4)
 _NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES, _TOO_LONG, _ALL_SPENT, _ILL_CONDITIONED = range(1, 9)
