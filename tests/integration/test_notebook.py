@@ -1,4 +1,4 @@
-"""The notebook of the examples in a fresh kernel, as a user runs it: pictures, no saved progress, no cell over its time."""
+"""The example notebook in a fresh kernel, as a user runs it: pictures, no saved progress, no cell over its time."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.results import decode_result
 from grazemap.wire import Oscillator, notes_on, parse_request
-from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.linear import matrices, steady_amplitude
 
 SI = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 8}, "clearance": {"start": 1.3, "stop": 2.0, "points": 8}}
@@ -135,6 +135,25 @@ def test_natural_frequencies_and_damping_ratios_are_those_of_closed_forms():
     assert two.damping_ratios == pytest.approx(0.1 * golden, rel=1e-13)
     # more damping than a mode can oscillate with
     assert Oscillator(**{**SI, "damping": [100.0]}).damping_ratios == pytest.approx([1.25], rel=1e-13)
+    # the eigenvalues of an overdamped mode may lie on either side of those of another one
+    wide = Oscillator(
+        **{**SI, "masses": [1.0, 1e-3], "stiffnesses": [1.0, 1.0], "forcing": [1.0, 0.0], "damping": [0.02, 10.0]}
+    )
+    mass, damping, stiffness = matrices(wide)
+    values = np.roots(
+        np.polysub(
+            np.polymul([1.0, damping[0, 0], stiffness[0, 0]], [1e-3, damping[1, 1], stiffness[1, 1]]),
+            np.polymul([damping[0, 1], stiffness[0, 1]], [damping[0, 1], stiffness[0, 1]]),
+        )
+    )
+    upper, real = values[values.imag > 0], np.sort(values[np.abs(values.imag) < 1e-9].real)
+    assert abs(real[1]) < abs(upper[0]) < abs(real[0])
+    expected = {float(-upper[0].real / abs(upper[0])), float(-real.sum() / (2.0 * np.sqrt(real.prod())))}
+    assert sorted(wide.damping_ratios) == pytest.approx(sorted(expected), rel=1e-6)
+    both = Oscillator(
+        **{**SI, "masses": [1.0, 1.0], "stiffnesses": [1.0, 1.0], "forcing": [1.0, 0.0], "damping": [50.0, 60.0]}
+    )
+    assert np.isnan(both.damping_ratios).all()
 
 
 def test_a_window_below_the_grazing_curve_is_noted_without_a_warning(client):

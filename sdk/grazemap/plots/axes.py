@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.patheffects import AbstractPathEffect
 
 LegendPlace = Literal["outside", "inside", "none"]
-_FIT_INSIDE = 7
+_FIT_INSIDE, _MANY_POINTS = 7, 20_000
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _QUANTITIES = {
@@ -140,7 +140,9 @@ class Drawing:
         if self.legend == "outside":
             place: dict[str, object] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         else:
-            place = {"loc": "upper right", "framealpha": 0.85}
+            # where the fewest points are; for pictures of many it takes long to find
+            many = bool(self.ax.collections) or sum(np.size(line.get_xdata()) for line in self.ax.lines) > _MANY_POINTS
+            place = {"loc": "upper right" if many else "best", "framealpha": 0.85}
         self.ax.legend(**(place | {"frameon": self.legend == "inside", "fontsize": 8} | options))
 
     def say(self, reason: str) -> None:

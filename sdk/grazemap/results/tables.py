@@ -45,7 +45,10 @@ def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
         raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(found) or 'none'}")
     derived = result.derived_tables().get(name)
     if derived is not None:
-        return pandas.DataFrame([asdict(item) for item in derived])
+        plain = pandas.DataFrame([asdict(item) for item in derived])
+        # whole numbers beside None stay whole
+        whole = {key: "Int64" for key in plain if any(isinstance(getattr(item, key), int) for item in derived)}
+        return plain.astype(whole)
     one = result.schema[name]
     assert isinstance(one.type, Record)
     value = getattr(result, name)

@@ -41,7 +41,8 @@ def natural_frequencies(oscillator: Oscillator) -> Floats:
 def damping_ratios(oscillator: Oscillator) -> Floats:
     """Return the damping ratio of each mode, shape (N,); 1 or more: the mode does not oscillate.
 
-    They are -(a + b) / (2 sqrt(a b)) of the pairs a, b of eigenvalues, in the order of their product.
+    They are -(a + b) / (2 sqrt(a b)) of the pairs a, b of eigenvalues, in the order of their product. Where several
+    modes do not oscillate their eigenvalues form no pairs unless the damping is one number: NaN, at the end.
     """
     mass, damping, stiffness = matrices(oscillator)
     if not isinstance(oscillator.damping, list):
@@ -49,9 +50,13 @@ def damping_ratios(oscillator: Oscillator) -> Floats:
     count, inverse = oscillator.size, np.diag(1.0 / np.diag(mass))
     system = np.block([[np.zeros((count, count)), np.eye(count)], [-inverse @ stiffness, -inverse @ damping]])
     values = np.linalg.eigvals(system)
-    values = values[np.argsort(np.abs(values), kind="stable")]
-    first, second = values[::2], values[1::2]
-    return np.asarray(-(first + second).real / (2.0 * np.sqrt((first * second).real)))
+    upper, real = values[values.imag > 0.0], values[values.imag == 0.0].real
+    size, ratio = np.abs(upper), -upper.real / np.abs(upper)
+    if len(real) == 2:
+        mean = np.sqrt(real.prod())
+        size, ratio = np.append(size, mean), np.append(ratio, -real.sum() / (2.0 * mean))
+    ratio = ratio[np.argsort(size, kind="stable")]
+    return np.append(ratio, np.full(count - len(ratio), np.nan))
 
 
 def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:

@@ -108,5 +108,8 @@ class Oscillator(Request):
 
     @property
     def damping_ratios(self) -> NDArray[np.float64]:
-        """The damping ratio of each mode, shape (N,); 1 or more: the mode does not oscillate."""
+        """The damping ratio of each mode, shape (N,); 1 or more: the mode does not oscillate.
+
+        With a damping for each link, and several modes that do not oscillate, NaN for these, at the end.
+        """
         return linear.damping_ratios(self)
