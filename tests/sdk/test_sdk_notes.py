@@ -139,7 +139,7 @@ def test_natural_frequencies_and_damping_ratios_are_those_of_closed_forms():
     wide = Oscillator(
         **{**SI, "masses": [1.0, 1e-3], "stiffnesses": [1.0, 1.0], "forcing": [1.0, 0.0], "damping": [0.02, 10.0]}
     )
-    mass, damping, stiffness = matrices(wide)
+    _, damping, stiffness = matrices(wide)
     values = np.roots(
         np.polysub(
             np.polymul([1.0, damping[0, 0], stiffness[0, 0]], [1e-3, damping[1, 1], stiffness[1, 1]]),
