@@ -100,7 +100,7 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m pip list --disable-pip-version-check
 	$(NEWEST)/venv/bin/python -c "$$OF_THE_WHEEL"
 	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
-	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk
+	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk tests/integration/test_notebook.py
 
 first-start: $(STAMP)  ## what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
 	$(BIN)/python -m tools.first_start
