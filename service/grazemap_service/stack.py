@@ -19,6 +19,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from threading import Event, Thread
 from types import FrameType
@@ -248,6 +249,9 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks:
                 print(line, flush=True)  # noqa: T201 - the one line that the starting process reads
             time.sleep(_POLL_SECONDS)
     finally:
+        ready.set()
+        if talker.is_alive():
+            talker.join()
         stack.stop()
         if announced and ready_file is not None:
             ready_file.unlink(missing_ok=True)
@@ -255,10 +259,11 @@ def run(stack: Stack, ended: Callable[[], bool], ready_file: Path | None, talks:
 
 def _talk(stack: Stack, ready: Event) -> None:
     """Print what the stack waits for, at once and every second."""
-    while True:
-        print(json.dumps({"starting": stack.missing}), flush=True)  # noqa: T201 - for the starting process
-        if ready.wait(1.0):
-            return
+    with suppress(BrokenPipeError):  # the starting process has gone, which ends the stack too
+        while True:
+            print(json.dumps({"starting": stack.missing}), flush=True)  # noqa: T201 - for the starting process
+            if ready.wait(1.0):
+                return
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -4,10 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from sdk_documents import REQUESTS, npz
+from sdk_documents import REQUESTS, document, npz
 
 from grazemap.errors import MissingExtra
 from grazemap.results import decode_result, tables
+from grazemap.results.html import thinned
 
 
 @pytest.mark.parametrize("process", list(REQUESTS))
@@ -84,3 +85,27 @@ def test_another_table_is_refused_with_the_names_of_those_there_are():
     for name in (None, "points"):
         with pytest.raises(ValueError, match=re.escape("a Trajectory has the tables: impacts, sticking")):
             result.to_dataframe(name)
+
+
+def test_a_thumbnail_of_a_large_map_is_thinned_and_a_failing_one_leaves_the_table(monkeypatch):
+    umap = decode_result(npz("unfolding-maps"))
+    side = 1500
+    large = {
+        name: np.resize(array, (side, side))
+        for name, array in document("unfolding-maps").items() if np.ndim(array) == 2
+    }  # fmt: skip
+    axes = {"omega": np.linspace(0.2, 0.3, side), "clearance": np.linspace(1.0, 2.0, side)}
+    whole = decode_result(npz("unfolding-maps", large | axes))
+    small = thinned(whole)
+    assert small.kind.shape == (375, 375)
+    assert len(small.omega) == 375
+    assert thinned(umap) is umap
+    assert "<img" in whole._repr_html_()
+    assert "1500 x 1500 points" in whole._repr_html_()
+
+    def broken(*args, **kwargs):
+        raise IndexError
+
+    monkeypatch.setattr(type(umap), "plot", broken)
+    assert "<img" not in umap._repr_html_()
+    assert "<table" in umap._repr_html_()

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -159,3 +160,38 @@ def test_natural_frequencies_and_damping_ratios_are_those_of_closed_forms():
 def test_a_window_below_the_grazing_curve_is_noted_without_a_warning(client):
     job = client.submit("unfolding-maps", MAP | {"clearance": span(1.3, 1.5)})
     assert [note.code for note in job.job.notes] == ["below-grazing-curve"]
+
+
+def test_an_undamped_resonance_is_no_error_and_costs_no_job():
+    body = {"masses": [1.0], "stiffnesses": [4.0], "damping": 0.0, "forcing": [1.0]}
+    assert steady_amplitude(Oscillator(**body), np.array([1.0, 2.0, 3.0]))[1] == np.inf
+    window = {"omega": {"start": 1.0, "stop": 3.0, "points": 5}, "clearance": {"start": 1.0, "stop": 2.0, "points": 5}}
+    assert codes("unfolding-maps", {"oscillator": body, **window}) == []
+
+
+def test_a_window_between_an_antiresonance_and_the_samples_is_not_noted():
+    body = {"masses": [1.0, 1.0], "stiffnesses": [1.0, 1.0], "damping": 0.001, "forcing": [1.0, 0.0]}
+    window = {
+        "omega": {"start": 0.05, "stop": 3.0, "points": 5}, "clearance": {"start": 0.0055, "stop": 0.006, "points": 5}
+    }  # fmt: skip
+    assert codes("unfolding-maps", {"oscillator": body, **window}) == []
+
+
+def test_ratios_beside_a_much_stronger_damper_are_exact_or_nan():
+    for damping in (1e4, 1e7, 1e8):
+        one = Oscillator(**{**SI, "masses": [1.0], "stiffnesses": [1.0], "damping": [damping]})
+        assert one.damping_ratios == pytest.approx([damping / 2.0], rel=1e-12)
+    three = {**SI, "masses": [1.0] * 3, "stiffnesses": [1.0] * 3, "forcing": [1.0, 0.0, 0.0]}
+    ratios = Oscillator(**{**three, "damping": [1e9, 0.0, 0.0]}).damping_ratios
+    assert not np.any(ratios < 0.0)
+    assert np.isfinite(Oscillator(**{**three, "damping": [0.1, 0.0, 0.0]}).damping_ratios).all()
+
+
+def test_many_frequencies_take_little_memory():
+    chain = Oscillator(**{**SI, "masses": [1.0] * 64, "stiffnesses": [1.0] * 64, "forcing": [1.0] * 64})
+    omega = np.linspace(0.1, 2.0, 2000)
+    tracemalloc.start()
+    amplitude = steady_amplitude(chain, omega)
+    assert tracemalloc.get_traced_memory()[1] < 2e8
+    tracemalloc.stop()
+    assert amplitude[::500] == pytest.approx(steady_amplitude(chain, omega[::500]), rel=1e-10)

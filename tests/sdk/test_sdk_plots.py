@@ -2,8 +2,10 @@
 
 import itertools
 import json
+import pickle
 from dataclasses import replace
 from importlib.resources import files
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from coloraide import Color
 from matplotlib import pyplot
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
-from grazemap.plots import palette, save_picture, unfolding
+from grazemap.plots import orbits, palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import with_impacts
@@ -300,18 +302,20 @@ def test_curves_that_leave_a_resonant_point_are_drawn_against_the_grazing_curve(
     assert ax.get_xlim() == (0.2, 0.3)
 
 
-def test_a_curve_is_drawn_no_further_than_the_saddle_node_of_its_motions():
-    saddle_node = next(point for point in POINTS if point["kind"] == "resonant")
+@pytest.mark.parametrize(("same_motions", "side", "ends"), [(True, -1, True), (True, 1, False), (False, -1, False)])
+def test_a_curve_is_drawn_no_further_than_the_saddle_node_of_its_motions(same_motions, side, ends):
+    resonant = next(point for point in POINTS if point["kind"] == "resonant")
+    # the saddle-node curve is on one side of its point only
+    saddle_node = {**resonant, "unfolding": {**resonant["unfolding"], "curve_omega": side}}
     unfolding = {
-        **saddle_node["unfolding"], "curve_omega": 1, "contact": "transversal", "slope": 0.5, "quadratic": None
+        **resonant["unfolding"], "curve_omega": 1, "contact": "transversal", "slope": 0.5, "quadratic": None
     }  # fmt: skip
-    doubling = {**saddle_node, "omega": 0.278, "bifurcation": "PD", "unfolding": unfolding}
-    for symmetric, ends in ((saddle_node["symmetric"], True), (not saddle_node["symmetric"], False)):
-        points = [{**doubling, "symmetric": symmetric}, saddle_node]
-        ax = decode_result(npz("codimension-two-points", {"points": points})).plot_unfolding(omega=(0.27, 0.29))
-        x, y = curve_of_type(ax, "PD").get_data()
-        assert np.all(y[x < 0.28] <= 120.0 * (x[x < 0.28] - 0.28) ** 2) == ends
-        assert (x[-1] < 0.28) == ends
+    symmetric = saddle_node["symmetric"] == same_motions
+    doubling = {**saddle_node, "omega": 0.278, "bifurcation": "PD", "unfolding": unfolding, "symmetric": symmetric}
+    points = decode_result(npz("codimension-two-points", {"points": [doubling, saddle_node]}))
+    x, y = curve_of_type(points.plot_unfolding(omega=(0.27, 0.29)), "PD").get_data()
+    assert np.all(y[x < 0.28] <= 120.0 * (x[x < 0.28] - 0.28) ** 2) == ends
+    assert (x[-1] < 0.28) == ends
 
 
 def test_points_without_an_unfolding_leave_the_grazing_curve_alone():
@@ -385,7 +389,7 @@ def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motio
     assert legend(ax) == [
         "stable",
         "unstable",
-        "not admissible: virtual impact or further contact",
+        "not admissible",
         "saddle-node (SN)",
         "graze (GR)",
     ]
@@ -510,3 +514,42 @@ def test_where_nothing_was_found_nothing_but_the_reason_is_drawn():
     assert not ax.lines
     assert not ax.axison
     assert [text.get_text() for text in ax.texts] == ["no orbit was found: steps become too short"]
+
+
+def test_pictures_can_be_pickled():
+    ax = decode_result(npz("grazing-curves")).plot()
+    assert len(pickle.loads(pickle.dumps(ax.figure)).axes) == 1
+
+
+def test_the_figure_of_version_0_1_and_a_single_axes_are_named():
+    result = decode_result(npz("trajectories"))
+    figure = new_figure(8, 4)
+    with pytest.warns(DeprecationWarning, match="deprecated"):
+        assert result.plot(figure).history.get_figure() is figure
+    with pytest.raises(TypeError, match="two axes: for the time history and for the phase portrait"):
+        result.plot(new_figure(8, 4).add_subplot())
+    # with a legend outside, nothing else of the caller's figure changes
+    mine = new_figure(8, 4)
+    mine.suptitle("mine")
+    result.plot(tuple(mine.subplots(1, 2)), legend="outside")
+    assert mine.get_suptitle() == "mine"
+
+
+def test_a_stretch_between_two_special_points_of_a_segment_has_its_own_kind():
+    graze, turn = (SimpleNamespace(type=name) for name in ("GR", "SN"))
+    stable, unstable, inadmissible = range(3)
+    assert orbits._kinds_between(stable, inadmissible, [turn, graze]) == [stable, unstable, inadmissible]
+    assert orbits._kinds_between(inadmissible, unstable, [graze, turn]) == [inadmissible, unstable, unstable]
+    assert orbits._kinds_between(stable, unstable, []) == [unstable]
+
+
+def test_a_curve_of_equal_points_is_drawn():
+    same = np.ones((3, 2))
+    assert smooth_line(same, same).tolist() == same.tolist()
+
+
+def test_the_title_of_a_map_says_where_trajectories_start():
+    umap = decode_result(npz("unfolding-maps"))
+    assert "from rest" in umap.plot().get_title()
+    swept = {**umap.meta, "request": {**umap.meta["request"], "policy": "sweep-down"}}
+    assert "sweep-down" in replace(umap, meta=swept).plot().get_title()

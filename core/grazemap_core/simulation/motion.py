@@ -34,7 +34,7 @@ REASONS: Final[dict[int, str]] = {
     codes.NOT_VERIFIED: "verification was not asked for, or the chain has an undamped mode or ill-conditioned modes. "
     "Remedy: give every link some damping.",
     codes.STICKS: "mass 1 rests on a stop or chatters: the motion was found by simulation, and there is no finite "
-    "sequence of impacts to solve for. Remedy: none; compare with a trajectory.",
+    "sequence of impacts to solve for. Remedy: compare it with a longer trajectory.",
     codes.SEQUENCE_UNKNOWN: "more impacts than verification handles, or a graze or a rest among them. "
     "Remedy: solve for the orbit (periodic-orbits).",
     codes.NOT_SOLVED: "Newton's method finds no orbit close to the trajectory. "

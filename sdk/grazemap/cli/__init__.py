@@ -6,13 +6,14 @@ Exit codes: 0 success; 1 failure of the service, the job or a file; 2 invalid co
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Sequence
 from typing import Any
 
 from grazemap.cli import commands
-from grazemap.cli.outcome import FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
+from grazemap.cli.outcome import DONE, FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, RequestWarning
 
 
@@ -24,6 +25,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", RequestWarning)
             warnings.showwarning = _print_warning
             code: int = options.command(options)
+            sys.stdout.flush()
+    except BrokenPipeError:  # the reader of our output needs no more of it, as `head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
     except (InvalidCommand, ParameterError) as error:
         return fail(error, INVALID)
     except ConnectionFailed as error:

@@ -75,9 +75,12 @@ def _with_negative_values(arguments: Sequence[str]) -> list[str]:
 
 
 def _names(left: Sequence[str]) -> list[str]:
-    """Return the flags among the arguments that are left over; without any of them, the arguments."""
-    flags = [text.partition("=")[0] for text in left if text.startswith("-")]
-    return flags or list(left)
+    """Return the names of the arguments that are left over; a word after a flag is taken for its value."""
+    return [
+        text.partition("=")[0] if text.startswith("-") else text
+        for before, text in zip(["", *left], left, strict=False)
+        if text.startswith("-") or not before.startswith("-") or "=" in before
+    ]
 
 
 def _suggestion(name: str, parser: argparse.ArgumentParser) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grazemap.cli.outcome import InvalidCommand
 from grazemap.plots import save_picture
-from grazemap.plots.axes import new_figure
+from grazemap.plots.axes import kept_from_pyplot, new_figure
 from grazemap.results import Result
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -36,7 +36,8 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise InvalidCommand(f"{what} {path} cannot be written")
     if path.suffix in PICTURES:
-        new_figure(1.0, 1.0)
+        with kept_from_pyplot():
+            new_figure(1.0, 1.0)
 
 
 def write(what: str, path: Path, result: Result) -> None:

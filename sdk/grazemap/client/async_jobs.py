@@ -106,7 +106,7 @@ class AsyncJobHandle:
         timeout : float, optional
             Seconds to wait; the job continues after a timeout.
         progress : bool
-            Show a bar on stderr.
+            Show the progress on a terminal or below a notebook's cell.
 
         Raises
         ------

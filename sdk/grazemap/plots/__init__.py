@@ -7,7 +7,7 @@ figure below the cell, ``axes.figure.savefig("picture.png")`` writes it. Needs t
 from __future__ import annotations
 
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from grazemap.plots.axes import kept_from_pyplot
 
@@ -23,12 +23,15 @@ def save_picture(result: Result, path: str | PathLike[str]) -> None:
     draw_apart(result).savefig(path)
 
 
-def draw_apart(result: Result) -> Figure:
-    """Draw a result on a figure that pyplot does not have. Raises TypeError for a result without a picture."""
+def draw_apart(result: Result, **options: Any) -> Figure:
+    """Draw a result on a figure that pyplot does not have; `options` are those of its `plot`.
+
+    Raises TypeError for a result without a picture.
+    """
     if not hasattr(result, "plot"):
         raise TypeError(f"no picture of a {type(result).__name__}")
     with kept_from_pyplot():
-        drawn = result.plot()
+        drawn = result.plot(**options)
     # a trajectory has two axes, in one figure
     return _figure_of(drawn[0] if isinstance(drawn, tuple) else drawn)
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.patheffects import AbstractPathEffect
 
 LegendPlace = Literal["outside", "inside", "none"]
-_FIT_INSIDE, _MANY_POINTS = 7, 20_000
+_COVERED, _MANY_POINTS = 0.6, 20_000
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _QUANTITIES = {
@@ -63,29 +62,11 @@ def axes_or_new(ax: Axes | None, width: float = 9.0, height: float = 5.5) -> Axe
     return ax if ax is not None else new_figure(width, height).add_subplot(axes_class=shown_axes())
 
 
-@cache
 def shown_axes() -> type[Axes]:
     """Return the class of axes that are a picture, not a line of text, as the value of a notebook's cell."""
-    from matplotlib.axes import Axes
-
-    class PictureAxes(Axes):
-        """Axes that show their figure as the value of a notebook's cell."""
-
-        def _ipython_display_(self) -> None:
-            show_in_notebook(self)
+    from grazemap.plots.picture_axes import PictureAxes
 
     return PictureAxes
-
-
-def show_in_notebook(ax: Axes) -> None:
-    """Show the figure of axes in a notebook, unless pyplot still has it and shows it at the end of the cell."""
-    from IPython.display import display
-    from matplotlib import pyplot
-
-    figure = ax.get_figure(root=True)
-    number = getattr(figure, "number", None)
-    if number is None or not pyplot.fignum_exists(number):
-        display(figure)
 
 
 def axis_label(quantity: str, units: str, mass: int = 1) -> str:
@@ -113,14 +94,14 @@ class Drawing:
         To the right of the axes, on them, or left out.
     labels : bool
         Whether there are a title, texts of the axes and names of regions.
-    most_entries : int
-        A legend with more is left out.
+    may_be_left_out : bool
+        Whether a legend is left out that would cover most of the axes.
     """
 
     ax: Axes
     legend: LegendPlace
     labels: bool
-    most_entries: int = 100
+    may_be_left_out: bool = False
 
     def describe(self, x: str, y: str, title: str) -> None:
         """Label the axes."""
@@ -134,8 +115,7 @@ class Drawing:
 
     def show_legend(self, **options: object) -> None:
         """Add the legend, if it has entries."""
-        entries = self.ax.get_legend_handles_labels()[0]
-        if self.legend == "none" or not 0 < len(entries) <= self.most_entries:
+        if self.legend == "none" or not self.ax.get_legend_handles_labels()[0]:
             return
         if self.legend == "outside":
             place: dict[str, object] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
@@ -143,7 +123,11 @@ class Drawing:
             # where the fewest points are; for pictures of many it takes long to find
             many = bool(self.ax.collections) or sum(np.size(line.get_xdata()) for line in self.ax.lines) > _MANY_POINTS
             place = {"loc": "upper right" if many else "best", "framealpha": 0.85}
-        self.ax.legend(**(place | {"frameon": self.legend == "inside", "fontsize": 8} | options))
+        shown = self.ax.legend(**(place | {"frameon": self.legend == "inside", "fontsize": 8} | options))
+        if self.may_be_left_out:
+            box, whole = shown.get_window_extent(), self.ax.get_window_extent()
+            if box.width > _COVERED * whole.width or box.height > _COVERED * whole.height:
+                shown.remove()
 
     def say(self, reason: str) -> None:
         """Write on empty axes why there is nothing to draw."""
@@ -168,7 +152,7 @@ def drawing(
         raise ValueError(f"legend must be {', '.join(get_args(LegendPlace))} or None, not {legend!r}")
     new = axes_or_new(ax, width, height)
     if legend is None and ax is not None:
-        return Drawing(new, "inside", labels, most_entries=_FIT_INSIDE)
+        return Drawing(new, "inside", labels, may_be_left_out=True)
     return Drawing(new, legend or "outside", labels)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ _FARTHEST = 3.0
 _STRETCHES: tuple[tuple[dict[str, Any], str], ...] = (
     ({"color": LINE, "linewidth": 1.8, "zorder": 3}, "stable"),
     ({"color": LINE, "linewidth": 1.2, "linestyle": (0, (5, 2)), "zorder": 2}, "unstable"),
-    ({"color": PALE_LINE, "linewidth": 1.0, "zorder": 1}, "not admissible: virtual impact or further contact"),
+    ({"color": PALE_LINE, "linewidth": 1.0, "zorder": 1}, "not admissible"),
 )
 _STABLE, _UNSTABLE, _INADMISSIBLE = range(3)
 
@@ -134,6 +135,19 @@ def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
     return point.velocities[: len(result.stops)] * result.stops
 
 
+def _kinds_between(start: int, end: int, points: Sequence[SpecialPoint]) -> list[int]:
+    """Return the kinds of the pieces of a segment: of the orbits before, between and after its special points."""
+    if not points:
+        return [max(start, end)]
+    kinds = [start]
+    for point in points[:-1]:
+        if point.type == "GR" or kinds[-1] == _INADMISSIBLE:  # of inadmissible orbits the stability is not drawn
+            kinds.append(end if kinds[-1] == _INADMISSIBLE else _INADMISSIBLE)
+        else:
+            kinds.append(_UNSTABLE if kinds[-1] == _STABLE else _STABLE)
+    return [*kinds, end]
+
+
 def _knot(result: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
     """Return parameter, speeds and phases of a special point, the phases in the same periods as those near it."""
     phases, whole = point.phases[: len(near)], 2.0 * np.pi * result.period
@@ -160,8 +174,7 @@ def _stretches(result: OrbitBranch) -> list[Floats]:
             break
         points = within.get(i, [])
         knots += [_knot(result, point, result.phases[i]) for point in points]
-        start, end = int(kinds[i]), int(kinds[i + 1])
-        kind_of += [start, *[end] * len(points)] if points else [max(start, end)]
+        kind_of += _kinds_between(int(kinds[i]), int(kinds[i + 1]), points)
     path = np.array(knots)
     at = path[:, : 1 + speeds.shape[1]]
     pieces = smooth_pieces(path, at)

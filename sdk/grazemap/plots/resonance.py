@@ -94,10 +94,10 @@ def _dash(multiple: int) -> Any:
 
 def _saddle_nodes(
     point: CodimensionTwoPoint, resonant: list[tuple[CodimensionTwoPoint, Unfolding]]
-) -> list[tuple[float, float]]:
-    """Return omega and coefficient of the other points at which saddle-nodes of the same motions leave the curve."""
+) -> list[tuple[float, float, int]]:
+    """Return omega, coefficient and side of the saddle-node curves of the same motions that leave other points."""
     return [
-        (other.omega, unfolding.quadratic)
+        (other.omega, unfolding.quadratic, unfolding.curve_omega)
         for other, unfolding in resonant
         if other is not point
         and other.bifurcation == "SN"
@@ -112,7 +112,7 @@ def _draw(
     unfolding: Unfolding,
     start: float,
     stop: float,
-    saddle_nodes: list[tuple[float, float]],
+    saddle_nodes: list[tuple[float, float, int]],
 ) -> None:
     marker, colour, _ = BIFURCATIONS[point.bifurcation or "SN"]
     end = stop if unfolding.curve_omega > 0 else start
@@ -125,8 +125,10 @@ def _draw(
     )
     x = np.linspace(0.0, unfolding.curve_omega * reach, 600)
     distance = unfolding.slope * x + (unfolding.quadratic or 0.0) * x * x
-    for omega, quadratic in saddle_nodes:
-        across = distance > quadratic * (point.omega + x - omega) ** 2
+    for omega, quadratic, side in saddle_nodes:
+        beside = point.omega + x - omega
+        beyond = distance > quadratic * beside**2
+        across = np.append(False, beyond[1:] & ~beyond[:-1] & (beside[:-1] * side >= 0.0))
         if across.any():
             end_of_curve = int(np.argmax(across))
             x, distance = x[:end_of_curve], distance[:end_of_curve]

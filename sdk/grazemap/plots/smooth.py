@@ -35,8 +35,10 @@ def smooth_pieces(path: Floats, drawn: Floats) -> list[Floats]:
         return []
     extent = np.ptp(path, axis=0)
     steps = np.linalg.norm(np.diff(path, axis=0) / np.where(extent > 0.0, extent, 1.0), axis=1)
+    if steps.sum() == 0.0:
+        return [drawn[i : i + 2] for i in range(len(drawn) - 1)]
     # points that coincide have a step of no consequence between them
-    steps = np.maximum(steps, 1e-9 * max(float(steps.sum()), 1e-300))
+    steps = np.maximum(steps, 1e-9 * float(steps.sum()))
     slopes = np.diff(drawn, axis=0) / steps[:, None]
     derivatives = _derivatives(steps, slopes)
     size = np.ptp(drawn, axis=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,6 @@ from grazemap.plots.axes import (
     drawing,
     new_figure,
     place_text,
-    show_in_notebook,
     shown_axes,
 )
 from grazemap.plots.palette import INK, LINE, NAMED, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
@@ -40,6 +40,8 @@ class TrajectoryAxes(NamedTuple):
     portrait: Axes
 
     def _ipython_display_(self) -> None:
+        from grazemap.plots.picture_axes import show_in_notebook
+
         show_in_notebook(self.history)
 
 
@@ -48,6 +50,7 @@ class TrajectoryDrawing(NamedTuple):
 
     history: Drawing
     portrait: Drawing
+    own_figure: bool
 
     @property
     def axes(self) -> TrajectoryAxes:
@@ -56,17 +59,22 @@ class TrajectoryDrawing(NamedTuple):
 
 
 def trajectory_drawing(
-    ax: tuple[Axes, Axes] | None, legend: LegendPlace | None, labels: bool, figure: Figure | None
+    ax: tuple[Axes, Axes] | Figure | None, legend: LegendPlace | None, labels: bool, figure: Figure | None
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure."""
+    if ax is not None and not isinstance(ax, Iterable):  # version 0.1 had the figure in its place
+        if not hasattr(ax, "subplots"):
+            raise TypeError("ax must be two axes: for the time history and for the phase portrait")
+        ax, figure = None, ax
     if figure is not None:
         warnings.warn("figure= is deprecated: pass ax=figure.subplots(1, 2)", DeprecationWarning, stacklevel=3)
     if ax is not None:
         history, portrait = ax
-        return TrajectoryDrawing(drawing(history, legend, labels), drawing(portrait, legend, labels))
+        return TrajectoryDrawing(drawing(history, legend, labels), drawing(portrait, legend, labels), own_figure=False)
     new = figure if figure is not None else new_figure(11.0, 4.6)
     pair = new.subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
-    return TrajectoryDrawing(*(drawing(one, legend or "outside", labels) for one in pair))
+    made = [drawing(one, legend or "outside", labels) for one in pair]
+    return TrajectoryDrawing(made[0], made[1], own_figure=True)
 
 
 def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: int = 1) -> TrajectoryAxes:
@@ -148,19 +156,20 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
 def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int, title: str) -> None:
     units = trajectory.units
     displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
-    # the legend of a figure of its own is above the axes, and the title above that
-    above = drawing.history.legend == "outside"
-    drawing.history.describe(axis_label("time", units), displacement, "" if above else title)
-    drawing.portrait.describe(displacement, velocity, "")
+    drawing.history.describe(axis_label("time", units), displacement, "" if drawing.own_figure else title)
+    if drawing.portrait.labels:
+        drawing.portrait.ax.set(xlabel=displacement, ylabel=velocity)
     drawing.history.ax.margins(x=0.0)
+    drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
-    if above and drawing.history.labels and figure is not None:
+    if drawing.own_figure and drawing.history.labels and figure is not None:
         figure.suptitle(title, fontsize=10)
 
 
 def _legend(drawing: Drawing, columns: int) -> None:
     if drawing.legend == "outside":
-        drawing.show_legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns)
+        high = 1.08 if drawing.ax.get_title() else 1.0
+        drawing.show_legend(loc="lower left", bbox_to_anchor=(0.0, high), ncols=columns)
     else:
         drawing.show_legend()
 

@@ -38,7 +38,9 @@ def plot_unfolding_map(
     draw_unfolding_map(umap, drawing, curve, points, motions, curves)
     what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
     size = f"{len(umap.clearance)} × {len(umap.omega)} points"
-    drawing.describe_plane(umap.units, f"{what}: motions $n$-$p_r$-$q_l$, {size}")
+    policy = umap.meta["request"].get("policy", "rest")
+    start = {"rest": "from rest", "ensemble": "from random states"}.get(policy, policy)
+    drawing.describe_plane(umap.units, f"{what}: motions $n$-$p_r$-$q_l$ {start}, {size}")
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return drawing.ax
 

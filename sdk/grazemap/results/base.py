@@ -106,8 +106,8 @@ class Result:
         """Return the tables of `to_dataframe` that are not in the schema: lists of dataclasses by name."""
         return {}
 
-    def derived(self) -> dict[str, NDArray[Any]]:
-        """Return the additional variables of a Dataset, by their names in the schema."""
+    def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
+        """Return the additional variables of a Dataset by name: codes, and the texts that they stand for."""
         return {}
 
     def __repr__(self) -> str:

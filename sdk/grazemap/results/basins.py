@@ -60,10 +60,11 @@ class Basins(Result):
         """Share of the states whose motion is unresolved."""
         return float((self.label < 0).mean())
 
-    def derived(self) -> dict[str, NDArray[Any]]:
+    def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
         """As `Result.derived`."""
-        named = np.array([attractor.label or attractor.kind for attractor in self.attractors] + ["unresolved"])
-        return {"motion": named[self.label], "attractor_motion": named[:-1]}
+        named = [attractor.label or attractor.kind for attractor in self.attractors]
+        every = np.where(self.label < 0, len(named), self.label)
+        return {"motion": (every, [*named, "unresolved"]), "attractor_motion": (np.arange(len(named)), named)}
 
     def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw the rectangle, every state in the colour of the motion that it leads to."""

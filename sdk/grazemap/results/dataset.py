@@ -46,9 +46,11 @@ def dataset(result: Result) -> xarray.Dataset:
         raise MissingExtra("to_xarray()", "xarray") from error
     columns = _Columns(result.units)
     columns.add_record(result.schema, result)
+    derived = result.derived()
     for one in result.schema.derived:
-        meanings, codes = np.unique(result.derived()[one.name], return_inverse=True)
-        codes = codes.reshape(result.derived()[one.name].shape).astype(_smallest(len(meanings)))
+        codes, texts = derived[one.name]
+        meanings, order = np.unique(texts, return_inverse=True)
+        codes = order.astype(_smallest(len(meanings)))[codes]
         columns.add(one, one.name, one.dims, codes, result.schema, meanings=meanings.tolist())
     columns.number()
     made = xarray.Dataset(columns.variables, columns.coordinates, _attributes(result))
@@ -108,7 +110,10 @@ class _Columns:
         self._add(one, name, dims, np.asarray(values))
         if meanings:
             words = " ".join(text.replace(" ", "_") or "_" for text in meanings)
-            self.attributes[name] |= {"flag_values": np.arange(len(meanings)), "flag_meanings": words}
+            self.attributes[name] |= {
+                "flag_values": np.arange(len(meanings), dtype=values.dtype),
+                "flag_meanings": words,
+            }
 
     def add_record(self, record: Record, item: Any, prefix: str = "") -> None:
         """Add the fields of a record."""

@@ -78,8 +78,16 @@ class GrazingCurve(Result):
     xi: FloatArray | None
 
     def at(self, omega: ArrayLike) -> FloatArray:
-        """Return the clearance at which the steady motion touches the stops, at any omega, in the shape of omega."""
+        """Return the clearance at which the steady motion touches the stops, in the shape of omega.
+
+        The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside of the curve's, as it
+        may be meant in other units.
+        """
         frequencies = np.asarray(omega, dtype=np.float64)
+        low, high = float(self.omega[0]), float(self.omega[-1])
+        outside = frequencies[(frequencies < low) | (frequencies > high)]
+        if outside.size:
+            raise ValueError(f"omega = {outside.flat[0]:g} is outside the curve, which has {low:g} to {high:g}")
         oscillator = Oscillator.model_validate(self.meta["request"]["oscillator"])
         return np.reshape(steady_amplitude(oscillator, frequencies.ravel()), frequencies.shape)
 

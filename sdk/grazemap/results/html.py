@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import base64
 import io
+import logging
 from collections.abc import Mapping
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from grazemap.errors import MissingExtra
 
@@ -14,6 +18,7 @@ if TYPE_CHECKING:
     from grazemap.results.base import Result
 
 _DOTS_PER_INCH = 70
+_DRAWN_AT_MOST = {"vertical": 400, "horizontal": 400, "time": 20_000}
 
 
 def table(title: str, rows: Mapping[str, Any], picture: str = "") -> str:
@@ -49,15 +54,37 @@ def _value(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
+def thinned(result: Result) -> Result:
+    """Return a result of which every n-th row, column and sample is kept, or the result itself if it is not large."""
+    steps: dict[str, int] = {}
+    stored = [one for one in result.schema if not one.replaces]
+    for one in stored:
+        value = getattr(result, one.name, None)
+        for dim, length in zip(one.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
+            steps[dim] = -(-length // _DRAWN_AT_MOST.get(dim, length or 1))
+    if all(step <= 1 for step in steps.values()):
+        return result
+    kept = {
+        one.name: getattr(result, one.name)[tuple(slice(None, None, steps[dim]) for dim in one.dims)]
+        for one in stored
+        if isinstance(getattr(result, one.name, None), np.ndarray)
+    }
+    return replace(result, **kept)
+
+
 def _thumbnail(result: Result) -> str:
     """Return a small picture as an element of HTML; empty without matplotlib, or where nothing can be drawn."""
     if not hasattr(result, "plot"):
         return ""
     from grazemap.plots import draw_apart
 
+    small = thinned(result)
     try:
-        figure = draw_apart(result)
-    except (MissingExtra, ValueError):
+        figure = draw_apart(small) if small is result else draw_apart(small, legend="none", labels=False)
+    except MissingExtra:
+        return ""
+    except Exception:  # a display must not fail: the table is shown without a picture
+        logging.getLogger(__name__).debug("no thumbnail", exc_info=True)
         return ""
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=_DOTS_PER_INCH)

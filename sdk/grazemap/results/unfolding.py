@@ -94,6 +94,10 @@ class UnfoldingMap(Verifiable, Result):
 
     def motions(self) -> list[MotionShare]:
         """Return the motions of the map, the largest share first."""
+        return self._coded()[0]
+
+    def _coded(self) -> tuple[list[MotionShare], IntArray]:
+        """Return the motions, the largest share first, and the position of each point's motion among them."""
         labels = [self.kind, self.period, self.impacts_right, self.impacts_left]
         # most neighbours are equal, so only the first label of each run is sorted
         begins = np.ones(self.kind.size, dtype=np.bool_)
@@ -108,14 +112,14 @@ class UnfoldingMap(Verifiable, Result):
             self._share(code, pixels, self.kind.size)
             for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
         ]
-        return sorted(shares, key=lambda motion: (-motion.pixels, motion.label))
+        order = sorted(range(len(shares)), key=lambda i: (-shares[i].pixels, shares[i].label))
+        rank = np.argsort(order)
+        return [shares[i] for i in order], np.repeat(rank[places.ravel()], lengths).reshape(self.kind.shape)
 
     def labels(self) -> NDArray[np.str_]:
         """Return the label of every point, shape (clearance, omega)."""
-        text = np.full(self.kind.shape, "", dtype="<U32")
-        for motion in self.motions():
-            text[self.mask(motion)] = motion.label
-        return text
+        motions, codes = self._coded()
+        return np.array([motion.label for motion in motions], dtype="<U32")[codes]
 
     def at(self, omega: float, clearance: float) -> MapPoint:
         """Return the point of the grid that is nearest to a place. Raises ValueError for a place outside the map."""
@@ -169,9 +173,10 @@ class UnfoldingMap(Verifiable, Result):
         """As `Result.derived_tables`."""
         return {"motions": self.motions()}
 
-    def derived(self) -> dict[str, NDArray[Any]]:
+    def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
         """As `Result.derived`."""
-        return {"label": self.labels()}
+        motions, codes = self._coded()
+        return {"label": (codes, [motion.label for motion in motions])}
 
     def plot(
         self,

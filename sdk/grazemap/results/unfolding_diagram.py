@@ -134,7 +134,7 @@ class UnfoldingDiagram(Result):
         borders = None if found is None else value_of(cls.schema["borders"], found)
         return {**parts, "borders": borders}
 
-    def derived(self) -> dict[str, NDArray[Any]]:
+    def derived(self) -> dict[str, tuple[NDArray[Any], list[str]]]:
         """As `Result.derived`."""
         return self.unfolding_map.derived()
 

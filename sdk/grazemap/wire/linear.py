@@ -12,6 +12,12 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_SOLVED_AT_ONCE = 1 << 21
+"""Entries of the matrices that are solved together: 32 MiB."""
+
+_ROUND_OFF = 1e-13
+"""Error of an eigenvalue, relative to the largest one."""
+
 
 def matrices(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
     """Return mass, damping and stiffness matrix, each of shape (N, N)."""
@@ -38,11 +44,19 @@ def natural_frequencies(oscillator: Oscillator) -> Floats:
     return np.asarray(np.sqrt(np.linalg.eigvalsh(stiffness / np.outer(roots, roots))))
 
 
+def antiresonances(oscillator: Oscillator) -> Floats:
+    """Return the frequencies near which mass 1 hardly moves if it alone is forced: those of the chain without it."""
+    mass, _, stiffness = matrices(oscillator)
+    roots = np.sqrt(np.diag(mass)[1:])
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(stiffness[1:, 1:] / np.outer(roots, roots))))
+
+
 def damping_ratios(oscillator: Oscillator) -> Floats:
     """Return the damping ratio of each mode, shape (N,); 1 or more: the mode does not oscillate.
 
     They are -(a + b) / (2 sqrt(a b)) of the pairs a, b of eigenvalues, in the order of their product. Where several
-    modes do not oscillate their eigenvalues form no pairs unless the damping is one number: NaN, at the end.
+    modes do not oscillate their eigenvalues form no pairs unless the damping is one number: NaN, at the end. A ratio
+    that the round-off of a much stronger damper hides is NaN.
     """
     mass, damping, stiffness = matrices(oscillator)
     if not isinstance(oscillator.damping, list):
@@ -53,15 +67,32 @@ def damping_ratios(oscillator: Oscillator) -> Floats:
     upper, real = values[values.imag > 0.0], values[values.imag == 0.0].real
     size, ratio = np.abs(upper), -upper.real / np.abs(upper)
     if len(real) == 2:
-        mean = np.sqrt(real.prod())
+        # the product is that of all, from the determinants: the smaller of two very different ones has no digits
+        logarithm = np.linalg.slogdet(stiffness)[1] - np.log(np.diag(mass)).sum()
+        mean = np.exp(0.5 * (logarithm - 2.0 * np.log(size).sum()))
         size, ratio = np.append(size, mean), np.append(ratio, -real.sum() / (2.0 * mean))
+    ratio = np.where(np.abs(values).max() * _ROUND_OFF > ratio * size, np.nan, ratio)
     ratio = ratio[np.argsort(size, kind="stable")]
     return np.append(ratio, np.full(count - len(ratio), np.nan))
 
 
 def steady_amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
-    """Return the amplitude of mass 1 in the steady motion without stops at every omega (m,): the grazing curve."""
+    """Return the amplitude of mass 1 in the steady motion without stops at every omega (m,): the grazing curve.
+
+    It is infinite at the resonance of an undamped mode.
+    """
+    chunk = max(1, _SOLVED_AT_ONCE // oscillator.size**2)
+    parts = [_amplitude(oscillator, omega[i : i + chunk]) for i in range(0, len(omega), chunk)]
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def _amplitude(oscillator: Oscillator, omega: Floats) -> Floats:
     mass, damping, stiffness = matrices(oscillator)
     systems = stiffness - omega[:, None, None] ** 2 * mass + 1j * omega[:, None, None] * damping
     forces = np.broadcast_to(np.array(oscillator.forcing)[:, None], (len(omega), oscillator.size, 1))
-    return np.asarray(np.abs(np.linalg.solve(systems, forces)[:, 0, 0]))
+    try:
+        return np.asarray(np.abs(np.linalg.solve(systems, forces)[:, 0, 0]))
+    except np.linalg.LinAlgError:
+        if len(omega) == 1:
+            return np.full(1, np.inf)
+        return np.concatenate([_amplitude(oscillator, one) for one in np.split(omega, len(omega))])

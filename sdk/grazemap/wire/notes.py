@@ -10,7 +10,7 @@ import numpy as np
 from grazemap.wire.base import Interval
 from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import Note
-from grazemap.wire.linear import steady_amplitude
+from grazemap.wire.linear import antiresonances, steady_amplitude
 from grazemap.wire.process import ProcessRequest
 
 Span = tuple[float, float]
@@ -77,7 +77,8 @@ def _frequencies(request: ProcessRequest, omega: Span) -> Iterator[Note]:
 def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[Note]:
     """Compare a window of clearances with the grazing curve."""
     oscillator = request.oscillator
-    frequencies = np.concatenate([np.linspace(*omega, _SAMPLES), oscillator.natural_frequencies])
+    special = [oscillator.natural_frequencies, antiresonances(oscillator)]
+    frequencies = np.concatenate([np.linspace(*omega, _SAMPLES), *special])
     frequencies = frequencies[(frequencies >= omega[0]) & (frequencies <= omega[1])]
     amplitude = steady_amplitude(oscillator, frequencies)
     low, high = float(amplitude.min()), float(amplitude.max())
@@ -92,12 +93,12 @@ def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[N
         )
     if clearance[1] <= _APART * clearance[0] and omega[1] <= _APART * omega[0]:
         return  # a point, not a window
-    where = f"which lies between {low:.4g} and {high:.4g}{unit} at these frequencies"
+    where = f"which lies between {low:.4g} and {high:.4g}{unit} at {len(frequencies)} frequencies there"
     if omega[0] == omega[1]:
         where = f"which is at {low:.4g}{unit} at this frequency"
     if clearance[0] > high:
         detail = f"every clearance is above the grazing curve, {where}: the steady motion does not reach the stops"
         yield Note(code="above-grazing-curve", detail=detail)
     elif clearance[1] < low:
-        detail = f"every clearance is below the grazing curve, {where}: the window has no grazing"
+        detail = f"every clearance is below the grazing curve, {where}: the steady motion would pass the stops"
         yield Note(code="below-grazing-curve", detail=detail)

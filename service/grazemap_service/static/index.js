@@ -8,24 +8,42 @@ const NAMED_IN_LEGEND = 14;
 const map = document.getElementById("map"), motion = document.getElementById("motion");
 const says = document.getElementById("says"), back = document.getElementById("back");
 const palette = await (await fetch("static/palette.json")).json();
-let shown = null; // { umap, curve, colours } of the last map
+let shown = null; // { umap, curve, colours, cells } of the last map
 let asked = 0;    // number of the last question: answers to earlier ones are not shown
 
-async function compute(process, request) {
-  const sent = await fetch(`v1/${process}`, {
-    method: "POST",
-    headers: { "Content-Type": "application/json", Prefer: "wait=10" },
-    body: JSON.stringify(request),
-  });
-  let job = await sent.json();
-  if (!sent.ok) throw new Error(sent.status === 401 ? "This service computes with a key only." : job.detail);
-  while (!["successful", "failed", "dismissed"].includes(job.status)) {
-    says.value = `Computing: ${job.progress.done} of ${job.progress.total} parts`;
-    await new Promise((resolve) => setTimeout(resolve, 500));
-    job = await (await fetch(`v1/jobs/${job.id}`)).json();
+const SUPERSEDED = new Error("superseded");
+const BUSY = [429, 502, 503, 504], PAUSE = 500;
+
+// The answer as { status, body }; waits while the service is busy. Throws what a problem says.
+async function ask(number, path, options) {
+  for (;;) {
+    const answer = await fetch(path, options);
+    if (number !== asked) throw SUPERSEDED;
+    const body = await answer.json().catch(() => ({}));
+    if (answer.ok) return { status: answer.status, body };
+    if (answer.status === 401) throw new Error("This service computes with a key only.");
+    if (!BUSY.includes(answer.status)) throw new Error(body.detail ?? `The service answers ${answer.status}.`);
+    says.value = body.detail ?? "The service is busy.";
+    await new Promise((resolve) => setTimeout(resolve, 4 * PAUSE));
   }
-  if (job.status !== "successful") throw new Error(job.error?.detail ?? `The job is ${job.status}.`);
-  return (await fetch(`v1/jobs/${job.id}/result`, { headers: { Accept: "application/json" } })).json();
+}
+
+// The result of a process, and whether it was stored.
+async function compute(number, process, request) {
+  const headers = { "Content-Type": "application/json", Prefer: "wait=10" };
+  const sent = await ask(number, `v1/${process}`, { method: "POST", headers, body: JSON.stringify(request) });
+  let job = sent.body;
+  for (;;) {
+    while (!["successful", "failed", "dismissed"].includes(job.status)) {
+      says.value = `Computing: ${job.progress.done} of ${job.progress.total} parts`;
+      await new Promise((resolve) => setTimeout(resolve, PAUSE));
+      job = (await ask(number, `v1/jobs/${job.id}`)).body;
+    }
+    if (job.status !== "successful") throw new Error(job.problem?.detail ?? `The job is ${job.status}.`);
+    const { status, body } = await ask(number, `v1/jobs/${job.id}/result`, { headers: { Accept: "application/json" } });
+    if (status === 200) return { result: body, stored: sent.status === 200 };
+    job = body; // the result was no longer stored, and is computed again
+  }
 }
 
 // The label of a point as everywhere else, and its colour: palette.py does the same.
@@ -98,15 +116,10 @@ function axis(pen, canvas, values, place, horizontal, text) {
 }
 
 function drawMap(selected) {
-  const { umap, curve, colours } = shown, pen = map.getContext("2d"), scale = scales(umap);
-  const small = new OffscreenCanvas(umap.omega.length, umap.clearance.length), dots = small.getContext("2d");
-  umap.clearance.forEach((_, row) => umap.omega.forEach((_, column) => {
-    dots.fillStyle = colours.get(labelAt(umap, row, column));
-    dots.fillRect(column, umap.clearance.length - 1 - row, 1, 1);
-  }));
+  const { umap, curve, cells } = shown, pen = map.getContext("2d"), scale = scales(umap);
   pen.clearRect(0, 0, map.width, map.height);
   pen.imageSmoothingEnabled = false;
-  pen.drawImage(small, MARGIN.left, MARGIN.top, inner.width, inner.height);
+  pen.drawImage(cells, MARGIN.left, MARGIN.top, inner.width, inner.height);
   pen.save();
   pen.beginPath();
   pen.rect(MARGIN.left, MARGIN.top, inner.width, inner.height);
@@ -128,45 +141,59 @@ function drawMap(selected) {
   axis(pen, map, umap.clearance, scale.y, false, "clearance b");
 }
 
+// One dot for each point of a map.
+function cellsOf(umap, colours) {
+  const cells = new OffscreenCanvas(umap.omega.length, umap.clearance.length), dots = cells.getContext("2d");
+  umap.clearance.forEach((_, row) => umap.omega.forEach((_, column) => {
+    dots.fillStyle = colours.get(labelAt(umap, row, column));
+    dots.fillRect(column, umap.clearance.length - 1 - row, 1, 1);
+  }));
+  return cells;
+}
+
 function drawLegend(counts, colours) {
   const total = [...counts.values()].reduce((sum, n) => sum + n, 0);
-  const entries = [...counts].sort((one, other) => other[1] - one[1]).slice(0, NAMED_IN_LEGEND);
-  document.getElementById("legend").replaceChildren(...entries.map(([label, count]) => {
-    const entry = document.createElement("li"), square = document.createElement("i");
-    square.style.backgroundColor = colours.get(label);
-    entry.append(square, `${label} (${(100 * count / total).toFixed(1)} %)`);
-    return entry;
-  }));
+  const sorted = [...counts].sort((one, other) => other[1] - one[1]);
+  const entry = (text, count, colour) => {
+    const line = document.createElement("li"), square = document.createElement("i");
+    if (colour) square.style.backgroundColor = colour;
+    line.append(square, `${text} (${(100 * count / total).toFixed(1)} %)`);
+    return line;
+  };
+  const named = sorted.slice(0, NAMED_IN_LEGEND), others = sorted.slice(NAMED_IN_LEGEND);
+  const lines = named.map(([label, count]) => entry(label, count, colours.get(label)));
+  if (others.length) lines.push(entry(`${others.length} others`, others.reduce((sum, one) => sum + one[1], 0)));
+  document.getElementById("legend").replaceChildren(...lines);
 }
 
 async function showMap(window) {
   const number = ++asked, began = performance.now();
   says.value = "Computing …";
   const sampled = Object.fromEntries(Object.keys(POINTS).map((name) => [name, { ...window[name], points: POINTS[name] }]));
-  const [umap, curve] = await Promise.all([
-    compute("unfolding-maps", { ...sampled, preview: true }),
-    compute("grazing-curves", { omega: { ...window.omega, points: 400 } }),
+  const [{ result: umap, stored }, { result: curve }] = await Promise.all([
+    compute(number, "unfolding-maps", { ...sampled, preview: true }),
+    compute(number, "grazing-curves", { omega: { ...window.omega, points: 400 } }),
   ]);
-  if (number !== asked) return;
   const counts = new Map();
   umap.kind.forEach((row, i) => row.forEach((_, j) => {
     const label = labelAt(umap, i, j);
     counts.set(label, (counts.get(label) ?? 0) + 1);
   }));
   const labels = [...counts].sort((one, other) => other[1] - one[1]).map(([label]) => label);
-  shown = { umap, curve, colours: coloursOf(labels) };
+  const colours = coloursOf(labels);
+  shown = { umap, curve, colours, cells: cellsOf(umap, colours) };
   back.hidden = window === WINDOW;
-  drawLegend(counts, shown.colours);
+  drawLegend(counts, colours);
   drawMap();
   says.value = `${umap.omega.length} × ${umap.clearance.length} points, ${labels.length} motions,`
-    + ` computed by this service in ${((performance.now() - began) / 1000).toFixed(1)} s.`;
+    + ` computed by this service ${stored ? "before" : `in ${((performance.now() - began) / 1000).toFixed(1)} s`}.`;
 }
 
 async function showMotion(omega, clearance) {
   const number = ++asked;
   says.value = "Computing a trajectory …";
-  const path = await compute("trajectories", { omega, clearance, ...PERIODS, samples_per_period: 200 });
-  if (number !== asked) return;
+  const request = { omega, clearance, ...PERIODS, samples_per_period: 200 };
+  const { result: path } = await compute(number, "trajectories", request);
   motion.hidden = false;
   const pen = motion.getContext("2d"), [start, end] = ends(path.time), values = path.displacement[0];
   const bottom = motion.height - MARGIN.bottom, high = 1.1 * clearance;
@@ -183,11 +210,11 @@ async function showMotion(omega, clearance) {
   axis(pen, motion, [-clearance, clearance], y, false, "displacement x₁");
   axis(pen, motion, [start, end], x, true, "time t");
   says.value = `At ω = ${omega.toPrecision(5)}, b = ${clearance.toPrecision(5)} the motion from rest is `
-    + `${path.motion.label ?? path.motion.kind}${path.motion.reason ? `: ${path.motion.reason}` : ""}.`;
+    + `${path.motion.label ?? path.motion.kind}${path.motion.reason ? `: ${path.motion.reason}` : "."}`;
 }
 
 function report(error) {
-  says.value = error.message;
+  if (error !== SUPERSEDED) says.value = error.message;
 }
 
 // Canvas coordinates of a pointer, inside the axes.
@@ -227,6 +254,10 @@ map.addEventListener("pointerup", (event) => {
     omega: between(scale.omega(x0), scale.omega(x)),
     clearance: between(scale.clearance(y0), scale.clearance(y)),
   }).catch(report);
+});
+map.addEventListener("pointercancel", () => {
+  from = null;
+  if (shown) drawMap();
 });
 back.addEventListener("click", () => showMap(WINDOW).catch(report));
 showMap(WINDOW).catch(report);

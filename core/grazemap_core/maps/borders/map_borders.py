@@ -45,7 +45,8 @@ but the trajectory does not lead to it, or has not yet."""
 REASONS: Final = (
     "",
     "no orbit of the motion was found at one of the points. Remedy: a map with more max_periods.",
-    "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed. Remedy: none.",
+    "the motion rests on a stop or chatters: it has no finite sequence of impacts to be followed. "
+    "Remedy: compare trajectories on either side.",
     "the branch of the motion breaks off between the points. Remedy: a finer map there.",
     "the motion ends at a special point that is not solved for to round-off. Remedy: a finer map there.",
     "the curve of the special point leaves the border, or its orbits are not admissible there. "
