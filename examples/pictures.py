@@ -93,7 +93,9 @@ def impact_velocities(client: Client) -> Figure:
 def unfolding_map(client: Client) -> Figure:
     """Draw the motions in a window of the plane, with the grazing curve and its points."""
     umap = client.unfolding_map(omega=(0.26, 0.30), clearance=(1.3, 2.05), shape=(192, 192))
-    return umap.plot(curve=client.grazing_curve(omega=(0.26, 0.30), points=200)).figure
+    curve = client.grazing_curve(omega=(0.26, 0.30), points=200)
+    points = client.codimension_two_points(omega=(0.26, 0.30), max_order=4, max_multiple=2)
+    return umap.plot(curve=curve, points=points).figure
 
 
 def map_with_curves(client: Client) -> Figure:

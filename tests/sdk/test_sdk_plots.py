@@ -13,12 +13,13 @@ from coloraide import Color
 from matplotlib import pyplot
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
-from grazemap.plots import orbits, palette, save_picture, unfolding
+from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
 from grazemap.results import MotionShare, decode_result
+from grazemap.results.stretches import kinds_between
 from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
 
@@ -537,10 +538,10 @@ def test_the_figure_of_version_0_1_and_a_single_axes_are_named():
 
 def test_a_stretch_between_two_special_points_of_a_segment_has_its_own_kind():
     graze, turn = (SimpleNamespace(type=name) for name in ("GR", "SN"))
-    stable, unstable, inadmissible = range(3)
-    assert orbits._kinds_between(stable, inadmissible, [turn, graze]) == [stable, unstable, inadmissible]
-    assert orbits._kinds_between(inadmissible, unstable, [graze, turn]) == [inadmissible, unstable, unstable]
-    assert orbits._kinds_between(stable, unstable, []) == [unstable]
+    stable, unstable, inadmissible = "stable", "unstable", "not admissible"
+    assert kinds_between(stable, inadmissible, [turn, graze]) == [stable, unstable, inadmissible]
+    assert kinds_between(inadmissible, unstable, [graze, turn]) == [inadmissible, unstable, unstable]
+    assert kinds_between(stable, unstable, []) == [unstable]
 
 
 def test_a_curve_of_equal_points_is_drawn():
@@ -553,3 +554,15 @@ def test_the_title_of_a_map_says_where_trajectories_start():
     assert "from rest" in umap.plot().get_title()
     swept = {**umap.meta, "request": {**umap.meta["request"], "policy": "sweep-down"}}
     assert "sweep-down" in replace(umap, meta=swept).plot().get_title()
+
+
+def test_a_branch_says_where_its_motions_are_stable_and_at_what_they_end():
+    branch = decode_result(npz("orbit-branches"))
+    stretches = branch.stretches()
+    assert {stretch.kind for stretch in stretches} == {"stable", "unstable", "not admissible"}
+    assert [stretch.ends for stretch in stretches[:-1]] == [stretch.begins for stretch in stretches[1:]]
+    assert (stretches[0].begins, stretches[0].at_begin) == (branch.parameter[0], branch.ends[0])
+    assert (stretches[-1].ends, stretches[-1].at_end) == (branch.parameter[-1], branch.ends[-1])
+    special = {point.type: point.parameter for point in branch.special_points}
+    assert all(stretch.ends == special[stretch.at_end] for stretch in stretches[:-1] if stretch.at_end)
+    assert branch.to_dataframe("stretches")["kind"].tolist() == [stretch.kind for stretch in stretches]

@@ -80,7 +80,7 @@ def place_text(units: str, **values: float) -> str:
     """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$"}
     unit = {name: f" {_QUANTITIES[name][1]}" if units == "SI" else "" for name in signs}
-    return ", ".join(f"{signs[name]} = {value:g}{unit[name]}" for name, value in values.items())
+    return ", ".join(f"{signs[name]} = {value:.5g}{unit[name]}" for name, value in values.items())
 
 
 @dataclass(frozen=True)
@@ -154,6 +154,11 @@ def drawing(
     if legend is None and ax is not None:
         return Drawing(new, "inside", labels, may_be_left_out=True)
     return Drawing(new, legend or "outside", labels)
+
+
+def share_text(share: float) -> str:
+    """Return a share in percent; a small one is not 0."""
+    return "< 0.1%" if 0.0 < share < 0.0005 else f"{share:.1%}"
 
 
 def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:

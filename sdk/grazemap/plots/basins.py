@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from grazemap.plots.axes import Drawing, axis_label, cell_borders, legend_square, place_text
+from grazemap.plots.axes import Drawing, axis_label, cell_borders, legend_square, place_text, share_text
 from grazemap.plots.palette import UNRESOLVED, motion_colours, motion_text
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def plot_basins(result: Basins, drawing: Drawing) -> Axes:
         motion = attractor.motion
         seen[motion.label] += 1
         which = f", {seen[motion.label]}" if seen[motion.label] > 1 else ""
-        legend_square(ax, colour, f"{motion_text(motion)}{which} ({motion.share:.1%})")
+        legend_square(ax, colour, f"{motion_text(motion)}{which} ({share_text(motion.share)})")
     if result.unresolved > 0.0:
         legend_square(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
     ax.pcolormesh(

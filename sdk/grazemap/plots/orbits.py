@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,13 +18,12 @@ if TYPE_CHECKING:
 
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
-# Stretches of a branch: style and entry of the legend.
-_STRETCHES: tuple[tuple[dict[str, Any], str], ...] = (
-    ({"color": LINE, "linewidth": 1.8, "zorder": 3}, "stable"),
-    ({"color": LINE, "linewidth": 1.2, "linestyle": (0, (5, 2)), "zorder": 2}, "unstable"),
-    ({"color": PALE_LINE, "linewidth": 1.0, "zorder": 1}, "not admissible"),
-)
-_STABLE, _UNSTABLE, _INADMISSIBLE = range(3)
+# Styles of the stretches of a branch.
+_STYLES: dict[str, dict[str, Any]] = {
+    "stable": {"color": LINE, "linewidth": 1.8, "zorder": 3},
+    "unstable": {"color": LINE, "linewidth": 1.2, "linestyle": (0, (5, 2)), "zorder": 2},
+    "not admissible": {"color": PALE_LINE, "linewidth": 1.0, "zorder": 1},
+}
 
 Floats = NDArray[np.float64]
 
@@ -110,10 +108,10 @@ def plot_branch(result: OrbitBranch, drawing: Drawing) -> Axes:
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return ax
-    lines = _stretches(result)
-    for (style, text), line in zip(_STRETCHES, lines, strict=True):
+    for kind, line in _lines(result).items():
+        style = _STYLES[kind]
         for impact in range(1, line.shape[1]):
-            ax.plot(line[:, 0], line[:, impact], label=text if impact == 1 else None, **style)
+            ax.plot(line[:, 0], line[:, impact], label=kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
         marker, colour, text = BIFURCATIONS[point.type]
@@ -135,52 +133,17 @@ def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
     return point.velocities[: len(result.stops)] * result.stops
 
 
-def _kinds_between(start: int, end: int, points: Sequence[SpecialPoint]) -> list[int]:
-    """Return the kinds of the pieces of a segment: of the orbits before, between and after its special points."""
-    if not points:
-        return [max(start, end)]
-    kinds = [start]
-    for point in points[:-1]:
-        if point.type == "GR" or kinds[-1] == _INADMISSIBLE:  # of inadmissible orbits the stability is not drawn
-            kinds.append(end if kinds[-1] == _INADMISSIBLE else _INADMISSIBLE)
-        else:
-            kinds.append(_UNSTABLE if kinds[-1] == _STABLE else _STABLE)
-    return [*kinds, end]
-
-
-def _knot(result: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
-    """Return parameter, speeds and phases of a special point, the phases in the same periods as those near it."""
-    phases, whole = point.phases[: len(near)], 2.0 * np.pi * result.period
-    turned = phases - np.round((phases - near) / whole) * whole
-    return np.concatenate([[point.parameter], _speeds(result, point), turned])
-
-
-def _stretches(result: OrbitBranch) -> list[Floats]:
+def _lines(result: OrbitBranch) -> dict[str, Floats]:
     """Return the lines of stable, unstable and inadmissible orbits: parameter and speeds, (points, 1 + impacts).
 
-    Pieces of a line are separated by NaN. Each begins and ends at special points where there are some, so that stable
-    motions that graze end at the graze; elsewhere a segment between unlike orbits counts as the less regular of them.
+    Pieces of a line are separated by NaN. They begin and end at special points where there are some, so that stable
+    motions that graze end at the graze.
     """
-    speeds = result.velocities * result.stops
-    kinds = np.where(result.admissible, np.where(result.stable, _STABLE, _UNSTABLE), _INADMISSIBLE)
-    within: dict[int, list[SpecialPoint]] = {}
-    for point in result.special_points:
-        within.setdefault(point.segment, []).append(point)
-    knots: list[Floats] = []
-    kind_of: list[int] = []
-    for i in range(len(speeds)):
-        knots.append(np.concatenate([result.parameter[i : i + 1], speeds[i], result.phases[i]]))
-        if i + 1 == len(speeds):
-            break
-        points = within.get(i, [])
-        knots += [_knot(result, point, result.phases[i]) for point in points]
-        kind_of += _kinds_between(int(kinds[i]), int(kinds[i + 1]), points)
-    path = np.array(knots)
-    at = path[:, : 1 + speeds.shape[1]]
-    pieces = smooth_pieces(path, at)
+    knots = result.knots()
+    at = knots.path[:, : 1 + len(result.stops)]
     gap = np.full((1, at.shape[1]), np.nan)
-    lines: list[list[Floats]] = [[np.empty((0, at.shape[1]))] for _ in _STRETCHES]
-    for number, (piece, kind) in enumerate(zip(pieces, kind_of, strict=True)):
-        goes_on = number > 0 and kind_of[number - 1] == kind
+    lines: dict[str, list[Floats]] = {kind: [np.empty((0, at.shape[1]))] for kind in _STYLES}
+    for number, (piece, kind) in enumerate(zip(smooth_pieces(knots.path, at), knots.kinds, strict=True)):
+        goes_on = number > 0 and knots.kinds[number - 1] == kind
         lines[kind] += [piece[1:]] if goes_on else [gap, piece]
-    return [np.concatenate(line) for line in lines]
+    return {kind: np.concatenate(line) for kind, line in lines.items()}

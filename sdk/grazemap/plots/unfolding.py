@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, cell_borders, legend_square
+from grazemap.plots.axes import Drawing, cell_borders, legend_square, share_text
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import INK, OTHER, PAPER, is_dark, motion_colours, motion_text
@@ -62,7 +62,7 @@ def draw_unfolding_map(
     curve : GrazingCurve, optional
         Drawn over the regions, as far as it lies inside.
     points : CodimensionTwoPoints, optional
-        Drawn on the curve; left out: the curve's own.
+        Drawn on the curve.
     curves : BifurcationCurves or several, optional
         Drawn over the regions, only those of admissible motions.
     motions : int
@@ -83,9 +83,8 @@ def draw_unfolding_map(
         draw_bifurcation_curves(ax, curves, halo=True)
     if curve is not None:
         draw_curve(ax, curve, halo=True)
-    source = points if points is not None else curve
-    if source is not None:
-        inside = [point for point in source.points if up[0] <= point.clearance <= up[-1]]
+    if points is not None:
+        inside = [point for point in points.points if up[0] <= point.clearance <= up[-1]]
         draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
@@ -115,7 +114,7 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
 def _draw_regions(
     ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], colours: list[str], rest: list[MotionShare]
 ) -> None:
-    texts = [f"{motion_text(motion)} ({motion.share:.1%})" for motion in shown]
+    texts = [f"{motion_text(motion)} ({share_text(motion.share)})" for motion in shown]
     entries = list(zip(colours, texts, strict=True))
     codes = np.full(umap.kind.shape, len(entries), dtype=np.int16)
     for code, motion in enumerate(shown):

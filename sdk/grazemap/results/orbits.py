@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from grazemap.results.base import Result
@@ -16,6 +17,7 @@ from grazemap.results.records import (
     Verifiable,
     described,
 )
+from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
 from grazemap.schema.orbits import BEYOND, SPECIAL_POINT
 
 if TYPE_CHECKING:
@@ -146,6 +148,18 @@ class OrbitBranch(Verifiable, Result):
         from grazemap.plots.orbits import plot_branch_multipliers
 
         return plot_branch_multipliers(self, drawing(ax, legend, labels, 5.5, 5.5))
+
+    def knots(self) -> Knots:
+        """Return the orbits and the special points in one order, and the kind of the orbits between them."""
+        return knots_of(self)
+
+    def stretches(self) -> list[Stretch]:
+        """Return where the motions of the branch are stable, unstable or not admissible, and at what each part ends."""
+        return stretches_of(self)
+
+    def derived_tables(self) -> dict[str, Sequence[Any]]:
+        """As `Result.derived_tables`."""
+        return {"stretches": self.stretches()}
 
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.

@@ -47,7 +47,7 @@ def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
     if derived is not None:
         plain = pandas.DataFrame([asdict(item) for item in derived])
         # whole numbers beside None stay whole
-        whole = {key: "Int64" for key in plain if any(isinstance(getattr(item, key), int) for item in derived)}
+        whole = {key: "Int64" for key in plain if any(type(getattr(item, key)) is int for item in derived)}
         return plain.astype(whole)
     one = result.schema[name]
     assert isinstance(one.type, Record)

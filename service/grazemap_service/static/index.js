@@ -99,10 +99,13 @@ function axis(pen, canvas, values, place, horizontal, text) {
   pen.textAlign = horizontal ? "center" : "right";
   pen.textBaseline = horizontal ? "top" : "middle";
   const [first, last] = ends(values), bottom = canvas.height - MARGIN.bottom;
-  for (let k = 0; k <= 4; k++) {
-    const value = first + k / 4 * (last - first), number = Number(value.toPrecision(4)).toString();
-    if (horizontal) pen.fillText(number, place(value), bottom + 8);
-    else pen.fillText(number, MARGIN.left - 8, place(value));
+  // steps of 1, 2 or 5 times a power of ten, at most six of them
+  const power = 10 ** Math.floor(Math.log10((last - first) / 5));
+  const step = power * [1, 2, 5, 10].find((factor) => (last - first) / (factor * power) <= 6);
+  for (let k = Math.ceil(first / step - 1e-9); k * step <= last + 1e-9 * step; k++) {
+    const number = Number((k * step).toPrecision(6)).toString();
+    if (horizontal) pen.fillText(number, place(k * step), bottom + 8);
+    else pen.fillText(number, MARGIN.left - 8, place(k * step));
   }
   pen.save();
   pen.textAlign = "center";

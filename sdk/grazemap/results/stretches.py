@@ -1,0 +1,116 @@
+"""Stretches of a branch: where its motions are stable, unstable, or no motions, and at what they end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from grazemap.results.orbits import OrbitBranch, SpecialPoint
+
+_STABLE, _UNSTABLE, _INADMISSIBLE = "stable", "unstable", "not admissible"
+_LESS_REGULAR = (_STABLE, _UNSTABLE, _INADMISSIBLE)
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Part of a branch whose orbits are of one kind.
+
+    Attributes
+    ----------
+    kind : {"stable", "unstable", "not admissible"}
+    begins, ends : float
+        Values of the parameter that varies, in the order of the branch.
+    at_begin, at_end : str
+        Type of the special point there, "" where none was found, or why the branch ends.
+    """
+
+    kind: str
+    begins: float
+    ends: float
+    at_begin: str
+    at_end: str
+
+
+@dataclass(frozen=True)
+class Knots:
+    """The orbits of a branch and its special points, in order.
+
+    Attributes
+    ----------
+    path : (n, 1 + 2 k)
+        Parameter, speeds and phases of the impacts.
+    types : list of str, n of them
+        Type of a special point, "" for an orbit.
+    kinds : list of str, n - 1 of them
+        "stable", "unstable" or "not admissible": the orbits between a knot and the next.
+    """
+
+    path: Floats
+    types: list[str]
+    kinds: list[str]
+
+
+def knots_of(branch: OrbitBranch) -> Knots:
+    """Return the knots of a branch.
+
+    Between orbits the kind changes at special points; without any between unlike orbits it is the less regular one.
+    """
+    speeds = branch.velocities * branch.stops
+    kinds = np.where(branch.admissible, np.where(branch.stable, _STABLE, _UNSTABLE), _INADMISSIBLE)
+    within: dict[int, list[SpecialPoint]] = {}
+    for point in branch.special_points:
+        within.setdefault(point.segment, []).append(point)
+    path: list[Floats] = []
+    types: list[str] = []
+    between: list[str] = []
+    for i in range(len(speeds)):
+        path.append(np.concatenate([branch.parameter[i : i + 1], speeds[i], branch.phases[i]]))
+        types.append("")
+        if i + 1 < len(speeds):
+            points = within.get(i, [])
+            path += [_knot(branch, point, branch.phases[i]) for point in points]
+            types += [point.type for point in points]
+            between += kinds_between(str(kinds[i]), str(kinds[i + 1]), points)
+    return Knots(np.array(path), types, between)
+
+
+def stretches_of(branch: OrbitBranch) -> list[Stretch]:
+    """Return the stretches of a branch, in its order."""
+    if len(branch.parameter) < 2:
+        return []
+    knots = knots_of(branch)
+    borders = [i for i in range(1, len(knots.kinds)) if knots.kinds[i] != knots.kinds[i - 1]]
+    first, last = [0, *borders], [*borders, len(knots.kinds)]
+    types = [branch.ends[0], *knots.types[1:-1], branch.ends[-1]]
+    parameter = knots.path[:, 0].tolist()
+    return [
+        Stretch(knots.kinds[i], parameter[i], parameter[j], types[i], types[j])
+        for i, j in zip(first, last, strict=True)
+    ]
+
+
+def kinds_between(start: str, end: str, points: Sequence[SpecialPoint]) -> list[str]:
+    """Return the kinds of the pieces of a segment: of the orbits before, between and after its special points."""
+    if not points:
+        return [max(start, end, key=_LESS_REGULAR.index)]
+    kinds = [start]
+    for point in points[:-1]:
+        if point.type == "GR" or kinds[-1] == _INADMISSIBLE:  # the stability of inadmissible orbits is not looked at
+            kinds.append(end if kinds[-1] == _INADMISSIBLE else _INADMISSIBLE)
+        else:
+            kinds.append(_UNSTABLE if kinds[-1] == _STABLE else _STABLE)
+    return [*kinds, end]
+
+
+def _knot(branch: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
+    """Return parameter, speeds and phases of a special point, the phases in the same periods as those near it."""
+    phases, whole = point.phases[: len(near)], 2.0 * np.pi * branch.period
+    turned = phases - np.round((phases - near) / whole) * whole
+    return np.concatenate([[point.parameter], point.velocities[: len(near)] * branch.stops, turned])
