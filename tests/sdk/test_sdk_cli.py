@@ -2,6 +2,7 @@
 
 import io
 import json
+import subprocess
 import sys
 
 import numpy as np
@@ -268,6 +269,9 @@ def test_a_saved_result_says_what_it_is(tmp_path, capsys):
     assert json.dumps(grazemap.load(path).meta["request"]) in said
     assert "note      a note" in said
     assert "table     motions" in said
+    rows = said.splitlines()[said.splitlines().index("table     motions") + 1 :]
+    assert rows[0].split()[:3] == ["label", "kind", "period"]
+    assert rows[1].split()[1:4] == ["1-2r-2l", "periodic", "1"]
     assert cli.main(["show", str(tmp_path / "none.npz")]) == 1
 
 
@@ -293,3 +297,9 @@ def test_a_client_takes_address_and_key_from_the_environment(monkeypatch):
     assert client.base_url == "http://elsewhere:1"
     assert client._connection.settings.api_key == "secret"
     assert grazemap.Client("http://here:2", api_key="").base_url == "http://here:2"
+
+
+def test_a_reader_that_has_enough_ends_a_command_without_an_error():
+    command = f"{sys.executable} -m grazemap.cli schema trajectories | head -1"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("{\n", "")

@@ -187,7 +187,7 @@ def test_curves_of_motions_have_their_orbits_and_what_was_not_found(tmp_path):
         found, lost = result.motions
         assert (found.label, found.omega, found.reason) == ("1-2r-2l", 0.25, None)
         assert (lost.label, lost.omega, lost.stops, lost.reason) == (None, None, (1, 1, 1), "not met")
-        assert repr(result) == "<BifurcationCurves: 2 pieces of curves, 1 motions not found>"
+        assert repr(result) == "<BifurcationCurves: 2 pieces of curves, 1 motion not found>"
 
 
 def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
@@ -27,6 +27,11 @@ RESULTS: dict[str, type[Result]] = {}
 """The classes of results by the names of their schemas."""
 _SCHEMAS = {schema.name: schema for schema in SCHEMAS}
 _SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
+
+
+def counted(items: Sized, noun: str) -> str:
+    """Return the number of items with the noun, in the plural unless it is one."""
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)

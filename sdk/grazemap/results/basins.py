@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, IntArray, MotionShare, Verifiable, described
 from grazemap.schema.basins import ATTRACTOR
 
@@ -75,4 +75,4 @@ class Basins(Result):
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
-        return f"{rows} x {columns} states, {len(self.attractors)} attractors"
+        return f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, described
 from grazemap.schema.curves import CURVE, FOLLOWED_MOTION
 
@@ -85,5 +85,5 @@ class BifurcationCurves(Result):
         return plot_bifurcation_curves(self, drawing(ax, legend, labels), admissible)
 
     def _summary(self) -> str:
-        lost = sum(motion.reason is not None for motion in self.motions)
-        return f"{len(self.curves)} pieces of curves" + (f", {lost} motions not found" if lost else "")
+        lost = [motion for motion in self.motions if motion.reason is not None]
+        return counted(self.curves, "piece") + " of curves" + (f", {counted(lost, 'motion')} not found" if lost else "")

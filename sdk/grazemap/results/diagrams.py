@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, IntArray, Motion, described
 from grazemap.schema.trajectories import SECTION
 
@@ -77,4 +77,4 @@ class BifurcationDiagram(Result):
         return plot_bifurcation_diagram(self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions)
 
     def _summary(self) -> str:
-        return f"{len(self.parameter)} values of {self.vary}"
+        return f"{counted(self.parameter, 'value')} of {self.vary}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.schema.discontinuity import GRAZING, NEXT_CONTACT, RETURNS
 
@@ -87,4 +87,4 @@ class DiscontinuityMapping(Result):
         return plot_mapping_error(self, drawing(ax, legend, labels))
 
     def _summary(self) -> str:
-        return f"{len(self.overshoot)} overshoots, {self.returns.error.shape[1] - 1} returns"
+        return f"{counted(self.overshoot, 'overshoot')}, {counted(self.returns.error[0, 1:], 'return')}"

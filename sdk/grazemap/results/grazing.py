@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.schema.grazing import FAMILY, POINT, UNFOLDING
 from grazemap.wire import Oscillator
@@ -106,7 +106,7 @@ class GrazingCurve(Result):
         return plot_grazing_curve(self, drawing(ax, legend, labels), points)
 
     def _summary(self) -> str:
-        return f"{len(self.omega)} values of omega, {len(self.points)} codimension-two points"
+        return f"{counted(self.omega, 'value')} of omega, {counted(self.points, 'codimension-two point')}"
 
 
 class CodimensionTwoPoints(Result):

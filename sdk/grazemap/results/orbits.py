@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import (
     BoolArray,
     ComplexArray,
@@ -173,4 +173,4 @@ class OrbitBranch(Verifiable, Result):
         if not len(self.parameter):
             return f"no points: {self.reason}"
         types = " ".join(point.type for point in self.special_points)
-        return f"{len(self.parameter)} points, {types or 'no special points'}"
+        return f"{counted(self.parameter, 'point')}, {types or 'no special points'}"

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import FloatArray, Impacts, Motion, State, Sticking
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Trajectory(Result):
         return plot_trajectory(self, trajectory_drawing(ax, legend, labels, figure), mass)
 
     def _summary(self) -> str:
-        return f"{len(self.impacts)} impacts, motion {self.motion.label or self.motion.kind}"
+        return f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
 
 
 class Trajectories(Result):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.results.base import Result
+from grazemap.results.base import Result, counted
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.wire import motion_label
@@ -218,7 +218,7 @@ class UnfoldingMap(Verifiable, Result):
         share = self.verified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         preview = ", a preview" if self.preview else ""
-        return f"{points}, {len(self.motions())} motions, {share:.1%} of the periodic points verified{preview}"
+        return f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{preview}"
 
 
 def _nearest(name: str, values: FloatArray, value: float) -> int:
