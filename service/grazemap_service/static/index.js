@@ -263,4 +263,5 @@ map.addEventListener("pointercancel", () => {
   if (shown) drawMap();
 });
 back.addEventListener("click", () => showMap(WINDOW).catch(report));
+document.getElementById("address").textContent = new URL(".", location.href).href.replace(/\/$/, "");
 showMap(WINDOW).catch(report);
