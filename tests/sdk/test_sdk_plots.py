@@ -522,13 +522,14 @@ def test_pictures_can_be_pickled():
     assert len(pickle.loads(pickle.dumps(ax.figure)).axes) == 1
 
 
-def test_the_figure_of_version_0_1_and_a_single_axes_are_named():
+def test_a_figure_as_in_version_0_1_and_one_axes_for_the_time_history_alone():
     result = decode_result(npz("trajectories"))
     figure = new_figure(8, 4)
     with pytest.warns(DeprecationWarning, match="deprecated"):
         assert result.plot(figure).history.get_figure() is figure
-    with pytest.raises(TypeError, match="two axes: for the time history and for the phase portrait"):
-        result.plot(new_figure(8, 4).add_subplot())
+    alone = new_figure(8, 4).add_subplot()
+    assert result.plot(alone).history is alone
+    assert alone.figure.axes == [alone]
     # with a legend outside, nothing else of the caller's figure changes
     mine = new_figure(8, 4)
     mine.suptitle("mine")

@@ -59,13 +59,18 @@ class TrajectoryDrawing(NamedTuple):
 
 
 def trajectory_drawing(
-    ax: tuple[Axes, Axes] | Figure | None, legend: LegendPlace | None, labels: bool, figure: Figure | None
+    ax: tuple[Axes, Axes] | Axes | Figure | None, legend: LegendPlace | None, labels: bool, figure: Figure | None
 ) -> TrajectoryDrawing:
-    """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure."""
-    if ax is not None and not isinstance(ax, Iterable):  # version 0.1 had the figure in its place
-        if not hasattr(ax, "subplots"):
-            raise TypeError("ax must be two axes: for the time history and for the phase portrait")
+    """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
+
+    With one axes the phase portrait is drawn on a figure that nobody sees.
+    """
+    from matplotlib.figure import Figure as AnyFigure
+
+    if isinstance(ax, AnyFigure):  # version 0.1 had the figure in its place
         ax, figure = None, ax
+    if ax is not None and not isinstance(ax, Iterable):
+        ax = ax, AnyFigure().add_subplot()
     if figure is not None:
         warnings.warn("figure= is deprecated: pass ax=figure.subplots(1, 2)", DeprecationWarning, stacklevel=3)
     if ax is not None:

@@ -30,14 +30,17 @@ class Trajectory(Result):
 
     def plot(
         self,
-        ax: tuple[Axes, Axes] | None = None,
+        ax: tuple[Axes, Axes] | Axes | None = None,
         *,
         mass: int = 1,
         legend: LegendPlace | None = None,
         labels: bool = True,
         figure: Figure | None = None,
     ) -> tuple[Axes, Axes]:
-        """Draw the time history of one mass with the stops, and its phase portrait; return both axes."""
+        """Draw the time history of one mass with the stops, and its phase portrait; return both axes.
+
+        `ax` is both axes, or one for the time history alone.
+        """
         from grazemap.plots.trajectory import plot_trajectory, trajectory_drawing
 
         return plot_trajectory(self, trajectory_drawing(ax, legend, labels, figure), mass)
@@ -66,7 +69,7 @@ class Trajectories(Result):
 
     def plot(
         self,
-        ax: tuple[Axes, Axes] | None = None,
+        ax: tuple[Axes, Axes] | Axes | None = None,
         *,
         mass: int = 1,
         legend: LegendPlace | None = None,
