@@ -57,7 +57,7 @@ _INVALID_REQUEST = Problem(
     type="urn:grazemap:problem:invalid-request",
     title="Invalid request",
     status=422,
-    detail="Values are missing, unknown or out of range.",
+    detail="Values are missing, unknown or out of range; see errors.",
 )
 _MOTION = (
     "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
