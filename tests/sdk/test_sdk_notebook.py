@@ -62,7 +62,7 @@ def test_impacts_are_rows():
     result = decode_result(npz("trajectories"))
     table = result.to_dataframe("impacts")
     np.testing.assert_array_equal(table["velocity"], result.impacts.velocity)
-    assert tables.tables(result) == ["impacts", "sticking"]
+    assert tables.tables(result) == ["time", "impacts", "sticking"]
 
 
 def test_units_are_said_in_si():
@@ -75,16 +75,41 @@ def test_units_are_said_in_si():
 def test_every_table_of_every_result_has_rows_for_its_records(process):
     result = decode_result(npz(process))
     for name in tables.tables(result):
-        records = result.derived_tables().get(name) or getattr(result, name)
+        own = {"point": "omega", "impact": "stops"}.get(name, name)
+        records = result.derived_tables().get(name) or getattr(result, own)
         rows = len(records.order) if name == "next_contact" else len(records)
         assert len(result.to_dataframe(name)) == rows, name
 
 
 def test_another_table_is_refused_with_the_names_of_those_there_are():
-    result = decode_result(npz("trajectories"))
-    for name in (None, "points"):
-        with pytest.raises(ValueError, match=re.escape("a Trajectory has the tables: impacts, sticking")):
-            result.to_dataframe(name)
+    with pytest.raises(ValueError, match=re.escape("a Trajectory has the tables: time, impacts, sticking")):
+        decode_result(npz("trajectories")).to_dataframe("points")
+    with pytest.raises(ValueError, match=re.escape("a BifurcationCurves has the tables: curves, motions")):
+        decode_result(npz("bifurcation-curves")).to_dataframe()
+
+
+def test_the_arrays_of_a_result_are_its_table():
+    curve = decode_result(npz("grazing-curves")).to_dataframe()
+    assert list(curve) == ["omega", "clearance", "phase", "first_recurrence", "recurrence_stop"]
+    path = decode_result(npz("trajectories"))
+    samples = path.to_dataframe()
+    assert list(samples) == ["time", *(f"{name}_{mass}" for name in ("displacement", "velocity") for mass in (1, 2, 3))]
+    np.testing.assert_array_equal(samples["velocity_2"], path.velocity[1])
+    branch = decode_result(npz("orbit-branches"))
+    orbits = branch.to_dataframe()
+    np.testing.assert_array_equal(orbits[["velocities_1", "velocities_2"]], branch.velocities)
+    assert {"parameter", "stable", "phases_2"} < set(orbits)
+    assert "certified" not in orbits
+    sections = decode_result(npz("bifurcation-diagrams"))
+    np.testing.assert_array_equal(sections.to_dataframe()["parameter"], sections.parameter)
+
+
+def test_special_points_have_the_velocities_of_their_impacts():
+    branch = decode_result(npz("orbit-branches"))
+    table = branch.to_dataframe("special_points")
+    for row, point in zip(table.itertuples(), branch.special_points, strict=True):
+        known = point.velocities[: len(branch.stops)]
+        assert [row.velocities_1, row.velocities_2][: len(known)] == known.tolist()
 
 
 def test_a_thumbnail_of_a_large_map_is_thinned_and_a_failing_one_leaves_the_table(monkeypatch):

@@ -101,7 +101,9 @@ class Result:
     def to_dataframe(self, table: str | None = None) -> pandas.DataFrame:
         """Return a table of the result, such as its points or impacts, one row each (needs the extra "pandas").
 
-        The table can be left out if there is only one. Units are in its `attrs`. Raises ValueError for other names.
+        Without a name it is that of the result's own arrays, such as the points of a curve or the samples of a
+        trajectory; its name is that of their dimension. A result without one gives its only table. Units are in its
+        `attrs`. Raises ValueError for other names, which names those that there are.
         """
         from grazemap.results.tables import dataframe
 

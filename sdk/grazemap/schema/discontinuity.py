@@ -106,4 +106,5 @@ DISCONTINUITY_MAPPINGS = ResultSchema(
         field("returns", RETURNS, "The later returns of the motion.", prefix="returns_"),
     ),
     process="discontinuity-mappings",
+    rows="overshoot",
 )

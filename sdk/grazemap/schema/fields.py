@@ -138,11 +138,14 @@ class ResultSchema(Record):
         From the role of a dimension to the field with its coordinates, where the two are named differently.
     derived : tuple of Field
         Additional variables of a Dataset, which the result's class computes.
+    rows : str
+        The dimension whose arrays are a table, named after it, one row for each entry; empty: there is none.
     """
 
     process: str = ""
     roles: Mapping[str, str] = dataclasses.field(default_factory=dict)
     derived: tuple[Field, ...] = ()
+    rows: str = ""
 
 
 def field(

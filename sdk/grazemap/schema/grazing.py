@@ -123,6 +123,7 @@ GRAZING_CURVES = ResultSchema(
         ),
     ),
     process="grazing-curves",
+    rows="omega",
 )
 CODIMENSION_TWO_POINTS = ResultSchema(
     "CodimensionTwoPoints",

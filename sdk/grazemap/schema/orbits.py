@@ -76,6 +76,7 @@ PERIODIC_ORBITS = ResultSchema(
         field("motion", MOTION, "Its name.", variable="label"),
     ),
     process="periodic-orbits",
+    rows="impact",
 )
 
 BEYOND = Record(
@@ -167,4 +168,5 @@ ORBIT_BRANCHES = ResultSchema(
         field("reason", "str", "Why there are no points.", null=True, variable=None),
     ),
     process="orbit-branches",
+    rows="point",
 )

@@ -24,7 +24,9 @@ _FIELDS = (
     ),
 )
 
-TRAJECTORY = ResultSchema("Trajectory", "One trajectory with every impact.", _FIELDS, process="trajectories")
+TRAJECTORY = ResultSchema(
+    "Trajectory", "One trajectory with every impact.", _FIELDS, process="trajectories", rows="time"
+)
 TRAJECTORIES = ResultSchema(
     "Trajectories",
     "One trajectory from each of many initial states.",
