@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from grazemap.client.events import Event
     from grazemap.client.jobs import JobHandle
     from grazemap.local_stack import local
+    from grazemap.plots.engineering import engineering_units
     from grazemap.results import (
         Basins,
         BifurcationCurves,
@@ -49,6 +50,7 @@ _HOME = {
     "JobHandle": "grazemap.client.jobs",
     "Oscillator": "grazemap.wire",
     "__version__": "grazemap.version",
+    "engineering_units": "grazemap.plots.engineering",
     "local": "grazemap.local_stack",
 }
 
@@ -73,6 +75,7 @@ __all__ = [
     "UnfoldingDiagram",
     "UnfoldingMap",
     "__version__",
+    "engineering_units",
     "errors",
     "load",
     "local",

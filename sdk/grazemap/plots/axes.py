@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.errors import MissingExtra
+from grazemap.plots.engineering import keep_engineering_units
 from grazemap.plots.palette import INK, PAPER
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
     from matplotlib.patheffects import AbstractPathEffect
 
 LegendPlace = Literal["outside", "inside", "none"]
-_COVERED, _MANY_POINTS = 0.6, 20_000
+_UNIT = re.compile(r"\((rad/s|m|s|m/s)\)")
+# Share of the axes' width and height that a legend may cover, and entries below which there is none.
+_COVERED, _FEWEST = 0.6, 3
+_MANY_POINTS = 20_000
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _QUANTITIES = {
@@ -76,6 +84,13 @@ def axis_label(quantity: str, units: str, mass: int = 1) -> str:
     return f"{text} ({unit})" if units == "SI" and unit else text
 
 
+def record_unit(axis: Axis, label: str) -> None:
+    """Record the unit that is in the label of an axis, as the unit of matplotlib's axis; None without one."""
+    found = _UNIT.search(label)
+    # `set_units` would forget the limits of regions
+    axis.units = found[1] if found else None
+
+
 def place_text(units: str, **values: float) -> str:
     """Return the text "omega = .., b = .." of the values that are given, with their units in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$"}
@@ -95,7 +110,7 @@ class Drawing:
     labels : bool
         Whether there are a title, texts of the axes and names of regions.
     may_be_left_out : bool
-        Whether a legend is left out that would cover most of the axes.
+        Whether a legend that would cover most of the axes has fewer entries, or is left out.
     """
 
     ax: Axes
@@ -103,31 +118,67 @@ class Drawing:
     labels: bool
     may_be_left_out: bool = False
 
-    def describe(self, x: str, y: str, title: str) -> None:
-        """Label the axes."""
+    def describe(self, x: str, y: str, title: str | None = None) -> None:
+        """Record the units of the axes, and label the axes."""
+        record_unit(self.ax.xaxis, x)
+        record_unit(self.ax.yaxis, y)
         if self.labels:
             self.ax.set(xlabel=x, ylabel=y)
-            self.ax.set_title(title, fontsize=10)
+            if title is not None:
+                self.ax.set_title(title, fontsize=10)
+            keep_engineering_units(self.ax)
 
     def describe_plane(self, units: str, title: str) -> None:
         """Label the axes of a picture in the plane of omega and clearance."""
         self.describe(axis_label("omega", units), axis_label("clearance", units), title)
 
-    def show_legend(self, **options: object) -> None:
-        """Add the legend, if it has entries."""
-        if self.legend == "none" or not self.ax.get_legend_handles_labels()[0]:
+    def show_legend(self, shares: Mapping[str, float] | None = None, **options: object) -> None:
+        """Add the legend, if it has entries.
+
+        `shares` of entries say which are kept where not all fit: those with the largest, and all without one.
+        """
+        handles, texts = self.ax.get_legend_handles_labels()
+        if self.legend == "none" or not handles:
             return
         if self.legend == "outside":
-            place: dict[str, object] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+            place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         else:
             # where the fewest points are; for pictures of many it takes long to find
             many = bool(self.ax.collections) or sum(np.size(line.get_xdata()) for line in self.ax.lines) > _MANY_POINTS
             place = {"loc": "upper right" if many else "best", "framealpha": 0.85}
-        shown = self.ax.legend(**(place | {"frameon": self.legend == "inside", "fontsize": 8} | options))
+        place |= {"frameon": self.legend == "inside", "fontsize": 8} | options
+        shown = self.ax.legend(handles, texts, **place)
         if self.may_be_left_out:
-            box, whole = shown.get_window_extent(), self.ax.get_window_extent()
-            if box.width > _COVERED * whole.width or box.height > _COVERED * whole.height:
-                shown.remove()
+            self._shorten(shown, handles, texts, shares or {}, place)
+
+    def _shorten(
+        self,
+        shown: Legend,
+        handles: Sequence[Artist],
+        texts: Sequence[str],
+        shares: Mapping[str, float],
+        place: Mapping[str, Any],
+    ) -> None:
+        """Replace a legend that covers too much by one with fewer entries; remove it where few would fit."""
+        from matplotlib.lines import Line2D
+
+        important = sorted(range(len(texts)), key=lambda i: -shares.get(texts[i], np.inf))
+        count, whole = len(texts), self.ax.get_window_extent()
+        box = shown.get_window_extent()
+        while box.width > _COVERED * whole.width or box.height > _COVERED * whole.height:
+            shown.remove()
+            # the last entry counts the others
+            count = min(count - 1, int(_COVERED * whole.height / box.height * (count + 1)) - 1)
+            if count < _FEWEST:
+                return
+            kept = sorted(important[:count])
+            rest = Line2D([], [], linestyle="none")
+            shown = self.ax.legend(
+                [*(handles[i] for i in kept), rest],
+                [*(texts[i] for i in kept), f"and {len(texts) - count} more"],
+                **place,
+            )
+            box = shown.get_window_extent()
 
     def say(self, reason: str) -> None:
         """Write on empty axes why there is nothing to draw."""
@@ -140,8 +191,8 @@ def drawing(
 ) -> Drawing:
     """Return where to draw: on the caller's axes, or on a new figure's.
 
-    Without a choice the legend is to the right of new axes. On the caller's it is inside, and left out where it would
-    cover them, as that of a map.
+    Without a choice the legend is to the right of new axes. On the caller's it is inside, with fewer entries where it
+    would cover most of them, and left out where not even a few fit.
 
     Raises
     ------

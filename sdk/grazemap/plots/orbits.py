@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.plots.axes import Drawing, axis_label, place_text
+from grazemap.plots.axes import Drawing, axis_label, place_text, record_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
 
@@ -62,12 +62,17 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
     label = axis_label(result.meta["request"]["vary"], result.units)
     if drawing.legend == "outside":
-        ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.8)
+        bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8).ax
+        record_unit(bar.yaxis, label)
+        if drawing.labels:
+            bar.set_ylabel(label)
     elif drawing.legend == "inside":
-        inset = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
-        ax.figure.colorbar(drawn, cax=inset, orientation="horizontal", ticks=[low, high], format="%.3g")
-        inset.set_title(label, fontsize=7)
-        inset.tick_params(labelsize=6)
+        bar = ax.inset_axes((0.05, 0.05, 0.4, 0.03))
+        ax.figure.colorbar(drawn, cax=bar, orientation="horizontal", ticks=[low, high], format="%.3g")
+        record_unit(bar.xaxis, label)
+        if drawing.labels:
+            bar.set_title(label, fontsize=7)
+        bar.tick_params(labelsize=6)
     return ax
 
 

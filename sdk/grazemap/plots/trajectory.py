@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -119,16 +119,18 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
     return drawing.axes
 
 
-def plot_trajectories(result: Trajectories, drawing: TrajectoryDrawing, mass: int = 1) -> TrajectoryAxes:
+def plot_trajectories(
+    result: Trajectories, drawing: TrajectoryDrawing, mass: int = 1, given: Mapping[str, str] | None = None
+) -> TrajectoryAxes:
     """Draw the last periods of one mass of every trajectory, over time and in its phase plane, coloured by motion.
 
-    Parameters, Returns and Raises as for `plot_trajectory`.
+    `given` are colours by label or kind. The rest as for `plot_trajectory`.
     """
     first = result.trajectories[0]
     _check_mass(first, mass)
     history, portrait = drawing.axes
     different = {motion_text(trajectory.motion): trajectory.motion for trajectory in result.trajectories}
-    colours = dict(zip(different, motion_colours(list(different.values())), strict=True))
+    colours = dict(zip(different, motion_colours(list(different.values()), given), strict=True))
     seen: set[str] = set()
     for trajectory in result.trajectories:
         time, displacement, velocity = with_impacts(trajectory, mass)
@@ -161,9 +163,8 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
 def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int, title: str) -> None:
     units = trajectory.units
     displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
-    drawing.history.describe(axis_label("time", units), displacement, "" if drawing.own_figure else title)
-    if drawing.portrait.labels:
-        drawing.portrait.ax.set(xlabel=displacement, ylabel=velocity)
+    drawing.history.describe(axis_label("time", units), displacement, None if drawing.own_figure else title)
+    drawing.portrait.describe(displacement, velocity)
     drawing.history.ax.margins(x=0.0)
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
