@@ -46,7 +46,7 @@ def draw_bifurcation_curves(
     """
     together = results if isinstance(results, Sequence) else [results]
     shown = [curve for result in together for curve in result.curves if curve.admissible or not admissible]
-    dashes = dict(zip(dict.fromkeys(curve.motion for curve in shown), range(len(shown)), strict=False))
+    dashes = {motion: number for number, motion in enumerate(dict.fromkeys(curve.motion for curve in shown))}
     for curve in shown:
         style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo)
         omega, clearance = smooth_line(_path(curve), np.stack([curve.omega, curve.clearance], axis=1)).T

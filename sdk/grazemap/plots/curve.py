@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 # Maximum number of symbols that are drawn at full size.
 _ROOMY = 150
+# Of 1.5 times the order, this size of an asterisk in points is left, so that low orders are seen among many symbols.
+_LARGEST = 12.5
 
 
 def plot_grazing_curve(curve: GrazingCurve, drawing: Drawing, points: CodimensionTwoPoints | None = None) -> Axes:
@@ -81,8 +83,9 @@ def draw_points(
 ) -> None:
     """Add codimension-two points to axes, with a legend entry per kind.
 
-    Recurrences are asterisks: coloured by order where they are active, small and grey where a smaller order recurs
-    already. Resonant points are distinguished by bifurcation, filled for one-sided and hollow for symmetric motions.
+    Recurrences are asterisks: coloured by order where they are active, low orders larger and above the others, small
+    and grey where a smaller order recurs already. Resonant points are distinguished by bifurcation, filled for
+    one-sided and hollow for symmetric motions.
 
     Parameters
     ----------
@@ -112,8 +115,9 @@ def draw_points(
             _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
-        colour, text = ORDERS[(order - 1) % len(ORDERS)], f"recurrence of order {order}"
-        _mark(ax, chosen, rim, 1.4, marker=star, markersize=9 * size, color=colour, label=text, zorder=6)
+        style = {"color": ORDERS[(order - 1) % len(ORDERS)], "markersize": max(9 * size, _LARGEST - 1.5 * order)}
+        above = {"zorder": 6.0 + 0.5 ** max(1, order)}
+        _mark(ax, chosen, rim, 0.6 + 0.8 * size, marker=star, label=f"recurrence of order {order}", **style, **above)
 
 
 def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:
