@@ -13,6 +13,7 @@ from coloraide import Color
 from matplotlib import pyplot
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
+from grazemap import engineering_units
 from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.smooth import smooth_line
@@ -567,3 +568,198 @@ def test_a_branch_says_where_its_motions_are_stable_and_at_what_they_end():
     special = {point.type: point.parameter for point in branch.special_points}
     assert all(stretch.ends == special[stretch.at_end] for stretch in stretches[:-1] if stretch.at_end)
     assert branch.to_dataframe("stretches")["kind"].tolist() == [stretch.kind for stretch in stretches]
+
+
+def in_si(process):
+    """Return a sample of a result, in SI."""
+    result = decode_result(npz(process))
+    request = result.meta["request"]
+    oscillator = {**request["oscillator"], "units": "SI"}
+    meta = {**result.meta, "request": {**request, "oscillator": oscillator}}
+    return type(result).from_document(result._document, meta)
+
+
+def ticks(axis) -> dict[str, float]:
+    """Return the places of the ticks of an axis by their texts."""
+    axis.figure.canvas.draw()
+    return {
+        label.get_text().replace("\N{MINUS SIGN}", "-"): float(place)
+        for label, place in zip(axis.get_ticklabels(), axis.get_ticklocs(), strict=True)
+        if label.get_text()
+    }
+
+
+def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
+    ax = engineering_units(in_si("grazing-curves").plot())
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega/2\pi$ (Hz)", "clearance $b$ (mm)")
+    for axis, factor in ((ax.xaxis, 1.0 / (2.0 * np.pi)), (ax.yaxis, 1e3)):
+        shown = ticks(axis)
+        assert len(shown) > 2
+        np.testing.assert_allclose([float(text) for text in shown], np.array(list(shown.values())) * factor, rtol=1e-9)
+        assert max(len(text) for text in shown) < 7
+    before = in_si("grazing-curves").plot()
+    assert ax.get_xlim() == before.get_xlim()  # the data keep their units
+    again = ticks(engineering_units([ax])[0].xaxis)
+    assert (again, ax.get_xlabel()) == (ticks(ax.xaxis), r"forcing frequency $\omega/2\pi$ (Hz)")
+    before.locator_params(axis="x", nbins=3)
+    assert len(ticks(engineering_units(before).xaxis)) <= 6
+    assert pickle.loads(pickle.dumps(ax.figure)).axes[0].get_xlabel().endswith("(Hz)")
+
+
+@pytest.mark.parametrize("process", [name for name in REQUESTS if not name.startswith("periodic-orbits")])
+@pytest.mark.parametrize("labels", [True, False])
+def test_no_picture_is_left_in_radians_per_second_or_metres(process, labels):
+    drawn = in_si(process).plot(labels=labels)
+    assert engineering_units(drawn) is drawn
+    pair = drawn if isinstance(drawn, tuple) else (drawn,)
+    texts = [pair[0].figure.get_suptitle()]
+    for ax in pair:
+        texts += [ax.get_title(), ax.get_xlabel(), ax.get_ylabel()]
+        for axis in (ax.xaxis, ax.yaxis):
+            if axis.get_units() in ("rad/s", "m") and axis.get_scale() == "linear":
+                factor = 1e3 if axis.get_units() == "m" else 1.0 / (2.0 * np.pi)
+                shown = ticks(axis)
+                places = np.array(list(shown.values()))
+                np.testing.assert_allclose([float(text) for text in shown], places * factor, rtol=1e-3)
+    assert not [text for text in texts if "rad/s" in text or "(m)" in text or text.endswith(" m")]
+    assert any(axis.get_units() for ax in pair for axis in (ax.xaxis, ax.yaxis))
+    other = decode_result(npz(process)).plot(labels=labels)
+    for ax, plain in zip(pair, other if isinstance(other, tuple) else (other,), strict=True):
+        assert (ax.get_xlim(), ax.get_ylim()) == (plain.get_xlim(), plain.get_ylim())
+
+
+def test_titles_colour_bars_and_axes_that_share_ticks_are_converted_too():
+    history, _ = engineering_units(in_si("trajectories").plot())
+    assert r"at $\omega/2\pi$ = 0.046155 Hz, $b$ = 1600 mm" in history.figure.get_suptitle()
+    for where in ("outside", "inside"):
+        branch = in_si("orbit-branches")
+        ax = engineering_units(branch.plot_multipliers(legend=where))
+        bar = ax.collections[-1].colorbar.ax
+        axis = bar.yaxis if where == "outside" else bar.xaxis
+        assert "clearance $b$ (mm)" in (bar.get_ylabel(), bar.get_title())
+        assert "1800" in ticks(axis)
+    upper, lower = new_figure(5, 5).subplots(2, 1, sharex=True)
+    in_si("grazing-curves").plot(upper)
+    in_si("codimension-two-points").plot(lower)
+    engineering_units(upper)
+    assert upper.get_xlabel() == lower.get_xlabel() == r"forcing frequency $\omega/2\pi$ (Hz)"
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("clearance $b$ (mm)", "clearance $b$ (m)")
+    in_si("grazing-curves").plot(upper)  # and what is drawn afterwards
+    assert upper.get_ylabel() == "clearance $b$ (mm)"
+
+
+def test_powers_of_ten_of_a_metre_are_shown_in_millimetres():
+    ax = engineering_units(in_si("discontinuity-mappings").plot())
+    assert ax.get_xlabel() == "overshoot (mm)"
+    assert ax.xaxis.get_major_formatter()(1e-5) == r"$\mathdefault{10^{-2}}$"
+
+
+@pytest.mark.parametrize("draw", [decode_result(npz("grazing-curves")).plot, lambda ax: ax])
+def test_axes_without_quantities_in_si_are_refused(draw):
+    with pytest.raises(ValueError, match="in SI"):
+        engineering_units(draw(new_figure(4, 3).add_subplot()))
+
+
+@pytest.mark.parametrize("process", [name for name in REQUESTS if "not found" not in name])
+def test_without_labels_there_is_no_text_inside_the_axes(process):
+    result = decode_result(npz(process))
+    draws = [
+        result.plot,
+        *(getattr(result, name) for name in ("plot_unfolding", "plot_multipliers") if hasattr(result, name)),
+    ]
+    for draw in draws:
+        drawn = draw(labels=False, legend="inside")
+        for ax in drawn[0].figure.axes if isinstance(drawn, tuple) else drawn.figure.axes:
+            for one in (ax, *ax.child_axes):
+                texts = [*(text.get_text() for text in one.texts), one.get_title(), one.get_xlabel(), one.get_ylabel()]
+                assert not any(texts), texts
+
+
+def map_of(counts, shape=(40, 60), start=0.2):
+    """Return a map whose columns are divided evenly between motions (period, right, left)."""
+    codes = np.array(counts)[np.arange(shape[1]) * len(counts) // shape[1]]
+    names = ("period", "impacts_right", "impacts_left")
+    arrays = {name: np.tile(codes[:, i], (shape[0], 1)) for i, name in enumerate(names)}
+    rest = {name: np.resize(array, shape) for name, array in document("unfolding-maps").items() if np.ndim(array) == 2}
+    axes = {"omega": np.linspace(start, start + 0.1, shape[1]), "clearance": np.linspace(1.0, 2.0, shape[0])}
+    return decode_result(npz("unfolding-maps", rest | arrays | {"kind": np.ones(shape, np.int8)} | axes))
+
+
+def test_on_axes_of_middle_size_a_legend_keeps_the_largest_shares():
+    counts = [(1, 1, 1)] * 4 + [(2, 3, 3)] * 3 + [(1, n, n + 1) for n in range(23)]
+    umap, curve = map_of(counts), decode_result(npz("grazing-curves"))
+    ax = umap.plot(new_figure(5, 4).add_subplot(), curve=curve)
+    entries = legend(ax)
+    assert {"1-$1_r$-$1_l$ (13.3%)", "2-$3_r$-$3_l$ (10.0%)", r"grazing curve $b = A(\omega)$"} < set(entries)
+    assert entries[-1] == f"and {22 - len(entries) + 1} more"
+    inside, box = ax.get_legend().get_window_extent(), ax.get_window_extent()
+    assert 0.4 * box.height < inside.height <= 0.6 * box.height
+    assert len(legend(umap.plot(curve=curve))) == 22
+    assert len(legend(umap.plot(new_figure(5, 4).add_subplot(), curve=curve, legend="inside"))) == 22
+    assert umap.plot(new_figure(1.5, 1).add_subplot()).get_legend() is None
+
+
+def colour_of(ax) -> dict[str, str]:
+    """Return the colours in the legend of a map by the text without the share."""
+    handles, texts = ax.get_legend_handles_labels()
+    return {text.rpartition(" (")[0]: handle.get_color() for handle, text in zip(handles, texts, strict=True)}
+
+
+def test_two_maps_agree_on_colours_that_one_has_of_the_other():
+    alone = {(7, n, n): palette.motion_colours([motion(7, n, n)])[0] for n in range(2, 30)}
+    other, clash = next(pair for pair in itertools.combinations(alone, 2) if len({alone[one] for one in pair}) == 1)
+    first, second = map_of([clash]), map_of([other, clash, (9, 5, 7)])
+    text = palette.motion_text(motion(*clash))
+    assert colour_of(first.plot())[text] != colour_of(second.plot())[text]
+    agreed = colour_of(first.plot(colours=second.colours()))
+    assert agreed[text] == colour_of(second.plot())[text] == second.colours()[motion_label(*clash)]
+    assert colour_of(second.plot(colours=first.colours()))[text] == first.colours()[motion_label(*clash)]
+    assert len(set(colour_of(second.plot(colours=first.colours())).values())) == 3
+
+
+def test_the_table_of_motions_has_the_colours_of_the_picture():
+    umap = map_of([(1, 1, 1)] * 2 + [(1, n, n + 1) for n in range(24)])
+    drawn = colour_of(umap.plot())
+    for one in umap.motions():
+        assert one.colour == drawn.get(palette.motion_text(one))
+    assert sum(one.colour is None for one in umap.motions()) == 5
+    assert umap.to_dataframe("motions")["colour"][0] == palette.NAMED["1-1r-1l"]
+
+
+@pytest.mark.parametrize("process", ["bifurcation-diagrams", "basins", MANY, "unfolding-diagrams"])
+def test_colours_can_be_given(process):
+    given = {"unresolved": "red", "chaotic": "red", "1-1r-1l": "gold", "7-7r-7l": "#123456"}
+    drawn = decode_result(npz(process)).plot(colours=given)
+    ax = drawn[0] if isinstance(drawn, tuple) else drawn
+    assert "#FF0000" in {line.get_color() for line in ax.lines}
+    with pytest.raises(ValueError, match="nonsense"):
+        decode_result(npz(process)).plot(colours={"chaotic": "nonsense"})
+
+
+def test_mirror_images_are_one_motion_on_request():
+    umap = map_of([(1, 1, 1), (1, 1, 2), (1, 2, 1), (1, 2, 1), (1, INFINITE, 3), (1, 2, 1)])
+    assert [one.label for one in umap.motions()] == ["1-2r-1l", "1-1r-1l", "1-1r-2l", "1-∞r-3l"]
+    merged = umap.motions(merge_mirror_images=True)
+    assert [(one.label, one.pixels, one.mirror_images) for one in merged] == [
+        ("1-2r-1l", 1600, True),
+        ("1-1r-1l", 400, False),
+        ("1-∞r-3l", 400, True),
+    ]
+    assert merged[0].share == pytest.approx(4 / 6)
+    np.testing.assert_array_equal(umap.mask(merged[0]), umap.mask("1-2r-1l") | umap.mask("1-1r-2l"))
+    assert legend(umap.plot(merge_mirror_images=True)) == [
+        r"1-$\infty_r$-$3_l$, mirror images (16.7%)",
+        "1-$1_r$-$1_l$ (16.7%)",
+        "1-$2_r$-$1_l$, mirror images (66.7%)",
+    ]
+
+
+def test_low_orders_of_recurrence_are_larger_and_above():
+    recurrence = next(point for point in POINTS if point["kind"] == "recurrence" and point["active"])
+    many = [{**recurrence, "omega": 0.2 + 0.0001 * k, "order": 1 + k % 8} for k in range(800)]
+    ax = decode_result(npz("codimension-two-points", {"points": many})).plot()
+    lines = [line for line in ax.lines if str(line.get_label()).startswith("recurrence of order")]
+    sizes, heights = [line.get_markersize() for line in lines], [line.get_zorder() for line in lines]
+    assert sizes[0] > sizes[1] > sizes[2] > sizes[3] > sizes[7]
+    assert heights == sorted(heights, reverse=True)
+    assert len(set(heights)) == 8

@@ -627,6 +627,7 @@ def test_a_place_in_a_map_has_the_label_of_the_nearest_point_and_a_request_for_i
     umap = decode_result(npz("unfolding-maps"))
     point = umap.at(0.21, 1.58)
     assert (point.omega, point.clearance, point.label, point.verified, point.reason) == (0.2, 1.6, "1-2r-2l", True, "")
+    assert (point.omega_offset, point.clearance_offset) == (pytest.approx(-0.01), pytest.approx(0.02))
     client.periodic_orbit(**point.request, progress=False)
     (job,) = service.jobs.values()
     assert job["process"] == "periodic-orbits"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from grazemap.plots.axes import Drawing, axis_label, cell_borders, legend_square, place_text, share_text
@@ -14,12 +15,15 @@ if TYPE_CHECKING:
     from grazemap.results import Basins
 
 
-def plot_basins(result: Basins, drawing: Drawing) -> Axes:
-    """Draw the rectangle of initial states; the legend names the attractors with their shares."""
+def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | None = None) -> Axes:
+    """Draw the rectangle of initial states; the legend names the attractors with their shares.
+
+    `given` are colours of motions by label or kind.
+    """
     from matplotlib.colors import ListedColormap
 
     ax = drawing.ax
-    colours = motion_colours([attractor.motion for attractor in result.attractors])
+    colours = motion_colours([attractor.motion for attractor in result.attractors], given)
     seen: Counter[str] = Counter()
     for colour, attractor in zip(colours, result.attractors, strict=True):
         motion = attractor.motion

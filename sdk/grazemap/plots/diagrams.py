@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +17,16 @@ if TYPE_CHECKING:
 
 
 def plot_bifurcation_diagram(
-    result: BifurcationDiagram, drawing: Drawing, quantity: str = "displacement", motions: int = 12
+    result: BifurcationDiagram,
+    drawing: Drawing,
+    quantity: str = "displacement",
+    motions: int = 12,
+    colours: Mapping[str, str] | None = None,
 ) -> Axes:
     """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity.
 
     The `motions` with the most values have a colour and an entry in the legend; the others have one, as "other".
+    `colours` are those of motions by label or kind.
     """
     ax = drawing.ax
     parameter, values = result.points(quantity)
@@ -31,7 +37,7 @@ def plot_bifurcation_diagram(
     shown = [result.sections[first[i]].motion for i in order[:motions]]
     entries = [
         (label_of_point == names[i], colour, f"{motion_text(motion)} ({counts[i]} value{'s' if counts[i] > 1 else ''})")
-        for i, colour, motion in zip(order[:motions], motion_colours(shown), shown, strict=True)
+        for i, colour, motion in zip(order[:motions], motion_colours(shown, colours), shown, strict=True)
     ]
     if len(order) > motions:
         others = np.isin(label_of_point, names[order[motions:]])

@@ -2,7 +2,8 @@
 
 Any two of them differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them, so whatever meets in
 a picture can be distinguished. A motion that is named there has its colour in every picture. Any other motion takes the
-colour that its label gives, or the next one that no motion of the picture has.
+colour that its label gives, or the next one that no motion of the picture has. Two pictures agree if one is given the
+colours of the other.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -63,21 +64,32 @@ DASHES: tuple[Any, ...] = (
 _LABEL = re.compile(r"(\d+)-(\d+|∞|\(-\d+\))r-(\d+|∞|\(-\d+\))l")
 
 
-def motion_colours(motions: Sequence[Motion | MotionShare]) -> list[str]:
+def motion_colours(motions: Sequence[Motion | MotionShare], given: Mapping[str, str] | None = None) -> list[str]:
     """Return the colours #RRGGBB of different motions in one picture; those that find no colour left have `OTHER`.
 
-    Motions with equal labels, such as mirror images, have different colours: the first has that of the label.
+    Motions with equal labels, such as mirror images, have different colours: the first has that of the label. `given`
+    are the colours of some motions by label or kind. The others have none of these while there are others. Raises
+    ValueError for what is not a colour.
     """
-    colours: list[str | None] = []
-    for motion in motions:
-        named = _PALETTE["kinds"].get(motion.kind) if _label(motion) is None else NAMED.get(_label(motion) or "")
-        colours.append(None if named in colours else named)
-    for position, motion in enumerate(motions):
-        if colours[position] is None:
-            first = zlib.crc32((_label(motion) or motion.kind).encode()) % len(_FREE)
-            free = (colour for colour in (*_FREE[first:], *_FREE[:first]) if colour not in colours)
-            colours[position] = next(free, OTHER)
+    names = [_label(motion) or motion.kind for motion in motions]
+    fixed = _hexadecimal(given) if given else {}
+    colours = [fixed.get(name) if name not in names[:i] else None for i, name in enumerate(names)]
+    for i, name in enumerate(names):
+        named = (NAMED | _PALETTE["kinds"]).get(name)
+        if colours[i] is None and named not in colours:
+            colours[i] = named
+    for i, name in enumerate(names):
+        if colours[i] is None:
+            first = zlib.crc32(name.encode()) % len(_FREE)
+            free = [colour for colour in (*_FREE[first:], *_FREE[:first]) if colour not in colours]
+            colours[i] = min(free, key=lambda colour: colour in fixed.values(), default=OTHER)
     return [colour or OTHER for colour in colours]
+
+
+def _hexadecimal(given: Mapping[str, str]) -> dict[str, str]:
+    from matplotlib.colors import to_hex
+
+    return {name: to_hex(colour).upper() for name, colour in given.items()}
 
 
 def is_dark(colour: str) -> bool:

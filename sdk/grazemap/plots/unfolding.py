@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,30 +29,16 @@ _INFERRED = OTHER
 def plot_unfolding_map(
     umap: UnfoldingMap,
     drawing: Drawing,
+    *,
     curve: GrazingCurve | None = None,
     points: CodimensionTwoPoints | None = None,
-    motions: int = 20,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
+    motions: int = 20,
+    colours: Mapping[str, str] | None = None,
+    merge_mirror_images: bool = False,
+    title: str | None = None,
+    over: Callable[[Axes], None] | None = None,
 ) -> Axes:
-    """Draw an unfolding map with its title and legend; parameters as of `draw_unfolding_map`."""
-    draw_unfolding_map(umap, drawing, curve, points, motions, curves)
-    what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
-    size = f"{len(umap.clearance)} × {len(umap.omega)} points"
-    policy = umap.meta["request"].get("policy", "rest")
-    start = {"rest": "from rest", "ensemble": "from random states"}.get(policy, policy)
-    drawing.describe_plane(umap.units, f"{what}: motions $n$-$p_r$-$q_l$ {start}, {size}")
-    drawing.show_legend(handlelength=1.4, labelspacing=0.35)
-    return drawing.ax
-
-
-def draw_unfolding_map(
-    umap: UnfoldingMap,
-    drawing: Drawing,
-    curve: GrazingCurve | None = None,
-    points: CodimensionTwoPoints | None = None,
-    motions: int = 20,
-    curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
-) -> None:
     """Draw the regions of a map, and over them what is given.
 
     Parameters
@@ -67,17 +53,24 @@ def draw_unfolding_map(
         Drawn over the regions, only those of admissible motions.
     motions : int
         Number of motions with a colour and an entry in the legend; the smaller ones have one colour, as "other".
+    colours : mapping of str to str, optional
+        Colours of motions by label or kind.
+    merge_mirror_images : bool
+        As of `UnfoldingMap.motions`.
+    title : str, optional
+        Left out: what the map is.
+    over : callable, optional
+        Draws more on the axes that it is called with, before the legend.
     """
     ax = drawing.ax
-    shares = umap.motions()
-    periodic = [motion for motion in shares if motion.kind == "periodic"]
-    shown = sorted(periodic[:motions], key=_by_period_and_impacts)
-    irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
-    colours = motion_colours([*shown, *irregular])
-    _draw_regions(ax, umap, [*shown, *irregular], colours, periodic[motions:])
+    shares = umap.motions(merge_mirror_images=merge_mirror_images)
+    shown, rest = shown_motions(shares, motions)
+    chosen = motion_colours(shown, colours)
+    shares_of_entries = _draw_regions(ax, umap, shown, chosen, rest)
     if drawing.labels:
-        for motion, colour in zip(shown, colours, strict=False):
-            _name_region(ax, umap, motion, colour)
+        for motion, colour in zip(shown, chosen, strict=True):
+            if motion.kind == "periodic":
+                _name_region(ax, umap, motion, colour)
     across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
     if curves is not None:
         draw_bifurcation_curves(ax, curves, halo=True)
@@ -86,8 +79,30 @@ def draw_unfolding_map(
     if points is not None:
         inside = [point for point in points.points if up[0] <= point.clearance <= up[-1]]
         draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
+    if over is not None:
+        over(ax)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
+    drawing.describe_plane(umap.units, _title(umap) if title is None else title)
+    drawing.show_legend(shares_of_entries, handlelength=1.4, labelspacing=0.35)
+    return ax
+
+
+def _title(umap: UnfoldingMap) -> str:
+    what = "Unfolding map" if not umap.preview else "Preview of an unfolding map"
+    policy = umap.meta["request"].get("policy", "rest")
+    start = {"rest": "from rest", "ensemble": "from random states"}.get(policy, policy)
+    return f"{what}: motions $n$-$p_r$-$q_l$ {start}, {len(umap.clearance)} × {len(umap.omega)} points"
+
+
+def shown_motions(shares: Sequence[MotionShare], motions: int = 20) -> tuple[list[MotionShare], list[MotionShare]]:
+    """Return the motions of a map that have colours of their own in its picture, and the others.
+
+    `shares` begin with the largest. `motions` is the number of periodic ones with a colour.
+    """
+    periodic = [motion for motion in shares if motion.kind == "periodic"]
+    irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
+    return [*sorted(periodic[:motions], key=_by_period_and_impacts), *irregular], periodic[motions:]
 
 
 def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
@@ -113,18 +128,24 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
 
 def _draw_regions(
     ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], colours: list[str], rest: list[MotionShare]
-) -> None:
-    texts = [f"{motion_text(motion)} ({share_text(motion.share)})" for motion in shown]
-    entries = list(zip(colours, texts, strict=True))
-    codes = np.full(umap.kind.shape, len(entries), dtype=np.int16)
+) -> dict[str, float]:
+    """Draw the regions, and return the entries of the legend with their shares."""
+    entries = {f"{motion_text(motion)}{_images(motion)} ({share_text(motion.share)})": motion.share for motion in shown}
+    codes = np.full(umap.kind.shape, len(shown), dtype=np.int16)
     for code, motion in enumerate(shown):
         codes[umap.mask(motion)] = code
     if rest:
         share = sum(motion.share for motion in rest)
-        entries.append((OTHER, f"{len(rest)} other motions ({share:.1%})"))
-    _draw_codes(ax, umap, codes, [colour for colour, _ in entries])
-    for colour, text in entries:
+        entries[f"{len(rest)} other motions ({share:.1%})"] = share
+        colours = [*colours, OTHER]
+    _draw_codes(ax, umap, codes, colours)
+    for colour, text in zip(colours, entries, strict=True):
         legend_square(ax, colour, text)
+    return entries
+
+
+def _images(motion: MotionShare) -> str:
+    return ", mirror images" if motion.mirror_images else ""
 
 
 def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], colours: list[str]) -> None:

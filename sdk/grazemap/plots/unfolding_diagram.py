@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from grazemap.plots.borders import curve_style
 from grazemap.plots.curve import draw_curve
 from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
 from grazemap.plots.smooth import smooth_line
-from grazemap.plots.unfolding import draw_unfolding_map
+from grazemap.plots.unfolding import plot_unfolding_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
 
 
-def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, motions: int = 20) -> Axes:
+def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **options: Any) -> Axes:
     """Draw an unfolding diagram.
 
     Parameters
     ----------
     diagram : UnfoldingDiagram
     drawing : Drawing
-    motions : int
-        As of `plot_unfolding_map`.
+    options
+        `motions`, `colours` and `merge_mirror_images` of `plot_unfolding_map`.
 
     Returns
     -------
@@ -35,25 +35,34 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, motions:
         With the grazing curve and the curves that explain borders, one colour for each type. Borders of basins
         of attraction are white, unexplained ones magenta. Without borders the curves are those in closed form.
     """
-    borders = diagram.borders
-    umap = diagram.unfolding_map
-    closed_forms = diagram.bifurcation_curves if borders is None else None
-    ax = drawing.ax
-    draw_unfolding_map(umap, drawing, None, diagram.codimension_two_points, motions, closed_forms)
-    draw_curve(ax, diagram.grazing_curve, halo=True)
-    if borders is not None:
-        _draw_border_curves(ax, borders)
-        for name, colour, text in (
-            ("coexistence", PAPER, "basin boundary: both motions attract"),
-            ("unexplained", UNEXPLAINED, "unexplained border"),
-        ):
-            chosen = np.flatnonzero(borders.where(name) & borders.regular)
-            _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
+    borders, umap = diagram.borders, diagram.unfolding_map
     size = f"{len(umap.clearance)} × {len(umap.omega)} points"
     note = "" if borders is None else "; no border between mirror images"
-    drawing.describe_plane(umap.units, f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}")
-    drawing.show_legend(handlelength=1.4, labelspacing=0.35)
-    return ax
+
+    def over(ax: Axes) -> None:
+        draw_curve(ax, diagram.grazing_curve, halo=True)
+        if borders is not None:
+            _draw_borders(ax, umap, borders)
+
+    return plot_unfolding_map(
+        umap,
+        drawing,
+        points=diagram.codimension_two_points,
+        curves=diagram.bifurcation_curves if borders is None else None,
+        title=f"Unfolding diagram: motions $n$-$p_r$-$q_l$, {size}{note}",
+        over=over,
+        **options,
+    )
+
+
+def _draw_borders(ax: Axes, umap: UnfoldingMap, borders: MapBorders) -> None:
+    _draw_border_curves(ax, borders)
+    for name, colour, text in (
+        ("coexistence", PAPER, "basin boundary: both motions attract"),
+        ("unexplained", UNEXPLAINED, "unexplained border"),
+    ):
+        chosen = np.flatnonzero(borders.where(name) & borders.regular)
+        _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
 
 
 def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:

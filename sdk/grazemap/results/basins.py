@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,12 +67,22 @@ class Basins(Result):
         every = np.where(self.label < 0, len(named), self.label)
         return {"motion": (every, [*named, "unresolved"]), "attractor_motion": (np.arange(len(named)), named)}
 
-    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
-        """Draw the rectangle, every state in the colour of the motion that it leads to."""
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        colours: Mapping[str, str] | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
+        """Draw the rectangle, every state in the colour of the motion that it leads to.
+
+        `colours` gives colours by label or kind.
+        """
         from grazemap.plots.axes import drawing
         from grazemap.plots.basins import plot_basins
 
-        return plot_basins(self, drawing(ax, legend, labels, 9.0, 6.5))
+        return plot_basins(self, drawing(ax, legend, labels, 9.0, 6.5), colours)
 
     def _summary(self) -> str:
         rows, columns = self.label.shape

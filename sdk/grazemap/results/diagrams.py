@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,17 +65,19 @@ class BifurcationDiagram(Result):
         quantity: str = "displacement",
         *,
         motions: int = 12,
+        colours: Mapping[str, str] | None = None,
         legend: LegendPlace | None = None,
         labels: bool = True,
     ) -> Axes:
         """Draw a quantity of the sections over the parameter, in the colours of the motions.
 
-        `quantity` is "displacement", "velocity" or "impact_velocity".
+        `quantity` is "displacement", "velocity" or "impact_velocity". `motions` is the number of motions with
+        a colour. `colours` gives colours by label or kind.
         """
         from grazemap.plots.axes import drawing
         from grazemap.plots.diagrams import plot_bifurcation_diagram
 
-        return plot_bifurcation_diagram(self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions)
+        return plot_bifurcation_diagram(self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions, colours)
 
     def _summary(self) -> str:
         return f"{counted(self.parameter, 'value')} of {self.vary}"

@@ -144,6 +144,10 @@ class MotionShare:
     pixels : int
     share : float
         pixels over all pixels of the map, from 0 to 1.
+    mirror_images : bool
+        Whether the mirror images n-q_r-p_l are counted too.
+    colour : str or None
+        #RRGGBB in the picture of a map; None for one of the "other motions", and without a map.
     """
 
     label: str
@@ -153,3 +157,5 @@ class MotionShare:
     impacts_left: int | None
     pixels: int
     share: float
+    mirror_images: bool = False
+    colour: str | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
@@ -72,17 +73,19 @@ class Trajectories(Result):
         ax: tuple[Axes, Axes] | Axes | None = None,
         *,
         mass: int = 1,
+        colours: Mapping[str, str] | None = None,
         legend: LegendPlace | None = None,
         labels: bool = True,
         figure: Figure | None = None,
     ) -> tuple[Axes, Axes]:
         """Draw the last periods of one mass, and its phase portrait, in the colours of the motions; return both axes.
 
-        All that was recorded of one of them, with its impacts, is drawn by ``trajectories[i].plot()``.
+        `ax` is both axes, or one for the time history alone. All that was recorded of one of them, with its impacts,
+        is drawn by ``trajectories[i].plot()``. `colours` gives colours by label or kind.
         """
         from grazemap.plots.trajectory import plot_trajectories, trajectory_drawing
 
-        return plot_trajectories(self, trajectory_drawing(ax, legend, labels, figure), mass)
+        return plot_trajectories(self, trajectory_drawing(ax, legend, labels, figure), mass, colours)
 
     def _summary(self) -> str:
         found = Counter(path.motion.label or path.motion.kind for path in self.trajectories)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from grazemap.results.base import Result, counted
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.wire import motion_label
+from grazemap.wire.job import INFINITE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +39,8 @@ class MapPoint:
         Why the motion is unresolved, or periodic and not verified; else empty.
     computed : bool
         False: inferred from the points around it.
+    omega_offset, clearance_offset : float
+        This point minus the place that was asked for: at most half a step of the grid.
     request : dict or None
         The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
         unless the map's trajectories start at rest.
@@ -50,6 +53,8 @@ class MapPoint:
     verified: bool
     reason: str
     computed: bool
+    omega_offset: float
+    clearance_offset: float
     request: dict[str, Any] | None
 
 
@@ -92,9 +97,25 @@ class UnfoldingMap(Verifiable, Result):
         """Whether only periodic motions are identified."""
         return bool(self.meta["request"].get("preview"))
 
-    def motions(self) -> list[MotionShare]:
-        """Return the motions of the map, the largest share first."""
-        return self._coded()[0]
+    def motions(self, *, merge_mirror_images: bool = False) -> list[MotionShare]:
+        """Return the motions of the map, the largest share first.
+
+        With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
+        right: the machine is symmetric, so there is the mirror image of every motion.
+        """
+        from grazemap.plots.palette import motion_colours
+        from grazemap.plots.unfolding import shown_motions
+
+        shares, _ = self._coded()
+        if merge_mirror_images:
+            shares = _merged(shares, self.kind.size)
+        shown, rest = shown_motions(shares)
+        colours = dict(zip(shown, motion_colours(shown), strict=True)) | dict.fromkeys(rest)
+        return [replace(motion, colour=colours[motion]) for motion in shares]
+
+    def colours(self) -> dict[str, str]:
+        """Return the colours #RRGGBB of the map's picture by label or kind, for `colours=` of another picture."""
+        return {motion.label: motion.colour for motion in self.motions() if motion.colour is not None}
 
     def _coded(self) -> tuple[list[MotionShare], IntArray]:
         """Return the motions, the largest share first, and the position of each point's motion among them."""
@@ -140,6 +161,8 @@ class UnfoldingMap(Verifiable, Result):
             bool(self.verified[row, column]),
             self.reasons[self.reason[row, column]],
             self.computed is None or bool(self.computed[row, column]),
+            place[0] - omega,
+            place[1] - clearance,
             request,
         )
 
@@ -165,8 +188,11 @@ class UnfoldingMap(Verifiable, Result):
             motion = found[motion]
         there: BoolArray = self.kind == self._code(motion.kind)
         if motion.period is not None:
-            there &= (self.period == motion.period) & (self.impacts_right == motion.impacts_right)
-            there &= self.impacts_left == motion.impacts_left
+            right, left = motion.impacts_right, motion.impacts_left
+            counted = (self.impacts_right == right) & (self.impacts_left == left)
+            if motion.mirror_images:
+                counted |= (self.impacts_right == left) & (self.impacts_left == right)
+            there &= (self.period == motion.period) & counted
         return there
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
@@ -186,14 +212,29 @@ class UnfoldingMap(Verifiable, Result):
         points: CodimensionTwoPoints | None = None,
         curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
         motions: int = 20,
+        colours: Mapping[str, str] | None = None,
+        merge_mirror_images: bool = False,
         legend: LegendPlace | None = None,
         labels: bool = True,
     ) -> Axes:
-        """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given."""
+        """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given.
+
+        `motions` is the number of motions with a colour. `colours` gives colours by label or kind, such as those of
+        another map (`other.colours()`). `merge_mirror_images` is as of `motions`.
+        """
         from grazemap.plots.axes import drawing
         from grazemap.plots.unfolding import plot_unfolding_map
 
-        return plot_unfolding_map(self, drawing(ax, legend, labels, 10.5, 6.5), curve, points, motions, curves)
+        return plot_unfolding_map(
+            self,
+            drawing(ax, legend, labels, 10.5, 6.5),
+            curve=curve,
+            points=points,
+            curves=curves,
+            motions=motions,
+            colours=colours,
+            merge_mirror_images=merge_mirror_images,
+        )
 
     def plot_computed(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
         """Draw which points of an adaptive map were computed. Raises ValueError for other maps."""
@@ -219,6 +260,21 @@ class UnfoldingMap(Verifiable, Result):
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         preview = ", a preview" if self.preview else ""
         return f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{preview}"
+
+
+def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
+    """Return motions and their mirror images as one, the largest share first."""
+    merged: dict[str, MotionShare] = {}
+    for motion in shares:
+        one = motion
+        if motion.period is not None and motion.impacts_right != motion.impacts_left:
+            counts = (motion.impacts_right or 0, motion.impacts_left or 0)
+            right, left = sorted(counts, key=lambda count: np.inf if count == INFINITE else count, reverse=True)
+            label = motion_label(motion.period, right, left)
+            one = replace(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
+        pixels = one.pixels + (merged[one.label].pixels if one.label in merged else 0)
+        merged[one.label] = replace(one, pixels=pixels, share=pixels / total)
+    return sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
 
 
 def _nearest(name: str, values: FloatArray, value: float) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -197,14 +198,20 @@ class UnfoldingDiagram(Result):
         ax: Axes | None = None,
         *,
         motions: int = 20,
+        colours: Mapping[str, str] | None = None,
+        merge_mirror_images: bool = False,
         legend: LegendPlace | None = None,
         labels: bool = True,
     ) -> Axes:
-        """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points."""
+        """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points.
+
+        `colours` and `merge_mirror_images` are as of `UnfoldingMap.plot`.
+        """
         from grazemap.plots.axes import drawing
         from grazemap.plots.unfolding_diagram import plot_unfolding_diagram
 
-        return plot_unfolding_diagram(self, drawing(ax, legend, labels, 10.5, 6.5), motions)
+        options = {"motions": motions, "colours": colours, "merge_mirror_images": merge_mirror_images}
+        return plot_unfolding_diagram(self, drawing(ax, legend, labels, 10.5, 6.5), **options)
 
     def _one_label_each(self) -> NDArray[np.str_]:
         """Return labels in which mirror images are one motion, more impacts first."""
