@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib import pyplot
 
 import grazemap
-from grazemap import Client, Oscillator
+from grazemap import Client, Oscillator, engineering_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,7 +154,7 @@ def bifurcation_curves(client: Client) -> Figure:
 
 
 def machine(client: Client) -> Figure:
-    """Draw a figure for a paper: a machine in SI, its map, a branch and a motion on axes of one's own."""
+    """Draw a figure for a paper: a machine in SI, its map, a branch and a motion on axes of one's own, in Hz and mm."""
     window = {"omega": (30.0, 100.0), "clearance": (0.0005, 0.006)}
     umap = client.unfolding_map(MACHINE, **window, shape=(128, 128), preview=True)
     curve = client.grazing_curve(MACHINE, omega=window["omega"], points=400)
@@ -167,6 +167,7 @@ def machine(client: Client) -> Figure:
     umap.plot(axes[0, 0], curve=curve, motions=6, legend="outside")
     along.plot(axes[0, 1])
     motion.plot((axes[1, 0], axes[1, 1]))
+    engineering_units(axes)
     return figure
 
 

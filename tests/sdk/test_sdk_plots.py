@@ -638,6 +638,10 @@ def test_titles_colour_bars_and_axes_that_share_ticks_are_converted_too():
         axis = bar.yaxis if where == "outside" else bar.xaxis
         assert "clearance $b$ (mm)" in (bar.get_ylabel(), bar.get_title())
         assert "1800" in ticks(axis)
+    many = new_figure(5, 5).subplots(2, 2)
+    in_si("grazing-curves").plot(many[1, 0])
+    assert engineering_units(many) is many
+    assert many[1, 0].get_ylabel() == "clearance $b$ (mm)"
     upper, lower = new_figure(5, 5).subplots(2, 1, sharex=True)
     in_si("grazing-curves").plot(upper)
     in_si("codimension-two-points").plot(lower)
@@ -708,13 +712,21 @@ def colour_of(ax) -> dict[str, str]:
 def test_two_maps_agree_on_colours_that_one_has_of_the_other():
     alone = {(7, n, n): palette.motion_colours([motion(7, n, n)])[0] for n in range(2, 30)}
     other, clash = next(pair for pair in itertools.combinations(alone, 2) if len({alone[one] for one in pair}) == 1)
-    first, second = map_of([clash]), map_of([other, clash, (9, 5, 7)])
+    first, second = map_of([clash]), map_of([other, other, clash, (9, 5, 7)])
     text = palette.motion_text(motion(*clash))
     assert colour_of(first.plot())[text] != colour_of(second.plot())[text]
     agreed = colour_of(first.plot(colours=second.colours()))
     assert agreed[text] == colour_of(second.plot())[text] == second.colours()[motion_label(*clash)]
     assert colour_of(second.plot(colours=first.colours()))[text] == first.colours()[motion_label(*clash)]
     assert len(set(colour_of(second.plot(colours=first.colours())).values())) == 3
+
+
+def test_a_map_with_fewer_motions_keeps_the_colours_of_the_others():
+    # the smallest of the twenty have colours of their own, which others would take without them
+    named = [(1, 1, 1), (1, 2, 2), (1, 3, 3), (1, 4, 4), (1, 5, 5), (1, 6, 6), (1, 2, 1), (1, 1, 2), (1, 2, 3)]
+    umap = map_of([(7, n, n) for n in range(2, 9)] * 2 + named)
+    whole, few = colour_of(umap.plot()), colour_of(umap.plot(motions=6))
+    assert {text: whole[text] for text in list(few)[:6]} == {text: few[text] for text in list(few)[:6]}
 
 
 def test_the_table_of_motions_has_the_colours_of_the_picture():

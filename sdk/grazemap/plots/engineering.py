@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, TypeVar
 
+import numpy as np
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -31,7 +33,7 @@ def engineering_units(ax: A) -> A:
     Parameters
     ----------
     ax : Axes, or several
-        What a `plot` has returned, such as both axes of a trajectory.
+        What a `plot` or `pyplot.subplots` has returned, such as both axes of a trajectory or an array of axes.
 
     Returns
     -------
@@ -43,7 +45,7 @@ def engineering_units(ax: A) -> A:
     ValueError
         Nothing on the axes is in SI: they have a picture of a nondimensional result, or none.
     """
-    given = list(ax) if isinstance(ax, Iterable) else [ax]
+    given: list[Axes] = np.ravel(np.array(ax, dtype=object)).tolist()
     pictures = [one for axes in given for one in (axes, *_colour_bars(axes))]
     if all(axis.units is None for one in pictures for axis in (one.xaxis, one.yaxis)):
         raise ValueError("nothing on these axes is in SI units: plot a result in SI first")

@@ -24,6 +24,8 @@ _NAMED_REGION = 0.05
 _DRAWN_AS_CELLS = 1 << 20
 _MEASURED_SIDE = 1024
 _INFERRED = OTHER
+# Number of periodic motions with a colour, unless the caller says another.
+_COLOURED = 20
 
 
 def plot_unfolding_map(
@@ -33,7 +35,7 @@ def plot_unfolding_map(
     curve: GrazingCurve | None = None,
     points: CodimensionTwoPoints | None = None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
-    motions: int = 20,
+    motions: int = _COLOURED,
     colours: Mapping[str, str] | None = None,
     merge_mirror_images: bool = False,
     title: str | None = None,
@@ -64,11 +66,11 @@ def plot_unfolding_map(
     """
     ax = drawing.ax
     shares = umap.motions(merge_mirror_images=merge_mirror_images)
-    shown, rest = shown_motions(shares, motions)
-    chosen = motion_colours(shown, colours)
-    shares_of_entries = _draw_regions(ax, umap, shown, chosen, rest)
+    coloured = colours_of(shares, motions, colours)
+    shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
+    shares_of_entries = _draw_regions(ax, umap, shown, [motion for motion in shares if motion not in shown])
     if drawing.labels:
-        for motion, colour in zip(shown, chosen, strict=True):
+        for motion, colour in shown.items():
             if motion.kind == "periodic":
                 _name_region(ax, umap, motion, colour)
     across, up = cell_borders(umap.omega), cell_borders(umap.clearance)
@@ -95,14 +97,20 @@ def _title(umap: UnfoldingMap) -> str:
     return f"{what}: motions $n$-$p_r$-$q_l$ {start}, {len(umap.clearance)} × {len(umap.omega)} points"
 
 
-def shown_motions(shares: Sequence[MotionShare], motions: int = 20) -> tuple[list[MotionShare], list[MotionShare]]:
-    """Return the motions of a map that have colours of their own in its picture, and the others.
+def colours_of(
+    shares: Sequence[MotionShare], motions: int = _COLOURED, given: Mapping[str, str] | None = None
+) -> dict[MotionShare, str]:
+    """Return the colours of the motions of a map that have one of their own; the others are drawn as "other".
 
-    `shares` begin with the largest. `motions` is the number of periodic ones with a colour.
+    `shares` begin with the largest, which are the first to have the colours that their labels give. Of the periodic
+    motions only the first `motions` have a colour, the same as in the picture with the usual number. `given` is as of
+    `motion_colours`.
     """
     periodic = [motion for motion in shares if motion.kind == "periodic"]
-    irregular = sorted((motion for motion in shares if motion.kind != "periodic"), key=lambda motion: motion.kind)
-    return [*sorted(periodic[:motions], key=_by_period_and_impacts), *irregular], periodic[motions:]
+    small, smallest = set(periodic[motions:]), set(periodic[max(motions, _COLOURED) :])
+    named = [motion for motion in shares if motion not in smallest]
+    colours = zip(named, motion_colours(named, given), strict=True)
+    return {motion: colour for motion, colour in colours if motion not in small}
 
 
 def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
@@ -127,17 +135,18 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
 
 
 def _draw_regions(
-    ax: Axes, umap: UnfoldingMap, shown: list[MotionShare], colours: list[str], rest: list[MotionShare]
+    ax: Axes, umap: UnfoldingMap, shown: Mapping[MotionShare, str], rest: list[MotionShare]
 ) -> dict[str, float]:
     """Draw the regions, and return the entries of the legend with their shares."""
     entries = {f"{motion_text(motion)}{_images(motion)} ({share_text(motion.share)})": motion.share for motion in shown}
+    colours = list(shown.values())
     codes = np.full(umap.kind.shape, len(shown), dtype=np.int16)
     for code, motion in enumerate(shown):
         codes[umap.mask(motion)] = code
     if rest:
         share = sum(motion.share for motion in rest)
         entries[f"{len(rest)} other motions ({share:.1%})"] = share
-        colours = [*colours, OTHER]
+        colours.append(OTHER)
     _draw_codes(ax, umap, codes, colours)
     for colour, text in zip(colours, entries, strict=True):
         legend_square(ax, colour, text)
@@ -164,9 +173,9 @@ def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], c
     )
 
 
-def _by_period_and_impacts(motion: MotionShare) -> tuple[int, int, int]:
+def _place_in_legend(motion: MotionShare) -> tuple[bool, str, int, int, int]:
     right, left = motion.impacts_right or 0, motion.impacts_left or 0
-    return motion.period or 0, right + left, -right
+    return motion.kind != "periodic", motion.kind, motion.period or 0, right + left, -right
 
 
 def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:

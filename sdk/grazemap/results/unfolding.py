@@ -103,15 +103,13 @@ class UnfoldingMap(Verifiable, Result):
         With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
         right: the machine is symmetric, so there is the mirror image of every motion.
         """
-        from grazemap.plots.palette import motion_colours
-        from grazemap.plots.unfolding import shown_motions
+        from grazemap.plots.unfolding import colours_of
 
         shares, _ = self._coded()
         if merge_mirror_images:
             shares = _merged(shares, self.kind.size)
-        shown, rest = shown_motions(shares)
-        colours = dict(zip(shown, motion_colours(shown), strict=True)) | dict.fromkeys(rest)
-        return [replace(motion, colour=colours[motion]) for motion in shares]
+        colours = colours_of(shares)
+        return [replace(motion, colour=colours.get(motion)) for motion in shares]
 
     def colours(self) -> dict[str, str]:
         """Return the colours #RRGGBB of the map's picture by label or kind, for `colours=` of another picture."""
@@ -161,8 +159,8 @@ class UnfoldingMap(Verifiable, Result):
             bool(self.verified[row, column]),
             self.reasons[self.reason[row, column]],
             self.computed is None or bool(self.computed[row, column]),
-            place[0] - omega,
-            place[1] - clearance,
+            place[0] - float(omega),
+            place[1] - float(clearance),
             request,
         )
 
