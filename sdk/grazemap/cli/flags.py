@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 from grazemap.wire import PROCESSES
-from grazemap.wire.error_details import Schema, branches, schema_of
+from grazemap.wire.error_texts import Schema, branches, schema_of
 
 _WITHOUT_PREFIX = "oscillator"
 _RANGE = ("start", "stop", "points")

@@ -133,6 +133,7 @@ class AsyncClient(ProcessMethods, Awaited):
         self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
+    @arguments.naming_arguments
     async def trajectory(
         self,
         oscillator: OscillatorLike = None,

@@ -132,6 +132,7 @@ class Client(ProcessMethods, Blocking):
         self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
+    @arguments.naming_arguments
     def trajectory(
         self,
         oscillator: OscillatorLike = None,

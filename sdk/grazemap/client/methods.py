@@ -87,7 +87,7 @@ class Method(Generic[P, R]):
         described, _, references = cleandoc(fields.__doc__ or "").partition("\nReferences\n")
         awaited.__doc__ = described.rstrip() + "\n" + _RAISES + (references and f"\nReferences\n{references}\n")
         blocking.__doc__ = awaited.__doc__.replace("await client.", "client.")
-        self._blocking, self._awaited = blocking, awaited
+        self._blocking, self._awaited = arguments.naming_arguments(blocking), arguments.naming_arguments(awaited)
 
     def asked(self, *args: P.args, **kwargs: P.kwargs) -> tuple[ProcessRequest, bool]:
         """Return the request for some arguments, and whether progress is shown. Raises ParameterError."""
