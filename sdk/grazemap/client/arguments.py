@@ -63,7 +63,7 @@ _INVALID_REQUEST = Problem(
     type="urn:grazemap:problem:invalid-request",
     title="Invalid request",
     status=422,
-    detail="Values are missing, unknown or out of range; see errors.",
+    detail="Values are missing, unknown or out of range; the errors name each of them.",
 )
 _MOTION = (
     "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
