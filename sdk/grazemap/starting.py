@@ -78,9 +78,9 @@ class StartLog:
         self._step = ""
 
     def show(self, text: str) -> None:
-        """Write a text of another step than the one before; what follows a comma changes within a step."""
-        step = text.partition(",")[0]
-        if self._quiet or step == self._step or time.monotonic() - self._began < QUICK_SECONDS:
+        """Write the text of a new step that says more after a comma, such as the seconds that are left."""
+        step, _, more = text.partition(",")
+        if self._quiet or not more or step == self._step or time.monotonic() - self._began < QUICK_SECONDS:
             return
         self._step = step
         self._write(text)

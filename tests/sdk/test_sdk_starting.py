@@ -49,6 +49,7 @@ def test_a_command_that_runs_a_stack_has_a_line_for_each_text_in_a_log():
 SAID = [
     (0.0, "starting the service"),
     (2.5, "loading the kernels, about 1 s"),
+    (3.5, "starting the service"),
     (4.0, "compiling kernels, step 1 of 4, about 36 s"),
     (5.0, "compiling kernels, step 1 of 4, about 35 s"),
     (30.0, "compiling kernels, step 4 of 4, about 8 s"),
