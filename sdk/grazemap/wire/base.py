@@ -6,6 +6,7 @@ Requests refuse unknown fields, responses ignore them, so that an older client r
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
@@ -80,6 +81,15 @@ class Request(BaseModel, metaclass=_Constructed):
         hide_input_in_errors=True,
         use_attribute_docstrings=True,
     )
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Give help() the names and defaults of the fields alone; pydantic's signature has all their annotations."""
+        fields = [
+            Parameter(name, Parameter.KEYWORD_ONLY, default=Parameter.empty if one.is_required() else one.default)
+            for name, one in cls.model_fields.items()
+        ]
+        cls.__signature__ = Signature(fields)
 
     def unused(self) -> Collection[str]:
         """Return the names of fields without meaning in this request; its canonical text lacks them."""
