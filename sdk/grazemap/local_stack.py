@@ -17,7 +17,7 @@ from typing import IO, Any
 from grazemap import constants
 from grazemap.client import Client
 from grazemap.errors import MissingExtra, StackError
-from grazemap.starting import StartLine, ready_line
+from grazemap.starting import Shown, ready_line, shown_here
 
 # What the stack needs besides the package itself.
 _SERVER_PARTS = ("fastapi", "uvicorn", "redis", "rq", "numba", "scipy", "structlog")
@@ -46,6 +46,9 @@ class LocalClient(Client):
 
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
     """Start service, queue and workers on a free loopback port, and return a client of them.
+
+    The first start compiles the kernels, in about a minute. Meanwhile a line on a terminal or below a notebook's cell
+    says what is done, and is removed at the end; elsewhere stderr gets a few lines, unless the start is quick.
 
     Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_ALLOWED_HOSTS, GRAZEMAP_CORS_ORIGINS,
     GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
@@ -94,6 +97,7 @@ class Stack:
         data: str | os.PathLike[str] | None = None,
         workers: int | None = None,
         timeout: float = constants.LOCAL_START_TIMEOUT,
+        quiet: bool = False,
     ) -> None:
         options = ["--host", "127.0.0.1", "--port", "0", "--talk", "--die-with-parent", str(os.getpid())]
         if workers is not None:
@@ -115,23 +119,23 @@ class Stack:
         )
         atexit.register(self.stop)
         try:
-            self.url = self._await_ready(timeout)
+            self.url = self._await_ready(timeout, shown_here(quiet))
         except BaseException:
             self.stop()
             raise
 
-    def _await_ready(self, timeout: float) -> str:
+    def _await_ready(self, timeout: float, shown: Shown) -> str:
         """Return the address from the one line of JSON that the stack prints when it is ready."""
         assert self._process.stdout is not None
         lines: queue.Queue[bytes] = queue.Queue()
-        shown = StartLine(sys.stderr, quiet=True)
+        line = b""
         threading.Thread(target=_put_ready_line, args=(self._process.stdout, lines, shown), daemon=True).start()
         try:
             line = lines.get(timeout=timeout)
         except queue.Empty:
             raise StackError(f"the stack was not ready after {timeout:.0f} s{self._log_tail()}") from None
         finally:
-            shown.close()
+            shown.close(ready=bool(line))
         if not line:
             code = self._process.wait(constants.LOCAL_STOP_TIMEOUT)
             raise StackError(f"the stack ended with exit code {code} before it was ready{self._log_tail()}")
@@ -167,6 +171,6 @@ def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
 
 
-def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], shown: StartLine) -> None:
+def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], shown: Shown) -> None:
     """Put the line with the address into the queue, b"" at the end of the file."""
     lines.put(ready_line(stream, shown))

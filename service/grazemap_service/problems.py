@@ -64,11 +64,13 @@ KINDS: dict[str, Kind] = {
         "Body too large", 413, "The body is over the byte limit: give ranges in place of long lists."
     ),
     "unsupported-media-type": Kind("Unsupported media type", 415, "The body must be application/json."),
-    "invalid-request": Kind("Invalid request", 422, "Values are missing, unknown or out of range; see errors."),
+    "invalid-request": Kind(
+        "Invalid request", 422, "Values are missing, unknown or out of range; the errors name each of them."
+    ),
     "too-much-work": Kind(
         "Too much work",
         422,
-        "The job is estimated to cost more than the limit: ask for fewer points or periods; see errors.",
+        "The job is estimated to cost more than the limit: ask for fewer points or periods; the errors name both.",
     ),
     "queue-full": Kind("Queue full", 429, "Too much work is waiting; try again after Retry-After seconds."),
     "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),

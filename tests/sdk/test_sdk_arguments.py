@@ -12,7 +12,7 @@ import xarray
 from pydantic import ValidationError
 from sdk_documents import npz
 
-from grazemap import Client, Oscillator
+from grazemap import AsyncClient, Client, Oscillator
 from grazemap.client.arguments import validated
 from grazemap.client.methods import Method, ProcessMethods
 from grazemap.errors import ParameterError
@@ -290,28 +290,71 @@ def test_an_orbit_that_was_not_found_is_refused_as_a_motion_with_the_reason():
         (Oscillator, {"restitution": 2.0}, "restitution", "less than or equal to 1", "1"),
         (Oscillator, {"masses": [1, 0, 1]}, "masses.1", "greater than 0", "0"),
         (Oscillator, {"masses": [1, 1]}, "stiffnesses", "stiffnesses has 3 numbers", "of one length"),
-        (Oscillator, {"mases": [1, 1]}, "mases", "not permitted", ""),
-        (Oscillator, {"units": "si"}, "units", "Input should be", "'nondimensional' or 'SI'"),
-        (InitialState, {"phase": "late"}, "phase", "valid number", ""),
+        (Oscillator, {"mases": [1, 1]}, "mases", 'Unknown field "mases"; did you mean masses', "units, masses, stiff"),
+        (Oscillator, {"units": "si"}, "units", "Input should be", 'one of "nondimensional", "SI"'),
+        (InitialState, {"phase": "late"}, "phase", "valid number", "a finite number"),
+        (
+            InitialState,
+            {"phas": 1.0},
+            "phas",
+            'Unknown field "phas"; did you mean phase',
+            "displacement, velocity, phase",
+        ),
         (Range, {"start": 1.0, "stop": 0.5, "points": 3}, "Range", "stop must be greater", "stop > start > 0"),
         (
             UnfoldingMapsRequest,
             {"omega": [1, 2], "oscillator": {"damping": -1}},
             "oscillator.damping",
-            "0",
             "equal to 0",
+            "a finite number >= 0",
         ),
     ],
 )
 def test_a_model_made_with_wrong_fields_names_them_and_what_is_allowed(model, fields, name, said, allowed):
-    for make in (lambda: model(**fields), lambda: model.model_validate(fields)):
-        with pytest.raises(ValidationError) as caught:
-            make()
-        text = str(caught.value)
-        assert name in text
-        assert said in text
-        assert allowed in text
-        assert isinstance(caught.value, ValueError)
+    with pytest.raises(ValidationError) as caught:
+        model(**fields)
+    place, _, text = str(caught.value).partition("\n  ")
+    assert place.endswith(name)
+    assert text.startswith(said) or said in text
+    assert f"allowed: {allowed}" in text or allowed in text.partition("(allowed: ")[2]
+    assert "errors.pydantic.dev" not in text
+    assert isinstance(caught.value, ValueError)
+
+
+def test_a_model_and_a_request_say_the_same_of_a_field():
+    wrong = {"mases": [1], "restitution": 2, "damping": [-1.0], "units": "si", "forcing": "x"}
+    found = refused(asked, "grazing_curve", wrong, omega=[1.0, 2.0])
+    with pytest.raises(ValidationError) as caught:
+        Oscillator(**wrong)
+    said = {"/".join(map(str, error["loc"])): error["msg"] for error in caught.value.errors()}
+    for pointer, (detail, allowed) in found.items():
+        place = pointer.removeprefix("/oscillator").removeprefix("/") or "mases"
+        assert said[place] == f"{detail} (allowed: {allowed})"
+    assert len(said) == len(found) == 5
+
+
+def test_fields_are_given_by_name():
+    with pytest.raises(TypeError, match="Oscillator takes its fields by name: units, masses"):
+        Oscillator([1.0, 2.0])
+
+
+@pytest.mark.parametrize("name", ["unfolding_map", "trajectory"])
+def test_an_unknown_argument_of_a_method_is_named_with_the_nearest_and_those_there_are(client, service, name):
+    with pytest.raises(
+        TypeError, match=rf"^{name}\(\) has no argument omga; did you mean omega \(allowed: oscillator, "
+    ):
+        getattr(client, name)(omga=0.3, clearance=1.0)
+    assert service.requests == []
+
+
+def test_the_methods_of_the_asynchronous_client_are_coroutine_functions():
+    methods = [name for name, one in vars(ProcessMethods).items() if isinstance(one, Method)]
+    assert all(inspect.iscoroutinefunction(getattr(AsyncClient, name)) for name in (*methods, "trajectory"))
+
+
+def test_a_process_that_is_misspelt_is_named_with_the_nearest(client):
+    with pytest.raises(ParameterError, match="no such process; did you mean unfolding-maps"):
+        client.submit("unfolding_map", {})
 
 
 def test_an_interval_of_a_model_is_one_of_a_branch():

@@ -1,6 +1,7 @@
 """The command of each process: flags for the fields of its request, and errors that name them."""
 
 import json
+import math
 import shlex
 from itertools import pairwise
 from pathlib import Path
@@ -256,9 +257,9 @@ def test_an_error_of_the_service_names_the_flag(run, service, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["status", "--ulr", "http://x"], "unknown: --ulr; did you mean --url"),
-        (["show", "a.npz", "--quiet"], "unknown: --quiet"),
-        (["plot", "a.npz", "b.npz"], "unknown: b.npz"),
+        (["status", "--ulr", "http://x"], "--ulr: Unknown flag; did you mean --url"),
+        (["show", "a.npz", "--quiet"], "--quiet: Unknown flag"),
+        (["plot", "a.npz", "b.npz"], "b.npz: Unexpected argument"),
     ],
 )
 def test_an_unknown_flag_of_another_command_is_named_with_the_nearest(arguments, said, capsys):
@@ -275,3 +276,138 @@ def test_the_help_has_one_line_for_each_command(monkeypatch, capsys):
     lines = capsys.readouterr().out.partition("COMMAND\n")[2].partition("\n\n")[0].splitlines()
     others = ["run", "up", "status", "plot", "show", "schema", "completion"]
     assert [line.split()[0] for line in lines] == [*PROCESSES, *others]
+
+
+@pytest.mark.parametrize("words", [["grazing_curves"], ["run", "grazing_curves"]])
+def test_names_are_written_with_hyphens_or_underscores(run, service, tmp_path, words):
+    output = tmp_path / "my_curve.npz"
+    assert run(*words, "--omega", "0.2:0.4:5", "--max_order=3", f"--output={output}") == 0
+    (job,) = service.jobs.values()
+    assert (job["process"], job["request"]["max_order"]) == ("grazing-curves", 3)
+    assert output.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["grazing-curve", "--omega", "1:2:3"], "there is no command grazing-curve; did you mean grazing-curves"),
+        (["unfolding_map"], "there is no command unfolding-map; did you mean unfolding-maps"),
+        (["run", "unfolding-map"], "there is no process unfolding-map; did you mean unfolding-maps"),
+        (["schema", "grazing_curve"], "there is no process grazing-curve; did you mean grazing-curves"),
+        (["completion", "bsh"], "there is no shell bsh; did you mean bash"),
+        (["wobble"], "there is no command wobble (allowed: grazing-curves, codimension-two-points, "),
+    ],
+)
+def test_a_command_or_process_that_is_misspelt_is_named_with_the_nearest(capsys, words, said):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(words)
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_schema_of_a_process_may_be_asked_with_underscores(capsys):
+    assert cli.main(["schema", "grazing_curves"]) == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "GrazingCurvesRequest"
+
+
+@pytest.mark.parametrize(
+    ("words", "errors"),
+    [
+        (["--sequence=yes"], ["--sequence yes: A switch has no value (allowed: --sequence or --no-sequence)"]),
+        (["--no-sequence", "no"], ["--no-sequence no: A switch has no value (allowed: --sequence or --no-sequence)"]),
+        (
+            ["--quiet=1", "--max-order", "0"],
+            ["--quiet 1: A switch has no value (allowed: --quiet)", "--max-order 0: Input should be greater"],
+        ),
+    ],
+)
+def test_a_switch_with_a_value_is_refused_with_the_other_errors(refused, words, errors):
+    said = refused(*CURVE, *words)
+    assert len(said) == len(errors)
+    assert all(line.startswith(error) for line, error in zip(said, errors, strict=True))
+
+
+MACHINE = ["--units", "SI", "--masses", "2,", "--stiffnesses", "800,", "--damping", "0.001", "--forcing", "12,"]
+SI = [*MACHINE, "--restitution", "0.8"]
+
+
+@pytest.mark.parametrize(
+    ("words", "plain"),
+    [
+        (
+            ["unfolding-maps", "--omega", "2.5Hz:4Hz:3", "--clearance", "1mm:5mm:2"],
+            {
+                "omega": {"start": 5.0 * math.pi, "stop": 8.0 * math.pi, "points": 3},
+                "clearance": {"start": 0.001, "stop": 0.005, "points": 2},
+            },
+        ),
+        (
+            ["trajectories", "--omega", "3Hz", "--clearance", "0.002m", "--periods", "2",
+             "--initial-displacement", "-1mm,"],
+            {"omega": 6.0 * math.pi, "clearance": 0.002,
+             "initial": {"displacement": [-0.001], "velocity": [0.0], "phase": 0.0}},
+        ),
+        (
+            ["bifurcation-diagrams", "--vary", "clearance", "--range", "1e0mm:5.mm:4", "--omega", "20rad/s"],
+            {"range": {"start": 0.001, "stop": 0.005, "points": 4}, "omega": 20.0},
+        ),
+        (
+            ["bifurcation-diagrams", "--vary", "omega", "--range", "1Hz,2Hz,", "--clearance", "5mm"],
+            {"range": [2.0 * math.pi, 4.0 * math.pi], "clearance": 0.005},
+        ),
+        (
+            ["orbit-branches", "--omega", "20", "--clearance", "5mm", "--range", "4mm:6mm", "--motion-period", "1",
+             "--motion-stops", "1,"],
+            {"range": {"start": 0.004, "stop": 0.006}},
+        ),
+        (
+            ["basins", "--omega", "20", "--clearance", "5mm", "--horizontal-quantity", "displacement",
+             "--horizontal-mass", "1", "--horizontal-values", "-1mm:1mm:3", "--vertical-quantity", "velocity",
+             "--vertical-mass", "1", "--vertical-values", "-0.1:0.1:3"],
+            {"horizontal": {"quantity": "displacement", "mass": 1,
+                            "values": {"start": -0.001, "stop": 0.001, "points": 3}}},
+        ),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::grazemap.errors.RequestWarning")
+def test_frequencies_and_lengths_may_have_units_in_si(run, service, words, plain):
+    assert run(*words, *SI) in (0, 3)
+    (job,) = service.jobs.values()
+    request = canonical(parse_request(job["process"], job["request"]))
+    assert {name: request[name] for name in plain} == plain
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--omega", "5Hz:12Hz:200"],
+            "--omega 5Hz:12Hz:200: Hz is a unit of SI, and this oscillator is nondimensional (allowed: numbers "
+            f"without units, or --units SI; {GRID})",
+        ),
+        ([*SI, "--omega", "5mm:6mm:7"], "--omega 5mm:6mm:7: mm is no unit of omega (allowed: Hz or rad/s in SI; "),
+        (
+            [*SI, "--omega", "5Hz:12:200"],
+            "--omega 5Hz:12:200: Only some of the numbers have a unit (allowed: a unit with each of them, or ",
+        ),
+        ([*SI, "--omega", "1:2:3", "--restitution", "5mm"], "--restitution 5mm: Input should be a valid number"),
+        ([*SI, "--omega", "5Hz:12Hz:200Hz"], "--omega 5Hz:12Hz:200Hz: points: Input should be a valid integer"),
+    ],
+)
+def test_a_unit_that_does_not_apply_is_refused(refused, words, said):
+    (line,) = refused("grazing-curves", *words)
+    assert line.startswith(said)
+
+
+def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys):
+    path = tmp_path / "request.json"
+    oscillator = {**OSCILLATOR, "damping": 0.01}
+    path.write_text(json.dumps({"oscillator": oscillator, "omega": [1.0, 2.0, 3.0]}))
+    assert run("grazing-curves", "--json", str(path), "--omega", "1Hz:2Hz:3") == 0
+    (job,) = service.jobs.values()
+    assert job["request"]["omega"]["start"] == 2.0 * math.pi
+    with pytest.raises(SystemExit):
+        cli.main(["unfolding-maps", "--help"])
+    helped = " ".join(capsys.readouterr().out.split())
+    assert "or an increasing list. In SI also as 5Hz." in helped
+    assert "or an increasing list. In SI also as 5mm." in helped

@@ -1,6 +1,7 @@
 """The public names of the package, and modules that importing it must not load."""
 
 import inspect
+import pydoc
 import subprocess
 import sys
 
@@ -87,3 +88,33 @@ def test_the_former_name_of_the_wire_models_warns():
         from grazemap.models import Oscillator
 
     assert Oscillator is grazemap.Oscillator
+
+
+@pytest.mark.parametrize("name", ["UnfoldingMap", "GrazingCurve", "BifurcationDiagram", "OrbitBranch", "PeriodicOrbit"])
+def test_help_of_a_result_says_what_it_is_its_arrays_and_its_methods_without_arguments(name: str):
+    kind = getattr(grazemap, name)
+    lines = pydoc.plain(pydoc.render_doc(kind)).splitlines()
+    shown = [line.removeprefix(" |").strip() for line in lines]
+    assert "_document" not in "\n".join(lines[:10])
+    assert shown.index("Attributes") < shown.index("Methods") < shown.index("Method resolution order:")
+    section = shown[shown.index("Methods") : shown.index("Method resolution order:")]
+    public = {n for n in dir(kind) if not n.startswith(("_", "derived")) and inspect.isfunction(getattr(kind, n))}
+    assert {line.removesuffix("()") for line in section if line.endswith("()")} == public
+    assert "units" in shown[: shown.index("Methods")]
+    assert not any("forcing periods in SI" in line or "rad in SI" in line for line in shown)
+
+
+def test_help_names_the_dimensions_of_a_map_as_its_methods_do():
+    assert "kind : ndarray of int, shape (clearance, omega)" in grazemap.UnfoldingMap.__doc__
+
+
+def test_help_of_the_oscillator_begins_with_its_fields_and_their_defaults():
+    assert str(inspect.signature(grazemap.Oscillator)) == (
+        "(*, units='nondimensional', masses=[1.0, 10.0, 10.0], stiffnesses=[1.0, 5.0, 5.0], damping=0.05, "
+        "forcing=[1.0, 0.0, 0.0], restitution=0.8)"
+    )
+
+
+def test_a_method_says_what_it_returns():
+    for client in (grazemap.Client, grazemap.AsyncClient):
+        assert "Returns\n-------\nUnfoldingMap\n    The motion that each point" in inspect.getdoc(client.unfolding_map)

@@ -14,7 +14,7 @@ from grazemap import cli
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.results import decode_result
-from grazemap.wire import Oscillator, notes_on, parse_request
+from grazemap.wire import Oscillator, canonical, notes_on, parse_request, unstated
 from grazemap.wire.linear import matrices, steady_amplitude
 
 SI = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
@@ -78,11 +78,54 @@ def test_a_client_warns_at_the_line_of_the_caller(client):
 
 
 def test_an_estimate_has_the_notes_without_a_job(client, service):
-    forecast = client.estimate("unfolding-maps", MAP | {"clearance": span(9.0, 10.0)})
+    with pytest.warns(RequestWarning, match="above the grazing curve"):
+        forecast = client.estimate("unfolding-maps", MAP | {"clearance": span(9.0, 10.0)})
     assert (forecast.seconds, [note.code for note in forecast.notes]) == (3.0, ["above-grazing-curve"])
     assert service.jobs == {}
     with pytest.raises(ParameterError):
         client.estimate("unfolding-maps", {})
+
+
+@pytest.mark.parametrize(("values", "said"), [((0.26, 0.30), "two values"), ((0.26, 0.30, 128), "last one 128")])
+def test_a_range_without_a_number_of_points_is_noted_where_it_is_submitted_or_estimated(client, values, said):
+    for call in (client.submit, client.estimate):
+        with pytest.warns(RequestWarning, match=said):
+            call("unfolding-maps", MAP | {"omega": values})
+
+
+def test_the_default_restitution_is_noted_in_si_only():
+    stated = {**SI, "restitution": 0.8}
+    omega = span(15.0, 25.0)
+    noted = [
+        [note.code for note in unstated(parse_request("grazing-curves", body))]
+        for body in ({"oscillator": SI, "omega": omega}, {"oscillator": stated, "omega": omega}, {"omega": omega})
+    ]
+    assert noted == [["default-restitution"], [], []]
+    # the job is the same one
+    first, second = (parse_request("grazing-curves", {"oscillator": one, "omega": omega}) for one in (SI, stated))
+    assert canonical(first) == canonical(second)
+
+
+@pytest.mark.parametrize("oscillator", [SI, Oscillator(**SI)])
+def test_a_client_warns_of_the_default_restitution_however_the_oscillator_is_given(client, oscillator):
+    request = {"oscillator": oscillator, "omega": span(15.0, 25.0)}
+    said = "restitution is not given, and its default 0.8 is used"
+    with pytest.warns(RequestWarning, match=said):
+        client.submit("grazing-curves", request)
+    with pytest.warns(RequestWarning, match=said):
+        forecast = client.estimate("grazing-curves", request)
+    assert [note.code for note in forecast.notes] == ["default-restitution"]
+    with pytest.warns(RequestWarning, match=said):
+        client.grazing_curve(oscillator, omega=(15.0, 25.0), points=8, progress=False)
+
+
+def test_the_command_line_says_the_default_restitution(service, capsys):
+    chain = ["--units", "SI", "--masses", "2,", "--stiffnesses", "800,", "--damping", "0.001", "--forcing", "12,"]
+    command = ["grazing-curves", *chain, "--omega", "15:25:8", "--quiet"]
+    with served(service) as url:
+        for more, lines in (([], 1), (["--restitution", "0.8"], 0)):
+            assert cli.main([*command, *more, "--url", url]) == 0
+            assert capsys.readouterr().err.count("note: restitution is not given, and its default 0.8") == lines
 
 
 def test_the_command_line_prints_the_note(service, tmp_path, capsys):

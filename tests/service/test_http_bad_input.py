@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from grazemap.client.arguments import validated
+from grazemap.errors import ParameterError
 from grazemap_worker.planning.costs import expected_periods
 from grazemap_worker.store import Store
 
@@ -497,3 +499,11 @@ def test_an_exception_is_a_problem_without_internals(
     assert MARKER not in answer.text
     failures = [entry for entry in logs if entry["event"] == "request failed"]
     assert [entry["request_id"] for entry in failures] == [answer.headers["x-request-id"]]
+
+
+def test_the_problem_of_an_invalid_request_is_the_same_before_and_after_it_is_sent(client: TestClient) -> None:
+    answered = client.post("/v1/trajectories", json={**TRAJECTORY, "omega": -1}).json()
+    with pytest.raises(ParameterError) as caught:
+        validated("trajectories", {**TRAJECTORY, "omega": -1})
+    assert answered == caught.value.problem.model_dump(mode="json")
+    assert answered["detail"].endswith("; the errors name each of them.")

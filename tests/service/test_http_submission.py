@@ -256,6 +256,9 @@ def test_an_estimate_is_that_of_the_job_and_submits_nothing(client: TestClient) 
     assert client.get("/v1/jobs").json()["jobs"] == []
     job = client.post("/v1/unfolding-maps", json=body).json()
     assert forecast.json() == {**job["estimate"], "notes": job["notes"]}
+    si = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
+    unstated = client.post("/v1/grazing-curves/estimate", json={"oscillator": si, "omega": [15.0, 20.0, 25.0]}).json()
+    assert [note["code"] for note in unstated["notes"]] == ["default-restitution"]
     refused = client.post("/v1/unfolding-maps/estimate", json=MAP | {"max_periods": 0})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["pointer"] == "/max_periods"

@@ -119,7 +119,9 @@ def test_a_warm_up_says_its_step_and_the_seconds_that_are_left(monkeypatch: pyte
     now = [100.0]
     monkeypatch.setattr(kernel_cache.time, "monotonic", lambda: now[0])
     progress = kernel_cache.WarmUp()
-    assert progress.text() == "loading the kernels"
+    assert progress.text() == "loading the kernels, about 3 s"
+    now[0] += 8.0
+    assert progress.text() == "loading the kernels, for 8 s so far"
     progress.begin(["maps"])
     assert progress.text() == "compiling kernels, step 1 of 4, about 36 s"
     now[0] += 16.0  # the helper took twice as long as expected
@@ -148,7 +150,7 @@ def test_a_warm_up_that_waits_says_for_which_process(folder: Path) -> None:
         ended.set()
         holder.join()
         waiter.join()
-    assert waits.text() == "loading the kernels"
+    assert waits.text() == "loading the kernels, about 3 s"
 
 
 def test_the_parts_are_those_of_the_core() -> None:

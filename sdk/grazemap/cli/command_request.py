@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from typing import Any
 
+from grazemap.cli import units
 from grazemap.cli.flags import Flag, at, flags_of
 from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError
-from grazemap.wire import ProblemError, ProcessRequest
+from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
+from grazemap.wire.error_texts import schema_of
 
 _LONGEST_VALUE = 60
 
@@ -26,8 +28,8 @@ class CommandRequest:
         The fields of --json.
     texts : mapping
         The text of each flag that is given, by its place in the request; true or false for a switch.
-    unknown : mapping
-        The suggestion for each unknown flag, by its name, and for each argument too many.
+    errors : sequence of ProblemError
+        What is wrong with the flags themselves.
     """
 
     def __init__(
@@ -35,12 +37,12 @@ class CommandRequest:
         process: str,
         fields: Mapping[str, Any],
         texts: Mapping[tuple[str, ...], str | bool],
-        unknown: Mapping[str, str],
+        errors: Sequence[ProblemError] = (),
     ) -> None:
         self._process, self._fields, self._texts = process, fields, texts
         self._flags = flags_of(process)
         self._body: dict[str, Any] = deepcopy(dict(fields))
-        self._errors = [_unknown(name, said) for name, said in unknown.items()]
+        self._errors = [*errors]
         for flag in self._flags:
             if flag.place in texts:
                 self._set(flag, texts[flag.place])
@@ -66,7 +68,7 @@ class CommandRequest:
             raise ParameterError(error.problem.model_copy(update={"errors": errors}), error.request_id) from error
 
     def _set(self, flag: Flag, text: str | bool) -> None:
-        value = flag.value(text) if isinstance(text, str) else text
+        value = flag.value(self._in_si(flag, text)) if isinstance(text, str) else text
         if flag.ambiguous and isinstance(value, list) and len(value) == 3 and isinstance(value[2], int):
             start, stop, points = str(text).split(",")
             detail = (
@@ -83,6 +85,29 @@ class CommandRequest:
                 self._refuse(flag, f"{part} in --json is not an object, and this would be a field of it", "an object")
                 return
         inside[flag.place[-1]] = value
+
+    def _in_si(self, flag: Flag, text: str) -> str:
+        """Return the text of a flag with its numbers in rad/s or m."""
+        name = self._quantity_of(flag)
+        if not units.quantity(name):
+            return text
+        if refused := units.refusal(text, name, self._given(("oscillator", "units"))):
+            self._refuse(flag, *refused)
+            return units.bare(text)
+        return units.in_si(text, name)
+
+    def _quantity_of(self, flag: Flag) -> str:
+        """Return the field that has the quantity of a flag: a range is one of another field, which a field names."""
+        *above, name = flag.place
+        named = {"range": "vary", "values": "quantity"}.get(name)
+        return name if named is None else str(self._given((*above, named)))
+
+    def _given(self, place: tuple[str, ...]) -> Any:
+        """Return the value at a place: of its flag, of --json, or else the default of the request."""
+        if place in self._texts:
+            return self._texts[place]
+        value = at(self._fields, place)
+        return at(schema_of(PROCESSES[self._process]), ("properties", *place, "default")) if value is None else value
 
     def _refuse(self, flag: Flag, detail: str, allowed: str) -> None:
         self._errors.append(ProblemError(pointer=flag.pointer, detail=detail, allowed=allowed))
@@ -110,11 +135,6 @@ class CommandRequest:
     def _as_given(self, flag: Flag) -> str:
         text = self._texts.get(flag.place)
         return f"{flag.name} {text}" if isinstance(text, str) else flag.name
-
-
-def _unknown(name: str, suggestion: str) -> ProblemError:
-    spaces = "Unexpected argument; ranges and lists are written without spaces"
-    return ProblemError(pointer=name, detail=f"Unknown flag{suggestion}" if name.startswith("-") else spaces)
 
 
 def _shown(value: Any) -> str:

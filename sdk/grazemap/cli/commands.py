@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Collection, Sequence
-from difflib import get_close_matches
 from typing import Any
 
 from grazemap.cli import completion, computing, saved, stack
 from grazemap.version import __version__
-from grazemap.wire import PROCESSES
+from grazemap.wire import PROCESSES, ProblemError
+from grazemap.wire.error_texts import suggestion
 
 # Column of the descriptions of the commands.
 _COLUMN = 28
@@ -54,13 +54,60 @@ def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentPa
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command, with its `command`. Ends this process where the command is invalid.
 
-    A process has the unknown flags among its options, as `unknown`, and names them with its other errors.
+    A process has the errors of its flags among its options, as `errors`, and names them with those of its request.
     """
-    options, left = parser(set(arguments)).parse_known_args(_with_negative_values(arguments))
-    options.unknown = {name: _suggestion(name, options.parser) for name in _names(left)}
-    if options.unknown and options.command is not computing.compute:
-        options.parser.error("; ".join(f"unknown: {name}{said}" for name, said in options.unknown.items()))
+    words = _with_hyphens(arguments)
+    top = parser(set(words))
+    command = _command(top, words)
+    words, valued = _switches_apart(_with_negative_values(words), command)
+    options, left = top.parse_known_args(words)
+    computes = options.command is computing.compute
+    options.errors = [*valued, *(_left_over(name, command, computes) for name in _names(left))]
+    if options.errors and not computes:
+        command.error("; ".join(f"{one.pointer}: {one.detail}" for one in options.errors))
     return options
+
+
+def _with_hyphens(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with hyphens for underscores in the names of commands, processes and flags."""
+    named = 2 if arguments[:1] in (["run"], ["schema"]) else 1
+    parts = [
+        text.partition("=") if text.startswith("--") or place < named else ("", "", text)
+        for place, text in enumerate(arguments)
+    ]
+    return [name.replace("_", "-") + equals + value for name, equals, value in parts]
+
+
+def _command(top: argparse.ArgumentParser, words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return the parser of the command in the first words. Ends this process where there is none of this name."""
+    found = top
+    for word in words[:2]:
+        # argparse has no public list of what a parser takes
+        chosen = next((one for one in found._actions if one.choices is not None and not one.option_strings), None)
+        if chosen is None or chosen.choices is None or word.startswith("-"):
+            break
+        if word not in chosen.choices:
+            near = suggestion(word, chosen.choices) or f" (allowed: {', '.join(chosen.choices)})"
+            found.error(f"there is no {str(chosen.metavar or chosen.dest).lower()} {word}{near}")
+        found = chosen.choices[word] if isinstance(chosen.choices, dict) else found
+    return found
+
+
+def _switches_apart(words: Sequence[str], command: argparse.ArgumentParser) -> tuple[list[str], list[ProblemError]]:
+    """Return the words without those flags that have a value and take none, and an error for each of them."""
+    switches = {name: one.option_strings for name, one in command._option_string_actions.items() if one.nargs == 0}
+    rest: list[str] = []
+    errors = []
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals and rest and not word.startswith("-"):
+            name, value = rest[-1], word
+        if value and name in switches:
+            allowed = " or ".join(switches[name])
+            errors.append(ProblemError(pointer=f"{name} {value}", detail="A switch has no value", allowed=allowed))
+        else:
+            rest.append(word)
+    return rest, errors
 
 
 def _with_negative_values(arguments: Sequence[str]) -> list[str]:
@@ -83,7 +130,8 @@ def _names(left: Sequence[str]) -> list[str]:
     ]
 
 
-def _suggestion(name: str, parser: argparse.ArgumentParser) -> str:
-    # argparse has no public list of its flags
-    near = get_close_matches(name, parser._option_string_actions, n=1)
-    return f"; did you mean {near[0]}" if near else ""
+def _left_over(name: str, command: argparse.ArgumentParser, computes: bool) -> ProblemError:
+    if name.startswith("-"):
+        return ProblemError(pointer=name, detail=f"Unknown flag{suggestion(name, command._option_string_actions)}")
+    spaces = "; ranges and lists are written without spaces" if computes else ""
+    return ProblemError(pointer=name, detail=f"Unexpected argument{spaces}")

@@ -41,7 +41,7 @@ def compute(options: argparse.Namespace) -> int:
     fields = _request(options.json) if options.json is not None else {}
     given = vars(options)
     texts = {flag.place: given[flag.pointer] for flag in flags_of(options.process) if flag.pointer in given}
-    asked = CommandRequest(options.process, fields, texts, options.unknown)
+    asked = CommandRequest(options.process, fields, texts, options.errors)
     with asked.naming_flags():
         request = asked.validated()
         with closing(running_or_local(options.url, options.quiet)) as client:

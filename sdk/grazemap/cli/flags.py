@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from grazemap.cli import units
 from grazemap.wire import PROCESSES
-from grazemap.wire.error_details import Schema, branches, schema_of
+from grazemap.wire.error_texts import Schema, branches, schema_of
 
 _WITHOUT_PREFIX = "oscillator"
 _RANGE = ("start", "stop", "points")
@@ -116,6 +117,8 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
         if not flag.switch:
             keywords = {"metavar": "|".join(flag.forms), "choices": _Offered(flag.choices) or None}
         description = flag.description.replace("%", "%%")
+        if units.quantity(flag.place[-1]):
+            description += f" In SI also as {units.example(flag.place[-1])}."
         group.add_argument(flag.name, dest=flag.pointer, default=argparse.SUPPRESS, help=description, **keywords)
 
 

@@ -14,7 +14,7 @@ from grazemap import constants
 from grazemap.cli.outcome import DONE, FAILED, InvalidCommand
 from grazemap.client import Client
 from grazemap.errors import GrazemapError, ProtocolError
-from grazemap.local_stack import local, stack_command
+from grazemap.local_stack import LocalClient, Stack, stack_command
 from grazemap.starting import StartLine, ready_line
 
 # Seconds in which a service on this machine says that it is there.
@@ -58,7 +58,7 @@ def running_or_local(url: str | None, quiet: bool) -> Client:
         except GrazemapError:
             found = False
     if not found:
-        return local()
+        return LocalClient(Stack(quiet=quiet))
     if not quiet:
         print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
     return Client()
@@ -100,7 +100,7 @@ def _up(options: argparse.Namespace) -> int:
         try:
             assert stack.stdout is not None
             line = ready_line(stack.stdout, shown)
-            shown.close()
+            shown.close(ready=bool(line))
             if line:
                 print(_addresses(line), flush=True)
             code = stack.wait()

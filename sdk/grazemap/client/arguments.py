@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Required, TypedDict
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from inspect import iscoroutinefunction, signature
+from typing import Any, ParamSpec, Required, TypedDict, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,10 @@ from grazemap.wire import (
 )
 from grazemap.wire.base import plain
 from grazemap.wire.error_details import errors_of
+from grazemap.wire.error_texts import suggestion
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None
 StateLike = InitialState | State | Mapping[str, Any]
@@ -57,13 +63,36 @@ _INVALID_REQUEST = Problem(
     type="urn:grazemap:problem:invalid-request",
     title="Invalid request",
     status=422,
-    detail="Values are missing, unknown or out of range; see errors.",
+    detail="Values are missing, unknown or out of range; the errors name each of them.",
 )
 _MOTION = (
     "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that strikes stop A twice and then stop C; "
     "a mapping, which may also have phases and velocities; or an orbit that was found"
 )
 _VALUES = "(start, stop) with a number of points, or an increasing list or array"
+
+
+def naming_arguments(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a method that names its arguments in the TypeError of a keyword that is none of them."""
+    known = [name for name in signature(function).parameters if name != "self"]
+
+    def check(keywords: Mapping[str, Any]) -> None:
+        for name in keywords:
+            if name not in known:
+                near = suggestion(name, known)
+                raise TypeError(f"{function.__name__}() has no argument {name}{near} (allowed: {', '.join(known)})")
+
+    @wraps(function)
+    def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        check(kwargs)
+        return function(*args, **kwargs)
+
+    @wraps(function)
+    async def awaited(*args: P.args, **kwargs: P.kwargs) -> Any:
+        check(kwargs)
+        return await cast(Any, function)(*args, **kwargs)
+
+    return cast(Callable[P, R], awaited) if iscoroutinefunction(function) else called
 
 
 def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> ProcessRequest:
@@ -75,7 +104,8 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
         There is no such process, or a value is not allowed.
     """
     if not isinstance(process, str) or process not in PROCESSES:
-        raise _parameter_error("", "there is no such process", ", ".join(PROCESSES))
+        near = suggestion(process, PROCESSES) if isinstance(process, str) else ""
+        raise _parameter_error("", f"there is no such process{near}", ", ".join(PROCESSES))
     model = PROCESSES[process]
     if isinstance(body, ProcessRequest):
         if not isinstance(body, model) or body.operation is not model.operation:

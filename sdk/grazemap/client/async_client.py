@@ -105,7 +105,7 @@ class AsyncClient(ProcessMethods, Awaited):
         return AsyncJobHandle(self._connection, job)
 
     async def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
-        """Return what a request is expected to cost, with its notes; nothing is submitted.
+        """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
 
         Parameters, and Raises apart from QueueFull, as for `submit`. A request over a limit of the service raises
         ParameterError, which says the estimate and the limit.
@@ -133,6 +133,7 @@ class AsyncClient(ProcessMethods, Awaited):
         self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
+    @arguments.naming_arguments
     async def trajectory(
         self,
         oscillator: OscillatorLike = None,

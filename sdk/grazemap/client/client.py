@@ -106,7 +106,7 @@ class Client(ProcessMethods, Blocking):
         return JobHandle(self._connection, job)
 
     def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
-        """Return what a request is expected to cost, with its notes; nothing is submitted.
+        """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.
 
         Parameters, and Raises apart from QueueFull, as for `submit`. A request over a limit of the service raises
         ParameterError, which says the estimate and the limit.
@@ -132,6 +132,7 @@ class Client(ProcessMethods, Blocking):
         self, oscillator: OscillatorLike = None, *, initial: Sequence[StateLike], **options: Unpack[PathOptions]
     ) -> Trajectories: ...
 
+    @arguments.naming_arguments
     def trajectory(
         self,
         oscillator: OscillatorLike = None,

@@ -18,7 +18,7 @@ from grazemap.client.watch import Follower
 from grazemap.constants import API_PREFIX, PREFER_WAIT
 from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
 from grazemap.results import Result, decode_result, html
-from grazemap.wire import Forecast, Job, JobList, Problem, ProcessRequest, Progress, Status, canonical
+from grazemap.wire import Forecast, Job, JobList, Problem, ProcessRequest, Progress, Status, canonical, unstated
 
 R = TypeVar("R", bound=Result)
 _JSON = {"content-type": "application/json"}
@@ -142,14 +142,17 @@ def submit(connection: Connection, request: ProcessRequest, prefer_wait: int = 0
     job = Job.read((connection.send("POST", path, headers=headers, content=_body(request))).content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an invalid job id")
-    warn_of(job.notes)
+    warn_of([*job.notes, *unstated(request)])
     return job
 
 
 def forecast(connection: Connection, request: ProcessRequest) -> Forecast:
     """Return the expected cost of a request, which is not submitted."""
     path, body = f"{API_PREFIX}/{request.operation.process}/estimate", _body(request)
-    return Forecast.read((connection.send("POST", path, headers=_JSON, content=body)).content)
+    found = Forecast.read((connection.send("POST", path, headers=_JSON, content=body)).content)
+    notes = [*found.notes, *unstated(request)]
+    warn_of(notes)
+    return found.model_copy(update={"notes": notes})
 
 
 def _body(request: ProcessRequest) -> bytes:

@@ -85,9 +85,10 @@ class Method(Generic[P, R]):
             function.__annotations__ = {**fields.__annotations__, "return": result.__name__}
             function.__signature__ = self._signature.replace(return_annotation=result.__name__)
         described, _, references = cleandoc(fields.__doc__ or "").partition("\nReferences\n")
-        awaited.__doc__ = described.rstrip() + "\n" + _RAISES + (references and f"\nReferences\n{references}\n")
+        returned = f"\n\nReturns\n-------\n{result.__name__}\n    {(result.__doc__ or '').partition(chr(10))[0]}\n"
+        awaited.__doc__ = described.rstrip() + returned + _RAISES + (references and f"\nReferences\n{references}\n")
         blocking.__doc__ = awaited.__doc__.replace("await client.", "client.")
-        self._blocking, self._awaited = blocking, awaited
+        self._blocking, self._awaited = arguments.naming_arguments(blocking), arguments.naming_arguments(awaited)
 
     def asked(self, *args: P.args, **kwargs: P.kwargs) -> tuple[ProcessRequest, bool]:
         """Return the request for some arguments, and whether progress is shown. Raises ParameterError."""
@@ -149,7 +150,7 @@ class ProcessMethods:
         sequence : bool
             Whether the result has xi_m of every point, for all orders.
         progress : bool
-            Whether a bar is shown on stderr during the computation.
+            Whether a bar is shown on a terminal or below a notebook's cell during the computation.
 
         References
         ----------
@@ -275,7 +276,10 @@ class ProcessMethods:
         Parameters
         ----------
         oscillator : Oscillator or mapping, optional
+            Left out: the paper's example.
         omega, clearance : (start, stop) or increasing list or array
+            Forcing frequencies, the map's columns, and distances of the stops from the middle, its rows; rad/s and m
+            in SI.
         shape : (int, int), optional
             Numbers of clearances and of omegas, where they are given as (start, stop).
         policy : {"rest", "sweep-up", "sweep-down", "ensemble"}
@@ -294,6 +298,7 @@ class ProcessMethods:
             Whether only periodic motions are identified, which is faster. Chaotic motions are not distinguished from
             those that have not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
+            Whether a bar is shown on a terminal or below a notebook's cell during the computation.
         """
         return arguments.plane(omega, clearance, shape)
 

@@ -92,7 +92,7 @@ class Listener:
 
 def _display(title: str) -> Display | None:
     """Return the display for where this runs; None: standard error is no terminal."""
-    if _in_notebook():
+    if in_notebook():
         return NotebookBar(title)
     if not sys.stderr.isatty():
         return None
@@ -107,7 +107,8 @@ def _display(title: str) -> Display | None:
 _FORMAT = "{desc}: {percentage:3.0f}%|{bar}| [{elapsed}{postfix}]"
 
 
-def _in_notebook() -> bool:
+def in_notebook() -> bool:
+    """Return whether this runs in a notebook's kernel."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return getattr(shell, "kernel", None) is not None
 
@@ -116,26 +117,36 @@ def _left(seconds: float | None) -> str:
     return "" if seconds is None else f"about {seconds:.0f} s left"
 
 
-class NotebookBar:
-    """A bar below a notebook's cell. At the end it is empty, so that nothing of it is in the saved notebook.
+class NotebookDisplay:
+    """A place below a notebook's cell. It is emptied at the end, so that nothing of it is in the saved notebook.
 
     A widget of `tqdm.auto` would remain there as the text of its first state.
     """
 
-    def __init__(self, title: str) -> None:
+    def __init__(self) -> None:
         from IPython.display import display
 
-        self._title = escape(title)
         self._handle: Any = display({"text/html": ""}, raw=True, display_id=True)
+
+    def update(self, html: str) -> None:
+        """Show HTML in place of what was shown before."""
+        self._handle.update({"text/html": html}, raw=True)
+
+
+class NotebookBar(NotebookDisplay):
+    """A bar below a notebook's cell."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        self._title = escape(title)
 
     def show(self, share: float, left: float | None) -> None:
         """As `Display.show`."""
-        text = f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {_left(left)}"
-        self._handle.update({"text/html": text}, raw=True)
+        self.update(f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {_left(left)}")
 
     def close(self) -> None:
         """As `Display.close`."""
-        self._handle.update({"text/html": ""}, raw=True)
+        self.update("")
 
 
 class TqdmBar:

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field
+from inspect import Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
@@ -55,8 +56,10 @@ class Result:
     def __init_subclass__(cls) -> None:
         cls.schema = _SCHEMAS[cls.__name__]
         cls.process = cls.schema.process
-        cls.__doc__ = with_attributes(cls.__doc__ or "", cls.schema)
+        cls.__doc__ = with_attributes(cls.__doc__ or "", cls.schema, cls)
         RESULTS[cls.__name__] = dataclass(frozen=True, eq=False, repr=False)(cls)
+        # results come from clients and files, so help() shows no arguments
+        cls.__signature__ = Signature()  # type: ignore[attr-defined]
 
     @classmethod
     def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from inspect import cleandoc
 from textwrap import dedent, fill, indent
+from types import FunctionType
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.schema import Field, Record
+from grazemap.schema import Field, Record, ResultSchema
 from grazemap.schema.common import IMPACTS, MOTION, RESTS, STATE
 
 R = TypeVar("R")
@@ -41,27 +43,43 @@ def described(record: Record, *, comparable: bool = False) -> Callable[[type[R]]
     return register
 
 
-def with_attributes(docstring: str, record: Record) -> str:
-    """Return a docstring with the section Attributes."""
+def with_attributes(docstring: str, record: Record, cls: type | None = None) -> str:
+    """Return a docstring with the section Attributes, and for a class with its properties there and its methods."""
     summary, _, rest = docstring.partition("\n")
     parts = [summary, "", "Attributes", "----------"]
+    roles = record.roles if isinstance(record, ResultSchema) else {}
     for one in record:
         if not one.replaces and one.name != "at_computed":
-            parts += [f"{one.name} : {_type(one)}", indent(fill(_text(one), 108), "    ")]
+            parts += [f"{one.name} : {_type(one, roles)}", indent(fill(_text(one), 108), "    ")]
+    if cls is not None:
+        parts += [*members(cls, property), "", "Methods", "-------", *members(cls, FunctionType)]
     return "\n".join(parts) + (f"\n\n{dedent(rest).strip()}\n" if rest.strip() else "\n")
 
 
-def _type(one: Field) -> str:
+def members(cls: type, kind: type) -> list[str]:
+    """Return the lines that say in one sentence what each public property, or method, of a class returns."""
+    found = {name: value for base in reversed(cls.__mro__[:-1]) for name, value in vars(base).items()}
+    lines = []
+    for name, value in sorted(found.items()):
+        said = cleandoc(value.__doc__ or "").partition("\n")[0] if isinstance(value, kind) else ""
+        if said and not name.startswith(("_", "derived")) and not said.startswith("Deprecated"):
+            lines += [name if kind is property else f"{name}()", f"    {said}"]
+    return lines
+
+
+def _type(one: Field, roles: Mapping[str, str]) -> str:
     name = one.type.name if isinstance(one.type, Record) else one.type if isinstance(one.type, str) else "dict"
     if one.dims:
         listed = one.texts or isinstance(one.type, Record)
-        shape = f"({', '.join(one.dims)}{',' * (len(one.dims) == 1)})"
+        dims = [roles.get(role, role) for role in one.dims]
+        shape = f"({', '.join(dims)}{',' * (len(dims) == 1)})"
         name = f"tuple of {name}" if listed else f"ndarray of {name}, shape {shape}"
     return f"{name}, or None" if one.optional or (one.null and not one.dims and name != "float") else name
 
 
 def _text(one: Field) -> str:
-    unit = f" {one.unit} in SI." if one.unit else ""
+    always = one.unit_in("nondimensional") == one.unit
+    unit = f" Unit: {one.unit}{'' if always else ' in SI'}." if one.unit else ""
     when = f" Only {one.when}." if one.when else ""
     index = f" Position in `{one.index_of}`." if one.index_of else ""
     return one.description + index + unit + when

@@ -17,7 +17,7 @@ from grazemap.wire.job import (
     Status,
     motion_label,
 )
-from grazemap.wire.notes import notes_on
+from grazemap.wire.notes import notes_on, unstated
 from grazemap.wire.orbits import (
     BifurcationCurvesRequest,
     CurveMotion,
@@ -80,4 +80,5 @@ __all__ = [
     "motion_label",
     "notes_on",
     "parse_request",
+    "unstated",
 ]

@@ -6,9 +6,10 @@ Requests refuse unknown fields, responses ignore them, so that an older client r
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +26,48 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
+from pydantic._internal._model_construction import ModelMetaclass
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from grazemap.errors import ProtocolError
+from grazemap.wire.error_texts import error_text, schema_of
 
 SMALLEST_NUMBER = 1e-60
 LARGEST_NUMBER = 1e60
 _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
 
-class Request(BaseModel):
+class _Constructed(ModelMetaclass):
+    """The class of models that say what is wrong and what is allowed in the words of a request's errors.
+
+    It concerns the models that Python code constructs, and not those that pydantic makes of a request's body.
+    """
+
+    if not TYPE_CHECKING:  # type checkers read the fields of each model
+
+        def __call__(cls, *values: Any, **fields: Any) -> Any:
+            if values:
+                names = ", ".join(schema_of(cls)["properties"])
+                raise TypeError(f"{cls.__name__} takes its fields by name: {names}")
+            try:
+                return super().__call__(**fields)
+            except ValidationError as error:
+                raise _in_our_words(error, cls) from None
+
+
+def _in_our_words(error: ValidationError, model: type[BaseModel]) -> ValidationError:
+    said = []
+    for one in error.errors(include_url=False, include_input=False):
+        text = error_text({**one, "loc": ("body", *one["loc"])}, schema_of(model), naming=True)
+        message = text.detail + (f" (allowed: {text.allowed})" if text.allowed else "")
+        context = {name: value for name, value in one.get("ctx", {}).items() if name != "at"}
+        kind = PydanticCustomError(one["type"], "{said}", {**context, "said": message})
+        place = (*text.where, *filter(None, (text.unknown,)))
+        said.append(InitErrorDetails(type=kind, loc=place, input=None))
+    return ValidationError.from_exception_data(error.title, said, hide_input=True)
+
+
+class Request(BaseModel, metaclass=_Constructed):
     """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
 
     The text below a field is its description in the API's document.
@@ -48,6 +81,15 @@ class Request(BaseModel):
         hide_input_in_errors=True,
         use_attribute_docstrings=True,
     )
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Give help() the names and defaults of the fields alone; pydantic's signature has all their annotations."""
+        fields = [
+            Parameter(name, Parameter.KEYWORD_ONLY, default=Parameter.empty if one.is_required() else one.default)
+            for name, one in cls.model_fields.items()
+        ]
+        cls.__signature__ = Signature(fields)
 
     def unused(self) -> Collection[str]:
         """Return the names of fields without meaning in this request; its canonical text lacks them."""

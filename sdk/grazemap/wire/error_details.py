@@ -1,51 +1,20 @@
 """Errors of a request, from those of pydantic: pointer, detail, and what is allowed.
 
-Client and service use the same texts. `allowed` is taken from the JSON schema of the request's model at the place of
-the error, so it cannot disagree with the validation. The service repeats nothing that was sent; for an unknown field it
-gives the closest known name. The client also gives the unknown name.
+Client and service use the same texts. The service repeats nothing that was sent; for an unknown field it gives the
+closest known name. The client also gives the unknown name.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
-from functools import cache
 from typing import Any
 
 from pydantic import BaseModel
 
+from grazemap.wire.error_texts import Schema, error_text, schema_of
 from grazemap.wire.job import ProblemError
 
-Schema = Mapping[str, Any]
 MAX_ERRORS = 20
-# All known names are much shorter, and the comparison of longer names takes time.
-_LONGEST_NAME = 64
-# Messages of these types contain no input; every other type has a sentence below.
-_QUOTABLE = {
-    "greater_than",
-    "greater_than_equal",
-    "less_than",
-    "less_than_equal",
-    "too_short",
-    "too_long",
-    "finite_number",
-    "float_type",
-    "int_type",
-    "bool_type",
-    "list_type",
-    "dict_type",
-    "literal_error",
-    "not_allowed",
-}
-_SENTENCES = {
-    "missing": "Field required",
-    "extra_forbidden": "Unknown field",
-    "model_type": "Input should be an object",
-    "model_attributes_type": "Input should be an object",
-}
-# Query parameters have no schema here.
-_PARSED = {"int_parsing": "an integer"}
 
 
 def errors_of(
@@ -71,104 +40,11 @@ def errors_of(
     return [_error(error, schema, naming) for error in errors[:MAX_ERRORS]]
 
 
-@cache
-def schema_of(model: type[BaseModel]) -> Schema:
-    """Return the JSON schema of a model (computed once)."""
-    return model.model_json_schema()
-
-
 def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemError:
-    source, *rest = error["loc"] or ("body",)
-    kind = str(error["type"])
-    unknown = ""
-    if kind == "extra_forbidden":
-        unknown = str(rest.pop())  # the pointer is that of its object, without the name that the client sent
-    # the names of union branches, such as "[range]", are not in the body
-    where = [part for part in rest if not (isinstance(part, str) and part.startswith("["))]
-    context = error.get("ctx") or {}
-    where += context.get("at", ())
-    # a message of our own ends with what is allowed, which has its own field here
-    detail = (
-        str(context.get("reason", error["msg"]))
-        if kind in _QUOTABLE
-        else _SENTENCES.get(kind, "Input is not valid here")
-    )
-    here = _at(schema, where)
-    if kind == "extra_forbidden":
-        detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""
-        detail += _suggestion(unknown, here)
-    allowed = str(context["allowed"]) if "allowed" in context else _describe(here, schema)
-    if source != "body" and not allowed:
-        allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
-    return ProblemError(pointer=_pointer(source, where), detail=detail, allowed=allowed)
-
-
-def _suggestion(unknown: str, schemas: Sequence[Schema]) -> str:
-    """Return a suggestion of a known field for an unknown name, or "" where none is similar."""
-    known = [name for schema in schemas for name in schema.get("properties", {})]
-    near = get_close_matches(unknown, known, n=1) if len(unknown) <= _LONGEST_NAME else []
-    return f"; did you mean {near[0]}" if near else ""
+    text = error_text(error, schema, naming)
+    return ProblemError(pointer=_pointer(text.source, text.where), detail=text.detail, allowed=text.allowed)
 
 
 def _pointer(source: Any, where: Iterable[Any]) -> str:
     parts = [str(part).replace("~", "~0").replace("/", "~1") for part in where]
     return "".join("/" + part for part in parts) if source == "body" else "?" + ".".join(parts)
-
-
-def _allowed_of_context(context: Mapping[str, Any]) -> str:
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    bounds = [f"{sign} {context[key]}" for key, sign in signs.items() if key in context]
-    return str(context["expected"]) if "expected" in context else ", ".join(bounds)
-
-
-def _resolve(schema: Schema, root: Schema) -> Schema:
-    while "$ref" in schema:
-        schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
-    return schema
-
-
-def branches(schema: Schema, root: Schema) -> list[Schema]:
-    """Return the alternatives of a schema, one level of union resolved."""
-    schema = _resolve(schema, root)
-    options = schema.get("oneOf") or schema.get("anyOf")
-    return [branch for option in options for branch in branches(option, root)] if options else [schema]
-
-
-def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
-    """Return the alternatives of the schema at a place in the body, none where the schema has no such place."""
-    found = branches(root, root) if root else []
-    for part in where:
-        if isinstance(part, int):
-            below = [schema["items"] for schema in found if "items" in schema]
-        else:
-            below = [schema["properties"][part] for schema in found if part in schema.get("properties", {})]
-        found = [branch for schema in below for branch in branches(schema, root)]
-    return found
-
-
-def _describe(schemas: Sequence[Schema], root: Schema) -> str:
-    return " or ".join(filter(None, (_describe_one(schema, root) for schema in schemas)))
-
-
-def _describe_one(schema: Schema, root: Schema) -> str:
-    if "const" in schema:
-        return json.dumps(schema["const"])
-    if "enum" in schema:
-        return "one of " + ", ".join(map(json.dumps, schema["enum"]))
-    kind = schema.get("type")
-    if kind in {"number", "integer"}:
-        noun = "an integer" if kind == "integer" else "a finite number"
-        return " ".join(filter(None, (noun, _bounds(schema))))
-    if kind == "array":
-        items = _describe(branches(schema.get("items", {}), root), root) or "any value"
-        minimum, maximum = schema.get("minItems"), schema.get("maxItems")
-        counts = f"{minimum or 0} to {maximum}: " if maximum else f"at least {minimum}: " if minimum else ""
-        return f"a list of {counts}{items}"
-    if kind == "object" or "properties" in schema:
-        return "an object with the fields " + ", ".join(schema.get("properties", {}))
-    return str(kind) if kind and kind != "null" else ""
-
-
-def _bounds(schema: Schema) -> str:
-    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
-    return " and ".join(f"{sign} {schema[key]:.15g}" for key, sign in signs.items() if key in schema)

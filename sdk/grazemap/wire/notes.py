@@ -35,6 +35,21 @@ def notes_on(request: ProcessRequest) -> list[Note]:
     return found
 
 
+def unstated(request: ProcessRequest) -> list[Note]:
+    """Return a note on each default that is seldom meant, in a request as a caller wrote it.
+
+    A job's request has every default filled in, so neither a job nor a result has these notes.
+    """
+    oscillator = request.oscillator
+    if oscillator.units != "SI" or "restitution" in oscillator.model_fields_set:
+        return []
+    detail = (
+        f"restitution is not given, and its default {oscillator.restitution:g} is used: give the oscillator its "
+        "restitution, also where that is meant"
+    )
+    return [Note(code="default-restitution", detail=detail)]
+
+
 def _values(request: ProcessRequest, name: str) -> object:
     if isinstance(request, BifurcationDiagramsRequest) and request.vary == name:
         return request.range

@@ -34,7 +34,7 @@ that is left out has its default, also in SI, except that damping has none there
 
 
 class Oscillator(Request):
-    """A chain of N masses; mass 1 moves between the stops A (+clearance) and C (-clearance).
+    """A chain of N masses; mass 1 moves between the stops A (+clearance) and C (-clearance), and rebounds from them.
 
     ``M x'' + C x' + K x = f sin(omega t + phase)`` for ``|x1| < clearance``, and ``v1 -> -restitution v1`` at a
     stop; link i joins mass i to mass i + 1, the last one to ground (equations (1), (3); the impact law (2), (4)
@@ -53,6 +53,16 @@ class Oscillator(Request):
     forcing : sequence of N floats
         Amplitudes f; N in SI.
     restitution : float in [0, 1]
+        Speed of mass 1 after an impact over the speed before it.
+
+    Attributes
+    ----------
+    size : int
+        Number of masses N.
+    natural_frequencies : ndarray of float, shape (N,)
+        Of the undamped chain without stops, increasing; rad/s in SI.
+    damping_ratios : ndarray of float, shape (N,)
+        Of each mode; 1 or more: the mode does not oscillate.
     """
 
     # The docstring is for Python; in the API's document it would be one paragraph.

@@ -11,7 +11,7 @@ import anyio
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Body, Depends, Header, Request, Response
 
-from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, ProcessRequest, Status, notes_on
+from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, ProcessRequest, Status, notes_on, unstated
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import PREFIX, job_response, stored_job, submit
 from grazemap_service.limits import checked_plan
@@ -75,7 +75,7 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
 
     def made(context: Context, request: ProcessRequest) -> Forecast:
         planned = checked_plan(operation.process, request, context.settings)
-        return Forecast(**planned.estimate.model_dump(), notes=notes_on(request))
+        return Forecast(**planned.estimate.model_dump(), notes=[*notes_on(request), *unstated(request)])
 
     async def post(body: ProcessRequest, context: Context) -> Forecast:
         return await run_sync(made, context, body, limiter=context.threads)

@@ -28,6 +28,8 @@ _MOST_UNFINISHED = 2
 SECONDS = {"grazing": 8.0, "trajectories": 11.5, "orbits": 7.5, "maps": 36.0}
 """The parts of the core's warm-up, and the seconds that one core of a server took to compile each."""
 _LONGEST = ["maps"]
+LOADING_SECONDS = 3.0
+"""The seconds in which one core of a server loaded all kernels from the cache, imports included."""
 
 
 class CacheFolderError(RuntimeError):
@@ -68,6 +70,7 @@ class WarmUp:
             self._awaited = Path(lock.name)
             fcntl.flock(lock, fcntl.LOCK_EX)
             self._awaited = None
+            self._began = time.monotonic()
         lock.truncate(0)
         lock.write(str(os.getpid()))
         lock.flush()
@@ -92,7 +95,9 @@ class WarmUp:
             holder = awaited.read_text("ascii") or "unknown"  # for an instant after it was taken
             return f"waiting for another stack, process {holder}, that compiles the kernels"
         if not self._expected:
-            return "loading the kernels"
+            took = time.monotonic() - self._began
+            left = LOADING_SECONDS - took
+            return f"loading the kernels, {f'about {left:.0f} s' if left >= 1.0 else f'for {took:.0f} s so far'}"
         left = self._expected * self._slower.value - (time.monotonic() - self._began)
         step = min(self._finished.value + 1, len(SECONDS))
         return f"compiling kernels, step {step} of {len(SECONDS)}, about {max(1.0, left):.0f} s"

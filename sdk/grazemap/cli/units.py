@@ -1,0 +1,76 @@
+"""Units in the values of flags: frequencies in Hz or rad/s, lengths in mm or m. A request has rad/s and m."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+
+_UNITS: dict[str, dict[str, Callable[[float], float]]] = {
+    "frequency": {"Hz": lambda value: 2.0 * math.pi * value, "rad/s": float},
+    "length": {"mm": lambda value: value / 1000.0, "m": float},
+}
+_QUANTITIES = {"omega": "frequency", "clearance": "length", "overshoot": "length", "displacement": "length"}
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]+)")
+
+
+def quantity(name: str) -> str:
+    """Return "frequency" or "length", the quantity of a field, "" for any other one."""
+    return _QUANTITIES.get(name, "")
+
+
+def example(name: str) -> str:
+    """Return a number of a field with a unit, as its help shows it."""
+    return f"5{next(iter(_UNITS[quantity(name)]))}"
+
+
+def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
+    """Return why units in the text of a flag are refused, and what is allowed; None if they are not.
+
+    Parameters
+    ----------
+    text : str
+        A number, a range or a list.
+    name : str
+        The field that has the quantity of the numbers.
+    units : str
+        "SI" or "nondimensional".
+    """
+    given = [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in _numbers(text)]
+    allowed = _UNITS[quantity(name)]
+    if not any(given):
+        return None
+    unknown = next((unit for unit in given if unit and unit not in allowed), "")
+    if unknown:
+        return f"{unknown} is no unit of {name}", f"{' or '.join(allowed)} in SI"
+    if units != "SI":
+        return f"{next(filter(None, given))} is a unit of SI, and this oscillator is nondimensional", (
+            "numbers without units, or --units SI"
+        )
+    if not all(given):
+        return "Only some of the numbers have a unit", "a unit with each of them, or with none"
+    return None
+
+
+def in_si(text: str, name: str) -> str:
+    """Return the text of a flag with all numbers in rad/s or m, and without their units."""
+    units = _UNITS[quantity(name)]
+    return _replaced(text, lambda number, unit: repr(units[unit](float(number))))
+
+
+def bare(text: str) -> str:
+    """Return the text of a flag without units, its numbers as they are."""
+    return _replaced(text, lambda number, _: number)
+
+
+def _replaced(text: str, by: Callable[[str, str], str]) -> str:
+    """Return a text with each number that has a unit replaced, but for the number of points of a range."""
+    parts = re.split(r"([:,])", text)
+    last = 4 if ":" in text else len(parts)
+    found = [_NUMBER.fullmatch(part) if place < last else None for place, part in enumerate(parts)]
+    return "".join(by(match[1], match[2]) if match else part for match, part in zip(found, parts, strict=True))
+
+
+def _numbers(text: str) -> list[str]:
+    """Return the numbers of a text, without the number of points of a range."""
+    return text.split(":")[:2] if ":" in text else [number for number in text.split(",") if number]
