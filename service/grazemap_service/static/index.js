@@ -35,7 +35,8 @@ async function compute(number, process, request) {
   let job = sent.body;
   for (;;) {
     while (!["successful", "failed", "dismissed"].includes(job.status)) {
-      says.value = `Computing: ${job.progress.done} of ${job.progress.total} parts`;
+      says.value = job.waiting_for ? `Waiting for ${job.waiting_for}`
+        : `Computing: ${job.progress.done} of ${job.progress.total} parts`;
       await new Promise((resolve) => setTimeout(resolve, PAUSE));
       job = (await ask(number, `v1/jobs/${job.id}`)).body;
     }
