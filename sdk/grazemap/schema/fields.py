@@ -138,11 +138,14 @@ class ResultSchema(Record):
         From the role of a dimension to the field with its coordinates, where the two are named differently.
     derived : tuple of Field
         Additional variables of a Dataset, which the result's class computes.
+    in_json : tuple of Field
+        Additional fields of its JSON, which `schema.motions` computes.
     """
 
     process: str = ""
     roles: Mapping[str, str] = dataclasses.field(default_factory=dict)
     derived: tuple[Field, ...] = ()
+    in_json: tuple[Field, ...] = ()
 
 
 def field(

@@ -1,0 +1,41 @@
+"""The colours of motions, from palette.json, which has those of pictures and of the service's page.
+
+Any two colours there differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them, so whatever
+meets in a picture can be distinguished. A motion that is named there has its colour in every picture. Any other motion
+takes the colour that its label gives, or the next one that no motion of the picture has.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import Any
+
+PALETTE: dict[str, Any] = json.loads(files("grazemap").joinpath("palette.json").read_text(encoding="utf-8"))
+
+OTHER: str = PALETTE["kinds"]["other"]
+_NAMED: dict[str, str] = PALETTE["kinds"] | PALETTE["motions"]
+_FREE: tuple[str, ...] = (*PALETTE["motions"].values(), *PALETTE["other motions"])
+
+
+def motion_colours(names: Sequence[str]) -> list[str]:
+    """Return the colours #RRGGBB of different motions in one picture; those that find no colour left have `OTHER`.
+
+    `names` are their labels, or the kinds of those that have none. Of equal names, such as those of mirror images, the
+    first has the colour of the name.
+    """
+    colours: list[str | None] = []
+    taken: set[str] = set()
+    for name in names:
+        named = _NAMED.get(name)
+        colours.append(None if named in taken else named)
+        taken |= {named} if named else set()
+    for position, name in enumerate(names):
+        if colours[position] is None:
+            first = zlib.crc32(name.encode()) % len(_FREE)
+            colour = next((one for one in (*_FREE[first:], *_FREE[:first]) if one not in taken), OTHER)
+            colours[position] = colour
+            taken.add(colour)
+    return [colour or OTHER for colour in colours]
