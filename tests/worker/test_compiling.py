@@ -40,7 +40,7 @@ def test_a_compilation_is_said_and_its_end_too() -> None:
     with compiling_said(told.append, 2):
         assert new_function()((1.0, 2.0)) == 3.0
         until(lambda: told[-1:] == [""], 5)
-    assert told[0] == f"the compilation of kernels for 2 masses, about {compiling.SECONDS:.0f} s"
+    assert told[0] == f"kernels for 2 masses, about {compiling.SECONDS:.0f} s to compile"
     assert told[-1] == ""
 
 
@@ -68,7 +68,7 @@ def test_a_tile_that_compiles_says_so_in_its_job(store: Store, monkeypatch: pyte
     tasks.run_tile(job.id, 0)
     assert store.jobs.status(job.id) == "successful"
     assert told[0][0] == job.id
-    assert told[0][1].startswith("the compilation of kernels for 3 masses, about ")
+    assert told[0][1].startswith("kernels for 3 masses, ")
     assert told[-1] == (job.id, "")
 
 
@@ -76,7 +76,7 @@ def test_nothing_is_said_after_the_block() -> None:
     told: list[str] = []
     with compiling_said(told.append, 1):
         new_function()((1.0,))
-    assert told[0].startswith("the compilation of kernels for 1 mass, ")
+    assert told[0].startswith("kernels for 1 mass, ")
     length = len(told)
     new_function()((1.0,))
     time.sleep(0.05)

@@ -6,7 +6,6 @@ first map of a chain with another number compiles them again, inside its tile.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -30,24 +29,21 @@ def compiling_said(say: Callable[[str], None], masses: int) -> Iterator[None]:
         """Counts the compilations in progress; one contains those of the functions that it calls."""
 
         depth = 0
-        began: tuple[float, float] | None = None
+        said = False
 
         def on_start(self, _: Any) -> None:
             self.depth += 1
-            if self.began is None:
-                self.began = time.monotonic(), time.process_time()
+            if not self.said:
+                self.said = True
                 stack.enter_context(said(say, self.text))
 
         def on_end(self, _: Any) -> None:
             self.depth -= 1
 
         def text(self) -> str:
-            if not self.depth or self.began is None:
-                return ""
-            elapsed, computed = time.monotonic() - self.began[0], time.process_time() - self.began[1]
-            # beside other processes it takes longer
-            left = max(1.0, (SECONDS - computed) * (elapsed / computed if elapsed > 1.0 else 1.0))
-            return f"the compilation of kernels for {masses} mass{'' if masses == 1 else 'es'}, about {left:.0f} s"
+            # not the seconds that are left, as it may take three times as long on a busy machine
+            kernels = f"kernels for {masses} mass{'' if masses == 1 else 'es'}"
+            return f"{kernels}, about {SECONDS:.0f} s to compile" if self.depth else ""
 
     with ExitStack() as stack, event.install_listener("numba:compile", Compilations()):
         yield

@@ -72,7 +72,7 @@ class Job(Response):
     `cpu_seconds` is the processor time spent on the finished part in all workers together, without packing, waiting
     and failed attempts. It is None from a service that does not count it.
 
-    `waiting_for` says what an unfinished job waits for: kernels that are compiled, a worker, or the end of other jobs.
+    `waiting_for` says what an unfinished job waits for: kernels that are compiled, a worker, or other jobs.
     It is None while the job is computed, when it is finished, and in lists of jobs.
     """
 
