@@ -12,7 +12,7 @@ from pathlib import Path
 
 from grazemap.results import RESULTS
 from grazemap.results.base import Result
-from grazemap.schema import SCHEMAS, Field, Record
+from grazemap.schema import SCHEMAS, Field, Record, ResultSchema
 
 FOLDER = Path(__file__).parent
 PAGES = ("api.md", "sdk.md")
@@ -33,17 +33,21 @@ def _table(name: str) -> str:
 def _records() -> dict[str, Record]:
     def inside(record: Record) -> Iterator[Record]:
         yield record
-        for one in record:
+        for one in _all_fields(record):
             if isinstance(one.type, Record):
                 yield from inside(one.type)
 
     return {record.name: record for schema in SCHEMAS for record in inside(schema)}
 
 
+def _all_fields(record: Record) -> tuple[Field, ...]:
+    return (*record, *record.in_json) if isinstance(record, ResultSchema) else record.fields
+
+
 def _fields(record: Record) -> Iterator[str]:
     yield "| field | type | unit in SI | |"
     yield "|---|---|---|---|"
-    for one in record:
+    for one in _all_fields(record):
         index = f" A position in `{one.index_of}`." if one.index_of else ""
         null = " May be null." if one.null else ""
         when = f" Only {one.when}." if one.when else ""

@@ -35,9 +35,19 @@ periodic orbits and their branches.
    `Prefer: wait=30`.
 3. **Open the result**, `/v1/jobs/{job_id}/result`, as JSON or numpy's npz.
 
-Equal requests have the same job, also of different clients. Every error is a problem after RFC 9457. The guides come
-with the source: `docs/api.md` (this interface, with every field of every result), `docs/sdk.md` (Python and the command
-line), `docs/glossary.md` (the terms), `docs/theory.md` (what is computed), `docs/operations.md` (running the service).
+Equal requests have the same job, also of different clients. Every error is a problem after RFC 9457.
+
+- **Oscillator**: a chain of masses; the first one moves between two stops at +clearance and -clearance, the last one is
+  joined to the ground. Without `"units": "SI"` all numbers are nondimensional. In SI `omega` is in rad/s, `clearance`
+  in m, and a list of dampings in N s/m. A single `damping` is the factor gamma of C = 2 gamma K, in s.
+- **Motions** n-p_r-q_l repeat after n periods of the forcing, with p impacts on the right stop (A) and q on the left
+  one (C). -1: the stop is not touched; 0: the mass rests on it without an impact; -2: infinitely many impacts.
+- **verified**: the periodic orbit is isolated, admissible and stable, and n is its minimum period.
+- **Waiting**: `waiting_for` of an unfinished job says why it does not advance.
+
+In Python, `grazemap.Client` has a method for each process, and every result a `plot()`; `help(grazemap.Client)` lists
+them. On the command line, `grazemap PROCESS --help` lists the flags of a process. The fields of every result are under
+**Schemas** at the end of this page.
 """
 _JOBS = """\
 1. Post a request to a process: the answer has the job's `id`.

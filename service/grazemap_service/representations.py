@@ -18,7 +18,9 @@ from weakref import WeakValueDictionary
 import anyio
 import anyio.to_thread
 
-from grazemap.codec import decode_npz, encode_json, iter_json
+from grazemap.codec import decode_npz, iter_json
+from grazemap.schema import schema_of
+from grazemap.schema.motions import for_json
 from grazemap_service.problems import ProblemException
 
 NPZ_TYPE = "application/x-npz"
@@ -108,7 +110,7 @@ def cache_headers(stored: str, name: str) -> dict[str, str]:
 
 def render(npz: bytes, name: str) -> bytes:
     """Return a stored result in the requested form; the time grows with its size."""
-    return npz if name == "npz" else encode_json(*decode_npz(npz))
+    return npz if name == "npz" else b"".join(_json(npz))
 
 
 class HotResults:
@@ -183,7 +185,15 @@ class Renderings:
 
 def _pieces(npz: bytes | None) -> Iterator[bytes] | None:
     """Return the JSON of an npz in pieces of about `_PIECE_BYTES`, or None when there is none."""
-    return _joined(iter_json(*decode_npz(npz))) if npz is not None else None
+    return _joined(_json(npz)) if npz is not None else None
+
+
+def _json(npz: bytes) -> Iterator[bytes]:
+    """Return the JSON of an npz in short pieces; that of a tile has no more fields than the npz."""
+    document, meta = decode_npz(npz)
+    if "tile" not in meta:
+        document = for_json(schema_of(meta["process"], document), document)
+    return iter_json(document, meta)
 
 
 def _joined(pieces: Iterator[bytes]) -> Iterator[bytes]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from grazemap.schema import SCHEMAS, Field, Record, Request
+from grazemap.schema import SCHEMAS, Field, Record, Request, ResultSchema
 from grazemap.schema.maps import TILE_OF_BASINS, UNFOLDING_MAPS
 from grazemap.wire import PROCESSES
 
@@ -99,18 +99,25 @@ def _result(record: Record, process: str, components: dict[str, Schema], tile: b
     else:
         of_meta["notes"] = {"type": "array", "items": reference("Note")}
     components[meta] = _object("The metadata of a result.", {**own, **of_meta})
-    fields = {one.name: _property(one) for one in record if not (tile and one.replaces)}
-    required = [*own, *(one.name for one in record if not one.optional), "meta"]
+    in_json = _in_json(record) if not tile else ()
+    fields = {one.name: _property(one) for one in (*record, *in_json) if not (tile and one.replaces)}
+    required = [*own, *(one.name for one in (*record, *in_json) if not one.optional), "meta"]
     return _object(record.description, {**own, **fields, "meta": reference(meta)}, required)
+
+
+def _in_json(record: Record) -> tuple[Field, ...]:
+    """Return the fields that only the JSON of a result has."""
+    return tuple(one.in_result(when="") for one in record.in_json) if isinstance(record, ResultSchema) else ()
 
 
 def _records(record: Record) -> Iterator[tuple[str, Schema]]:
     """Yield the components of the records in a record, however deep."""
-    for one in record:
+    for one in (*record, *_in_json(record)):
         if isinstance(one.type, Record):
             yield from _records(one.type)
-            required = [inner.name for inner in one.type if not inner.optional]
-            properties = {inner.name: _property(inner) for inner in one.type}
+            fields = (*one.type, *_in_json(one.type))
+            required = [inner.name for inner in fields if not inner.optional]
+            properties = {inner.name: _property(inner) for inner in fields}
             yield one.type.name, _object(one.type.description, properties, required)
 
 

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import httpx2
@@ -16,9 +15,6 @@ import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
 from grazemap.plots import palette
-from grazemap.results import MotionShare
-from grazemap.wire import motion_label
-from grazemap_service.routers import docs
 
 pytestmark = pytest.mark.browser
 
@@ -184,24 +180,3 @@ def test_the_front_page_shows_a_map_that_it_has_computed_and_answers_clicks_and_
     assert len(maps) == 2
     page.locator("#back").click()
     expect(page.locator("#back")).to_be_hidden(timeout=60_000)
-
-
-def test_motions_without_a_named_colour_have_the_same_one_on_the_page_and_in_pictures(
-    watched: Watched, url: str
-) -> None:
-    page = watched.page
-    page.goto(f"{url}/")
-    expect(page.locator("#says")).to_contain_text("computed by this service", timeout=60_000)
-    counts = [(7, 25, 25), (11, -1, 40), (2, 4, 5)]
-    shares = [MotionShare(motion_label(*each), "periodic", *each, 1, 0.0) for each in counts]
-    script = (Path(docs.__file__).parent.parent / "static" / "index.js").read_text(encoding="utf-8")
-    functions = script[script.index("function crc32") : script.index("// Lengths on the canvas")]
-    on_page = page.evaluate(
-        f"""async (labels) => {{
-            const palette = await (await fetch("static/palette.json")).json();
-            {functions}
-            return [...coloursOf(labels)];
-        }}""",
-        [share.label for share in shares],
-    )
-    assert [colour for _, colour in on_page] == palette.motion_colours(shares)

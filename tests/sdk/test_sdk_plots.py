@@ -165,7 +165,7 @@ def test_a_saved_picture_leaves_no_figure_open_and_a_plot_is_pyplot_s(tmp_path):
 
 def every_colour() -> list[str]:
     """Return all colours of the palette, a kind that has that of the ink once."""
-    whole = json.loads(files("grazemap.plots").joinpath("palette.json").read_text())
+    whole = json.loads(files("grazemap").joinpath("palette.json").read_text())
     nested = [values.values() if isinstance(values, dict) else values for values in whole.values()]
     flat = itertools.chain.from_iterable([one] if isinstance(one, str) else one for one in nested)
     return list(dict.fromkeys(flat))

@@ -70,6 +70,17 @@ def test_the_time_left_does_not_leap(listener, terminal):
     assert "about 40 s left" in terminal.getvalue().split("\r")[-1]
 
 
+def test_it_shows_what_the_job_waits_for_instead_of_the_time_left(listener, terminal):
+    listener(progress(1, eta=9.0))
+    listener(Event("", "waiting", {"waiting_for": "a worker"}))
+    assert "25%" in terminal.getvalue().split("\r")[-1]
+    assert "waiting for a worker" in terminal.getvalue().split("\r")[-1]
+    assert "left" not in terminal.getvalue().split("\r")[-1]
+    listener(Event("", "waiting", {"waiting_for": None}))
+    assert "waiting" not in terminal.getvalue().split("\r")[-1]
+    assert "about 9 s left" in terminal.getvalue().split("\r")[-1]
+
+
 def test_it_speaks_before_the_first_event(terminal):
     with Listener("x"):
         time.sleep(0.2)
@@ -109,7 +120,8 @@ def test_a_notebook_has_nothing_of_it_at_the_end(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=display))
     bar = NotebookBar("<map>")
-    bar.show(0.5, 3.0)
+    bar.show(0.5, "a < b")
     bar.close()
-    assert "&lt;map&gt; <progress value='0.500' max='1'>" in shown[1]["text/html"]
+    assert shown[1]["text/html"].startswith("&lt;map&gt; <progress value='0.500' max='1'>")
+    assert shown[1]["text/html"].endswith("a &lt; b")
     assert shown[0] == shown[2] == {"text/html": ""}

@@ -22,6 +22,7 @@ class Service:
         self.status = status
         self.opened: list[httpx2.Request] = []
         self.done = False
+        self.waiting_for: str | None = None
         self.closed = 0
         self.script = Played(kind, self)
 
@@ -29,6 +30,7 @@ class Service:
         if not request.url.path.endswith("/events"):
             finished = self.done or self.script.now >= 1000 + self.finished_after
             job = {"id": "j", "process": "p", "request": {}, "status": self.status if finished else "running"}
+            job["waiting_for"] = self.waiting_for if self.script.now < 1010 else None
             return httpx2.Response(200, json=job)
         self.opened.append(request)
         if not self.streams:
@@ -138,6 +140,14 @@ def test_without_a_working_stream_it_polls(play, streams):
     assert service.names[-1] == "done"
     assert max(service.script.slept) <= constants.POLL_LIMIT
     assert service.script.now <= 1030 + constants.POLL_LIMIT
+
+
+def test_polling_yields_what_the_job_waits_for(play):
+    service = play(finished_after=30.0)
+    service.waiting_for = "a worker"
+    service.follow()
+    waiting = [event.data for event in service.script.events if event.name == "waiting"]
+    assert waiting == [{"waiting_for": "a worker"}, {"waiting_for": None}]
 
 
 def test_an_already_finished_job_opens_no_stream(play):

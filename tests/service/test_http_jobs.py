@@ -14,6 +14,7 @@ from rq import Queue
 from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
+from grazemap_service.routers import events as events_router
 from grazemap_worker.store import Store, queue_name
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
@@ -115,6 +116,60 @@ def test_events_follow_a_map_to_its_end(client: TestClient, store: Store, worker
     # after the last one there is only the end to tell
     again = parse(client.get(path, headers={"Last-Event-ID": events[-1][0]}).text)
     assert [event[1:] for event in again] == [("done", {"status": "successful"})]
+
+
+def waiting_for(client: TestClient, job_id: str) -> str | None:
+    text: str | None = client.get(f"/v1/jobs/{job_id}").json()["waiting_for"]
+    return text
+
+
+def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Store, worker: Any) -> None:
+    first, second, third = (post(client, points) for points in (2, 3, 4))
+    assert waiting_for(client, first) is None
+    assert waiting_for(client, second) == "a free worker, after 1 job submitted before"
+    worker.begin(first)
+    assert waiting_for(client, first) is None
+    assert waiting_for(client, third) == "a free worker, after 2 jobs submitted before"
+    store.jobs.say_waiting(first, "kernels for 2 masses, about 30 s to compile")
+    assert waiting_for(client, first) == "kernels for 2 masses, about 30 s to compile"
+    store.jobs.say_waiting(first, "")
+    assert waiting_for(client, first) is None
+    store.jobs.say_waiting(first, "the compilation")
+    worker.finish(first)
+    assert waiting_for(client, first) is None
+    assert waiting_for(client, second) is None
+
+
+def test_a_job_without_workers_says_so(client: TestClient, store: Store) -> None:
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    assert job["waiting_for"] == "a worker; none is ready"
+    store.workers.say_starting("compiling kernels, step 2 of 4, about 30 s")
+    expected = "a worker; none is ready: compiling kernels, step 2 of 4, about 30 s"
+    assert waiting_for(client, job["id"]) == expected
+    store.workers.say_starting("")
+    client.delete(f"/v1/jobs/{job['id']}")
+    assert waiting_for(client, job["id"]) is None
+
+
+def test_what_a_job_waits_for_is_an_event_without_an_id(
+    live_url: str, store: Store, worker: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(events_router, "_WAITING_EVERY", 0.01)
+    job = httpx2.post(f"{live_url}/v1/grazing-curves", json=CURVE).json()
+    worker.begin(job["id"])
+    found = []
+    with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
+        store.jobs.say_waiting(job["id"], "the compilation")
+        for line in stream.iter_lines():
+            if line.startswith("data:") and "waiting_for" in line:
+                found.append(json.loads(line.removeprefix("data:"))["waiting_for"])
+                store.jobs.say_waiting(job["id"], "")
+            if len(found) == 2:
+                break
+    assert found == ["the compilation", None]
+    httpx2.delete(f"{live_url}/v1/jobs/{job['id']}")
+    names = {event[1] for event in parse(httpx2.get(f"{live_url}/v1/jobs/{job['id']}/events").text)}
+    assert names == {"progress", "done"}
 
 
 def test_events_end_when_the_job_is_dismissed(live_url: str) -> None:

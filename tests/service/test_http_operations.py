@@ -97,7 +97,7 @@ def test_every_address_that_accepts_get_accepts_head(client: TestClient, worker:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
     path = f"/v1/jobs/{job['id']}"
     worker.begin(job["id"], 1)
-    store.tiles.commit(job["id"], 1, encode_npz({"kind": np.zeros((2, 2))}, {}), "f00d", 0.0)
+    store.tiles.commit(job["id"], 1, encode_npz({"kind": np.zeros((2, 2))}, {"tile": {}}), "f00d", 0.0)
     for address in ("/v1", "/v1/jobs", path, f"{path}/result/tiles", f"{path}/result/tiles/1", "/metrics", "/healthz"):
         whole, head = client.get(address), client.head(address)
         assert (whole.status_code, head.status_code, head.content) == (200, 200, b""), address

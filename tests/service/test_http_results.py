@@ -190,7 +190,7 @@ def test_other_numerics_have_another_etag(client: TestClient, worker: Any) -> No
     for numerics in ("one", "other"):
         job = client.post("/v1/grazing-curves", json=CURVE).json()
         worker.begin(job["id"])
-        data = encode_npz({"omega": np.zeros(2)}, {"numerics": {"fingerprint": numerics}})
+        data = encode_npz({"omega": np.zeros(2)}, {"process": "grazing-curves", "numerics": {"fingerprint": numerics}})
         assert worker.store.results.commit(job["id"], data, "f00d", 0.0)
         etags.add(client.get(f"/v1/jobs/{job['id']}/result").headers["etag"])
         for key in worker.store.redis.keys("grazemap:2:result:*"):
@@ -205,7 +205,7 @@ def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store:
     empty = client.get(path).json()
     assert (empty["total"], empty["tiles"]) == (total, [])
     worker.begin(job["id"], 1)
-    data = encode_npz({"kind": np.zeros((2, 2), np.int8)}, {})
+    data = encode_npz({"kind": np.zeros((2, 2), np.int8)}, {"process": "unfolding-maps", "tile": {"index": 1}})
     assert store.tiles.commit(job["id"], 1, data, "f00d", 0.0) == total - 1
     (tile,) = client.get(path).json()["tiles"]
     row_start, row_stop, column_start, column_stop = store.jobs.plan_of(job["id"]).tile(1)  # type: ignore[union-attr]

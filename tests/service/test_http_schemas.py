@@ -17,10 +17,14 @@ from jsonschema import Draft202012Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.testclient import TestClient
 
-from grazemap.codec import decode_npz, encode_json
+from grazemap.codec import decode_npz, encode_npz
+from grazemap.plots import palette
+from grazemap.results import MotionShare, UnfoldingMap
+from grazemap.results.base import decode_result
 from grazemap.schema import SCHEMAS, VERSION
 from grazemap.wire import PROCESSES
 from grazemap_service.app import create_app
+from grazemap_service.representations import render
 from grazemap_service.settings import Settings
 from tests.sdk.sdk_documents import REQUESTS, document, npz
 
@@ -35,7 +39,7 @@ def in_json(process: str) -> dict[str, Any]:
     """A result as the service answers it."""
     whole, meta = decode_npz(npz(process))
     numerics = dict.fromkeys(("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint"), "x")
-    answer: dict[str, Any] = json.loads(encode_json(whole, {**meta, "numerics": numerics}))
+    answer: dict[str, Any] = json.loads(render(encode_npz(whole, {**meta, "numerics": numerics}), "json"))
     return answer
 
 
@@ -75,6 +79,20 @@ def test_every_result_is_as_described_and_identified_by_its_process(described: d
     assert not result.is_valid({**answer, "process": "something-else"})
     needed = next(name for name in document(process))
     assert not result.is_valid({name: value for name, value in answer.items() if name != needed})
+
+
+@pytest.mark.parametrize("process", ["unfolding-maps", "unfolding-diagrams", "unfolding-maps of computed points"])
+def test_the_json_of_a_map_names_the_motion_of_every_point(process: str) -> None:
+    answer = in_json(process)
+    shown = answer.get("unfolding_map", answer)
+    named = [[shown["motions"][place]["label"] for place in row] for row in shown["motion"]]
+    umap = decode_result(npz(process))
+    umap = getattr(umap, "unfolding_map", umap)
+    assert isinstance(umap, UnfoldingMap)
+    assert named == umap.labels().tolist()
+    shares = [MotionShare(**{name: one[name] for name in one if name != "colour"}) for one in shown["motions"]]
+    assert shares == umap.motions()
+    assert [one["colour"] for one in shown["motions"]] == palette.motion_colours(shares)
 
 
 def test_results_and_jobs_have_the_process_as_a_constant(described: dict[str, Any]) -> None:

@@ -12,6 +12,8 @@ import signal
 import sys
 import time
 
+import numba.core.event  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
+
 import grazemap_core.errors  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values

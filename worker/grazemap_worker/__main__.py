@@ -39,14 +39,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     from grazemap_worker.numerics import numerics
     from grazemap_worker.queue import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
+    from grazemap_worker.said import said
     from grazemap_worker.store import Store
-    from grazemap_worker.supervision import first_start
     from grazemap_worker.supervision.supervisor import Supervisor
 
     # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     progress = kernel_cache.WarmUp()
-    with first_start.said(Store(settings.connect()), progress.text):
+    with said(Store(settings.connect()).workers.say_starting, progress.text):
         kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder, progress), progress)
     Supervisor(settings, numerics()).run()
 

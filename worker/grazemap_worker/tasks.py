@@ -19,6 +19,7 @@ from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.schema import VERSION, schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import notes_on
+from grazemap_worker.compiling import compiling_said
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
@@ -78,7 +79,8 @@ def _run(claim: Claim, context: Context) -> int | None:
 
     store = context.store
     try:
-        remaining = _compute(claim, context)
+        with compiling_said(partial(store.jobs.say_waiting, claim.job_id), len(claim.request.oscillator.masses)):
+            remaining = _compute(claim, context)
     except NotWanted:
         return None
     except JobTimeoutException:

@@ -74,6 +74,7 @@ class AsyncJobHandle:
             "process": job.process,
             "status": job.status,
             "progress": f"{progress.done} of {progress.total} {progress.unit}",
+            "waiting for": job.waiting_for,
             "estimate": f"{job.estimate.seconds:.3g} s of one core",
             "core": job.core_version,
             "note": "; ".join(note.detail for note in job.notes),
@@ -90,7 +91,7 @@ class AsyncJobHandle:
         """Yield the job's events from its start until it is finished. Raises WaitTimeout.
 
         For a finished job, the events that the service still stores are repeated, at least the last progress and done.
-        When less than 45 s remain, the job is polled, and only progress and done are yielded.
+        When less than 45 s remain, the job is polled, and only progress, waiting and done are yielded.
         """
         follower = AsyncFollower(self._connection, job_path(self.id), timeout, replay=True)
         async with aclosing(follower.events()) as events:

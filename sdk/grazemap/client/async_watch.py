@@ -116,7 +116,7 @@ class AsyncFollower:
                 async for line in response.aiter_lines():
                     event = decoder.feed(line)
                     if event is not None:
-                        self._seen += 1
+                        self._seen += event.id != self._last_id  # one without an id may come on every connection
                         self._last_id = event.id
                         self._done = event.name == "done"
                         yield event
@@ -129,11 +129,14 @@ class AsyncFollower:
     async def _poll(self, job: Job) -> AsyncGenerator[Event]:
         """Request the job at increasing intervals until it is finished, and yield its progress."""
         seconds = constants.POLL_START
-        seen = None
+        seen, waiting_for = None, None
         while job.status not in FINISHED:
             if job.progress != seen:
                 seen = job.progress
                 yield Event("", "progress", seen.model_dump())
+            if job.waiting_for != waiting_for:
+                waiting_for = job.waiting_for
+                yield Event("", "waiting", {"waiting_for": waiting_for})
             if self._deadline is not None:
                 left = self._deadline - self._connection.now()
                 if left <= 0:

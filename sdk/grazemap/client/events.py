@@ -16,9 +16,10 @@ class Event:
     ----------
     id : str
         Its position in the job's stream; "" for an event that comes from polling.
-    name : {"progress", "tile", "done"}
+    name : {"progress", "waiting", "tile", "done"}
     data : dict
-        progress: done, total, unit, eta_seconds; tile: index, rows; done: status.
+        progress: done, total, unit, eta_seconds; waiting: waiting_for, None when the job is computed; tile: index,
+        rows; done: status.
     """
 
     id: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from html import escape
+from shutil import get_terminal_size
 from threading import Lock, Timer
 from typing import Any, Protocol
 
@@ -17,9 +18,9 @@ _NEW_ESTIMATE = 0.3
 
 
 class Display(Protocol):
-    """A place that shows the share of the work that is done, from 0 to 1, and the seconds left, if they are known."""
+    """A place that shows the share of the work that is done, from 0 to 1, and a text beside it, which may be empty."""
 
-    def show(self, share: float, left: float | None) -> None:
+    def show(self, share: float, text: str) -> None:
         """Show a state."""
 
     def close(self) -> None:
@@ -27,7 +28,7 @@ class Display(Protocol):
 
 
 class Listener:
-    """Shows the progress events among a job's events; a context manager that closes the display.
+    """Shows progress, and what a job waits for, from its events; a context manager that closes the display.
 
     Parameters
     ----------
@@ -43,16 +44,20 @@ class Listener:
         self._display: Display | None = None
         self._share = 0.0
         self._end: float | None = None
+        self._waiting_for = ""
         # The timer shows the first state even if no event follows for long.
         self._timer = Timer(QUIET_SECONDS, self._begin)
         self._timer.daemon = True
         self._lock = Lock()
 
     def __call__(self, event: Event) -> None:
-        """Show a progress event; others are ignored."""
-        if event.name != "progress":
-            return
+        """Show a progress or a waiting event; others are ignored."""
         with self._lock:
+            if event.name == "waiting":
+                self._waiting_for = event.data.get("waiting_for") or ""
+                self._refresh()
+            if event.name != "progress":
+                return
             # A resumed stream may repeat events; a bar never goes back.
             share = int(event.data.get("done", 0)) / max(1, int(event.data.get("total", 1)))
             self._share = min(1.0, max(self._share, share))
@@ -87,7 +92,7 @@ class Listener:
     def _refresh(self) -> None:
         if self._display is not None:
             left = None if self._end is None or self._share == 1.0 else max(0.0, self._end - time.monotonic())
-            self._display.show(self._share, left)
+            self._display.show(self._share, f"waiting for {self._waiting_for}" if self._waiting_for else _left(left))
 
 
 def _display(title: str) -> Display | None:
@@ -140,9 +145,9 @@ class NotebookBar(NotebookDisplay):
         super().__init__()
         self._title = escape(title)
 
-    def show(self, share: float, left: float | None) -> None:
+    def show(self, share: float, text: str) -> None:
         """As `Display.show`."""
-        self.update(f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {_left(left)}")
+        self.update(f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {escape(text)}")
 
     def close(self) -> None:
         """As `Display.close`."""
@@ -155,9 +160,9 @@ class TqdmBar:
     def __init__(self, bar: Any) -> None:
         self._bar = bar
 
-    def show(self, share: float, left: float | None) -> None:
+    def show(self, share: float, text: str) -> None:
         """As `Display.show`."""
-        self._bar.set_postfix_str(_left(left), refresh=False)
+        self._bar.set_postfix_str(text, refresh=False)
         self._bar.update(share - self._bar.n)
         self._bar.refresh()
 
@@ -173,9 +178,11 @@ class PlainLine:
     def __init__(self, title: str) -> None:
         self._title = title
 
-    def show(self, share: float, left: float | None) -> None:
+    def show(self, share: float, text: str) -> None:
         """As `Display.show`."""
-        sys.stderr.write(f"\r{f'{self._title}: {share:4.0%} {_left(left)}':<79}")
+        # a text over the width of the terminal would leave lines behind
+        width = get_terminal_size().columns - 1
+        sys.stderr.write(f"\r{f'{self._title}: {share:4.0%} {text}'[:width]:<{width}}")
         sys.stderr.flush()
 
     def close(self) -> None:

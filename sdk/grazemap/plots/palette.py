@@ -1,45 +1,35 @@
-"""The colours of pictures. All are in palette.json, which the service's page reads too.
-
-Any two of them differ by at least 12 in CIEDE2000, and by 8 as people with deuteranopia see them, so whatever meets in
-a picture can be distinguished. A motion that is named there has its colour in every picture. Any other motion takes the
-colour that its label gives, or the next one that no motion of the picture has. Two pictures agree if one is given the
-colours of the other.
-"""
+"""The colours, markers and names of pictures. All colours are in palette.json, which the service's page reads too."""
 
 from __future__ import annotations
 
-import json
 import re
-import zlib
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from grazemap import colours
+from grazemap.colours import PALETTE
 from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
 
 if TYPE_CHECKING:
     from grazemap.results import Motion, MotionShare
 
-_PALETTE: dict[str, Any] = json.loads(files("grazemap.plots").joinpath("palette.json").read_text(encoding="utf-8"))
-
-INK: str = _PALETTE["ink"]
-PAPER: str = _PALETTE["paper"]
-UNEXPLAINED: str = _PALETTE["unexplained"]
-UNRESOLVED: str = _PALETTE["kinds"]["unresolved"]
-OTHER: str = _PALETTE["kinds"]["other"]
-NAMED: dict[str, str] = _PALETTE["motions"]
+INK: str = PALETTE["ink"]
+PAPER: str = PALETTE["paper"]
+UNEXPLAINED: str = PALETTE["unexplained"]
+UNRESOLVED: str = PALETTE["kinds"]["unresolved"]
+OTHER: str = colours.OTHER
+NAMED: dict[str, str] = PALETTE["motions"]
 """Colour by label."""
 
-ORDERS: tuple[str, ...] = tuple(_PALETTE["orders"])
+ORDERS: tuple[str, ...] = tuple(PALETTE["orders"])
 """Colours of recurrences by order, and of lines that stand for nothing else."""
 
-_FREE = (*NAMED.values(), *_PALETTE["other motions"])
 LINE, SECOND_LINE, PALE_LINE = NAMED["1-2r-3l"], NAMED["2-3r-3l"], OTHER
 
 # Marker, colour and name of bifurcations; the same in every picture.
 BIFURCATIONS = {
-    kind: (marker, _PALETTE["bifurcations"][kind], text)
+    kind: (marker, PALETTE["bifurcations"][kind], text)
     for kind, marker, text in (
         ("SN", "^", "saddle-node (SN)"),
         ("PD", "s", "period doubling (PD)"),
@@ -72,18 +62,7 @@ def motion_colours(motions: Sequence[Motion | MotionShare], given: Mapping[str, 
     ValueError for what is not a colour.
     """
     names = [_label(motion) or motion.kind for motion in motions]
-    fixed = _hexadecimal(given) if given else {}
-    colours = [fixed.get(name) if name not in names[:i] else None for i, name in enumerate(names)]
-    for i, name in enumerate(names):
-        named = (NAMED | _PALETTE["kinds"]).get(name)
-        if colours[i] is None and named not in colours:
-            colours[i] = named
-    for i, name in enumerate(names):
-        if colours[i] is None:
-            first = zlib.crc32(name.encode()) % len(_FREE)
-            free = [colour for colour in (*_FREE[first:], *_FREE[:first]) if colour not in colours]
-            colours[i] = min(free, key=lambda colour: colour in fixed.values(), default=OTHER)
-    return [colour or OTHER for colour in colours]
+    return colours.motion_colours(names, _hexadecimal(given) if given else {})
 
 
 def _hexadecimal(given: Mapping[str, str]) -> dict[str, str]:

@@ -18,6 +18,7 @@ from grazemap.errors import ResultFormatError
 from grazemap.results.records import ARRAY_TYPES, RECORDS, ComplexArray, with_attributes
 from grazemap.schema import SCHEMAS, VERSION, Field, Record, Request, ResultSchema, schema_of
 from grazemap.schema.documents import from_json, upgraded
+from grazemap.schema.motions import for_json
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -88,7 +89,8 @@ class Result:
         encoders = {".npz": encode_npz, ".json": encode_json}
         if target.suffix not in encoders:
             raise ValueError("a result is saved as .npz or .json")
-        target.write_bytes(encoders[target.suffix](self._document, self.meta))
+        document = for_json(self.schema, self._document) if target.suffix == ".json" else self._document
+        target.write_bytes(encoders[target.suffix](document, self.meta))
         return target
 
     def to_xarray(self) -> xarray.Dataset:

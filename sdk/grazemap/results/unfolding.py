@@ -13,6 +13,7 @@ from grazemap.codec import Document
 from grazemap.results.base import Result, counted
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
+from grazemap.schema.motions import motions_of
 from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
 
@@ -117,23 +118,8 @@ class UnfoldingMap(Verifiable, Result):
 
     def _coded(self) -> tuple[list[MotionShare], IntArray]:
         """Return the motions, the largest share first, and the position of each point's motion among them."""
-        labels = [self.kind, self.period, self.impacts_right, self.impacts_left]
-        # most neighbours are equal, so only the first label of each run is sorted
-        begins = np.ones(self.kind.size, dtype=np.bool_)
-        begins[1:] = np.any([label.ravel()[1:] != label.ravel()[:-1] for label in labels], axis=0)
-        starts = np.flatnonzero(begins)
-        codes = np.stack([label.ravel()[starts] for label in labels], axis=-1)
-        codes[codes[:, 0] != self._code("periodic"), 1:] = 0
-        found, places = np.unique(codes, axis=0, return_inverse=True)
-        lengths = np.diff(starts, append=self.kind.size)
-        counts = np.bincount(places.ravel(), weights=lengths).astype(np.int64)
-        shares = [
-            self._share(code, pixels, self.kind.size)
-            for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
-        ]
-        order = sorted(range(len(shares)), key=lambda i: (-shares[i].pixels, shares[i].label))
-        rank = np.argsort(order)
-        return [shares[i] for i in order], np.repeat(rank[places.ravel()], lengths).reshape(self.kind.shape)
+        motions, codes = motions_of(vars(self))
+        return [MotionShare(**motion) for motion in motions], codes
 
     def labels(self) -> NDArray[np.str_]:
         """Return the label of every point, shape (clearance, omega)."""
@@ -243,13 +229,6 @@ class UnfoldingMap(Verifiable, Result):
 
     def _code(self, kind: str) -> int:
         return self.kinds.index(kind) if kind in self.kinds else -1
-
-    def _share(self, code: list[int], pixels: int, total: int) -> MotionShare:
-        kind, period, right, left = code
-        name = self.kinds[kind]
-        if name != "periodic":
-            return MotionShare(name, name, None, None, None, pixels, pixels / total)
-        return MotionShare(motion_label(period, right, left), name, period, right, left, pixels, pixels / total)
 
     def _summary(self) -> str:
         computed = "" if self.computed is None else f" ({self.computed.mean():.1%} computed)"

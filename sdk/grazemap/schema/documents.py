@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from grazemap.schema.fields import Field, Record, Request
+from grazemap.schema.fields import Field, Record, Request, ResultSchema
 
 Document = dict[str, Any]
 _DTYPES = {"float": "float64", "int": "int64", "bool": "bool", "complex": "float64"}
@@ -53,9 +53,13 @@ def _upgrade_orbit(new: Document) -> None:
 def from_json(record: Record, document: Mapping[str, Any]) -> Document:
     """Return a document from its JSON, with arrays where the schema has them, and NaN for null in them.
 
-    Fields that the schema lacks, as a newer service may send, become arrays if they are lists of numbers.
+    Fields that JSON alone has are left out. Fields that the schema lacks, as a newer service may send, become arrays if
+    they are lists of numbers.
     """
-    return {name: _value_from_json(_field(record, name), value) for name, value in document.items()}
+    left_out = {one.name for one in record.in_json} if isinstance(record, ResultSchema) else set()
+    return {
+        name: _value_from_json(_field(record, name), value) for name, value in document.items() if name not in left_out
+    }
 
 
 def _field(record: Record, name: str) -> Field | None:

@@ -140,12 +140,15 @@ class ResultSchema(Record):
         Additional variables of a Dataset, which the result's class computes.
     rows : str
         The dimension whose arrays are a table, named after it, one row for each entry; empty: there is none.
+    in_json : tuple of Field
+        Additional fields of its JSON, which `schema.motions` computes.
     """
 
     process: str = ""
     roles: Mapping[str, str] = dataclasses.field(default_factory=dict)
     derived: tuple[Field, ...] = ()
     rows: str = ""
+    in_json: tuple[Field, ...] = ()
 
 
 def field(

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from grazemap.schema.common import CLEARANCE, IMPACTS_LEFT, IMPACTS_RIGHT, OMEGA, PERIOD, STICKING, SYMMETRIC, VERIFIED
+from grazemap.schema.common import (
+    CLEARANCE,
+    IMPACTS_LEFT,
+    IMPACTS_RIGHT,
+    KINDS,
+    OMEGA,
+    PERIOD,
+    STICKING,
+    SYMMETRIC,
+    VERIFIED,
+)
 from grazemap.schema.fields import Field, Record, ResultSchema, deprecated, field
 
 PLANE = ("vertical", "horizontal")
+_IN_JSON = "in JSON"
 _FULL, _ADAPTIVE = "of maps that are not adaptive", "of adaptive maps"
 _PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
 # When a value is a field of the map itself.
@@ -80,6 +91,18 @@ AT_COMPUTED = Record(
     ),
 )
 
+MOTION_SHARE = Record(
+    "MotionShare",
+    "One motion of an unfolding map and how much of the map it covers.",
+    (
+        field("label", "str", "The name n-p_r-q_l as plain text, or the kind of a motion that is not periodic."),
+        field("kind", "str", "The kind of the motion.", values=KINDS),
+        *(one.in_result(null=True) for one in (PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT)),
+        field("pixels", "int", "Points of the map with this motion."),
+        field("share", "float", "Their fraction of all points."),
+        field("colour", "str", "A colour for pictures, #RRGGBB; grey where no colour is left."),
+    ),
+)
 UNFOLDING_MAPS = ResultSchema(
     "UnfoldingMap",
     "The motion that each point of a rectangle of the plane settles to.",
@@ -123,6 +146,10 @@ UNFOLDING_MAPS = ResultSchema(
     process="unfolding-maps",
     roles={"vertical": "clearance", "horizontal": "omega"},
     derived=(field("label", "str", "The name of the motion, or its kind.", " ".join(PLANE)),),
+    in_json=(
+        field("motions", MOTION_SHARE, "The motions of the map, the largest share first.", "motion", when=_IN_JSON),
+        field("motion", "int", "The motion of the point.", " ".join(PLANE), index_of="motions", when=_IN_JSON),
+    ),
 )
 
 TILE_OF_BASINS = Record(

@@ -71,6 +71,9 @@ class Job(Response):
 
     `cpu_seconds` is the processor time spent on the finished part in all workers together, without packing, waiting
     and failed attempts. It is None from a service that does not count it.
+
+    `waiting_for` says what an unfinished job waits for: kernels that are compiled, a worker, or other jobs.
+    It is None while the job is computed, when it is finished, and in lists of jobs.
     """
 
     id: str
@@ -78,6 +81,7 @@ class Job(Response):
     request: dict[str, Any] | None
     status: Status
     progress: Progress = Progress()
+    waiting_for: str | None = None
     estimate: Estimate = Estimate()
     cpu_seconds: float | None = None
     core_version: str = ""

@@ -18,7 +18,7 @@ from starlette.staticfiles import StaticFiles
 import grazemap
 
 _OWN = Path(__file__).parent.parent / "static"
-_PALETTE = Path(grazemap.__file__).parent / "plots" / "palette.json"
+_PALETTE = Path(grazemap.__file__).parent / "palette.json"
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"

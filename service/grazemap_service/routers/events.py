@@ -24,6 +24,8 @@ _BEGINNING = "0"
 _EVENT_ID = re.compile(r"\d{1,19}(?:-\d{1,19})?", re.ASCII)
 # Seconds between attempts while the store is unavailable.
 _AWAY_SECONDS = 1.0
+# Seconds between looks at what a job waits for.
+_WAITING_EVERY = 1.0
 
 router = APIRouter(tags=["jobs"])
 
@@ -53,7 +55,7 @@ async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_poi
     summary="Events of a job",
     response_class=EventSourceResponse,
     responses={
-        200: {"description": "Events `progress`, `tile` and `done`, their data JSON objects."},
+        200: {"description": "Events `progress`, `waiting`, `tile` and `done`, their data JSON objects."},
         **problem_responses("unknown-job", "invalid-request"),
     },
 )
@@ -63,11 +65,16 @@ async def get_events(
     """Stream the events of a job to its end, from its beginning or after the last event that arrived."""
     store, pause = context.store, context.settings.poll_seconds
     ending = False
+    waiting_for, looked = None, 0.0
     while True:
         try:
             # the status is read before the events, so that these include the event of an end that is seen here
             status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
             events = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
+            said = waiting_for
+            if not events and anyio.current_time() - looked >= _WAITING_EVERY:
+                said = await run_sync(store.jobs.waiting_for, job.id, limiter=context.threads)
+                looked = anyio.current_time()
         except redis.exceptions.RedisError:
             structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
             await anyio.sleep(_AWAY_SECONDS)
@@ -87,4 +94,8 @@ async def get_events(
             ending = True
             continue
         ending = False
+        if said != waiting_for:
+            # without an id, as it is not stored: the stream is resumed after the last event that is
+            yield ServerSentEvent(event="waiting", data={"waiting_for": said})
+            waiting_for = said
         await anyio.sleep(pause)

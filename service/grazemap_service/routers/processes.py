@@ -43,7 +43,7 @@ async def _finished(context: Context, job: Job, seconds: float) -> Job:
         await anyio.sleep(context.settings.poll_seconds)
         # the status alone, as a request may be a megabyte long
         status = await run_sync(jobs.status, job.id, limiter=context.threads)
-    if status == job.status:
+    if job.status in FINISHED:
         return job
     return await run_sync(stored_job, context, job.id, limiter=context.threads) or job
 

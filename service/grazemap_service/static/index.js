@@ -8,7 +8,7 @@ const NAMED_IN_LEGEND = 14;
 const map = document.getElementById("map"), motion = document.getElementById("motion");
 const says = document.getElementById("says"), back = document.getElementById("back");
 const palette = await (await fetch("static/palette.json")).json();
-let shown = null; // { umap, curve, colours, cells } of the last map
+let shown = null; // { umap, curve, cells } of the last map
 let asked = 0;    // number of the last question: answers to earlier ones are not shown
 
 const SUPERSEDED = new Error("superseded");
@@ -35,7 +35,8 @@ async function compute(number, process, request) {
   let job = sent.body;
   for (;;) {
     while (!["successful", "failed", "dismissed"].includes(job.status)) {
-      says.value = `Computing: ${job.progress.done} of ${job.progress.total} parts`;
+      says.value = job.waiting_for ? `Waiting for ${job.waiting_for}`
+        : `Computing: ${job.progress.done} of ${job.progress.total} parts`;
       await new Promise((resolve) => setTimeout(resolve, PAUSE));
       job = (await ask(number, `v1/jobs/${job.id}`)).body;
     }
@@ -46,39 +47,7 @@ async function compute(number, process, request) {
   }
 }
 
-// The label of a point as everywhere else, and its colour: palette.py does the same.
-function labelAt(umap, row, column) {
-  const kind = umap.kinds[umap.kind[row][column]];
-  if (kind !== "periodic") return kind;
-  const count = (n) => (n === -2 ? "∞" : n < 0 ? `(${n})` : n);
-  const at = (name) => umap[name][row][column];
-  return `${at("period")}-${count(at("impacts_right"))}r-${count(at("impacts_left"))}l`;
-}
-
-function crc32(text) {
-  let crc = -1;
-  for (const byte of new TextEncoder().encode(text)) {
-    crc ^= byte;
-    for (let k = 0; k < 8; k++) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
-  }
-  return ~crc >>> 0;
-}
-
-function coloursOf(labels) {
-  const free = [...Object.values(palette.motions), ...palette["other motions"]];
-  const colours = new Map();
-  for (const label of labels) {
-    const own = palette.kinds[label] ?? palette.motions[label];
-    if (own) colours.set(label, own);
-  }
-  for (const label of labels) {
-    if (colours.has(label)) continue;
-    const first = crc32(label) % free.length, taken = new Set(colours.values());
-    const next = [...free.slice(first), ...free.slice(0, first)].find((colour) => !taken.has(colour));
-    colours.set(label, next ?? palette.kinds.other);
-  }
-  return colours;
-}
+const motionAt = (umap, row, column) => umap.motions[umap.motion[row][column]];
 
 // Lengths on the canvas for omega and clearance, and back.
 const inner = { width: map.width - MARGIN.left - MARGIN.right, height: map.height - MARGIN.top - MARGIN.bottom };
@@ -145,27 +114,25 @@ function drawMap(selected) {
 }
 
 // One dot for each point of a map.
-function cellsOf(umap, colours) {
+function cellsOf(umap) {
   const cells = new OffscreenCanvas(umap.omega.length, umap.clearance.length), dots = cells.getContext("2d");
   umap.clearance.forEach((_, row) => umap.omega.forEach((_, column) => {
-    dots.fillStyle = colours.get(labelAt(umap, row, column));
+    dots.fillStyle = motionAt(umap, row, column).colour;
     dots.fillRect(column, umap.clearance.length - 1 - row, 1, 1);
   }));
   return cells;
 }
 
-function drawLegend(counts, colours) {
-  const total = [...counts.values()].reduce((sum, n) => sum + n, 0);
-  const sorted = [...counts].sort((one, other) => other[1] - one[1]);
-  const entry = (text, count, colour) => {
+function drawLegend(motions) {
+  const entry = (text, share, colour) => {
     const line = document.createElement("li"), square = document.createElement("i");
     if (colour) square.style.backgroundColor = colour;
-    line.append(square, `${text} (${(100 * count / total).toFixed(1)} %)`);
+    line.append(square, `${text} (${(100 * share).toFixed(1)} %)`);
     return line;
   };
-  const named = sorted.slice(0, NAMED_IN_LEGEND), others = sorted.slice(NAMED_IN_LEGEND);
-  const lines = named.map(([label, count]) => entry(label, count, colours.get(label)));
-  if (others.length) lines.push(entry(`${others.length} others`, others.reduce((sum, one) => sum + one[1], 0)));
+  const named = motions.slice(0, NAMED_IN_LEGEND), others = motions.slice(NAMED_IN_LEGEND);
+  const lines = named.map(({ label, share, colour }) => entry(label, share, colour));
+  if (others.length) lines.push(entry(`${others.length} others`, others.reduce((sum, { share }) => sum + share, 0)));
   document.getElementById("legend").replaceChildren(...lines);
 }
 
@@ -177,18 +144,11 @@ async function showMap(window) {
     compute(number, "unfolding-maps", { ...sampled, preview: true }),
     compute(number, "grazing-curves", { omega: { ...window.omega, points: 400 } }),
   ]);
-  const counts = new Map();
-  umap.kind.forEach((row, i) => row.forEach((_, j) => {
-    const label = labelAt(umap, i, j);
-    counts.set(label, (counts.get(label) ?? 0) + 1);
-  }));
-  const labels = [...counts].sort((one, other) => other[1] - one[1]).map(([label]) => label);
-  const colours = coloursOf(labels);
-  shown = { umap, curve, colours, cells: cellsOf(umap, colours) };
+  shown = { umap, curve, cells: cellsOf(umap) };
   back.hidden = window === WINDOW;
-  drawLegend(counts, colours);
+  drawLegend(umap.motions);
   drawMap();
-  says.value = `${umap.omega.length} × ${umap.clearance.length} points, ${labels.length} motions,`
+  says.value = `${umap.omega.length} × ${umap.clearance.length} points, ${umap.motions.length} motions,`
     + ` computed by this service ${stored ? "before" : `in ${((performance.now() - began) / 1000).toFixed(1)} s`}.`;
 }
 
@@ -242,7 +202,7 @@ map.addEventListener("pointermove", (event) => {
   const nearest = (value, name, [first, last] = ends(umap[name])) =>
     Math.round((value - first) / (last - first) * (umap[name].length - 1));
   const row = nearest(scale.clearance(y), "clearance"), column = nearest(scale.omega(x), "omega");
-  map.title = `ω = ${umap.omega[column].toPrecision(5)}, b = ${umap.clearance[row].toPrecision(5)}: ${labelAt(umap, row, column)}`;
+  map.title = `ω = ${umap.omega[column].toPrecision(5)}, b = ${umap.clearance[row].toPrecision(5)}: ${motionAt(umap, row, column).label}`;
 });
 map.addEventListener("pointerup", (event) => {
   if (!from) return;

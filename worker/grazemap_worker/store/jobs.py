@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 
-from grazemap.wire import Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
+from grazemap.wire import FINISHED, Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
 from grazemap_worker.planning import TILE_SECONDS, Plan
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
@@ -27,6 +27,8 @@ from grazemap_worker.store.records import Event, QueueFull
 from grazemap_worker.store.workers import Workers
 
 _JOBS_A_SCRIPT = 500
+_WAITING_SECONDS = 5
+_UNFINISHED: tuple[Status, ...] = ("accepted", "running")
 _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
 
 
@@ -89,7 +91,12 @@ class Jobs:
     def get(self, identity: str) -> Job | None:
         """Return a job, or None when there is none of this id."""
         fields = self._redis.hgetall(job_key(identity))
-        return _read_job(identity, fields) if fields else None
+        if not fields:
+            return None
+        job = _read_job(identity, fields)
+        if job.status in FINISHED:
+            return job
+        return job.model_copy(update={"waiting_for": self.waiting_for(identity)})
 
     def status(self, identity: str) -> Status | None:
         """Return the status of a job without reading the rest of it, or None when there is no such job."""
@@ -149,6 +156,29 @@ class Jobs:
     def wanted(self, identity: str) -> bool:
         """Return whether a job is accepted or running."""
         return bool(self._redis.hexists(f"{PREFIX}unfinished", identity))
+
+    def say_waiting(self, identity: str, text: str) -> None:
+        """Store for a few seconds what a job that a worker holds waits for; empty: nothing."""
+        key = job_key(identity, "waiting")
+        if text:
+            self._redis.set(key, text.encode(), ex=_WAITING_SECONDS)
+        else:
+            self._redis.delete(key)
+
+    def waiting_for(self, identity: str) -> str | None:
+        """Return what an unfinished job waits for; None for one that is computed, is finished, or does not exist."""
+        said: bytes | None = self._redis.get(job_key(identity, "waiting"))
+        status, sequence = self._redis.hmget(job_key(identity), "status", "seq")
+        if status not in (b"accepted", b"running"):
+            return None
+        if said:
+            return said.decode()
+        if not self._workers.live():
+            return f"a worker; none is ready{f': {starting}' if (starting := self._workers.starting()) else ''}"
+        if status == b"running":
+            return None
+        before = sum(self._redis.zcount(f"{PREFIX}status:{name}", "-inf", f"({int(sequence)}") for name in _UNFINISHED)
+        return f"a free worker, after {before} {'job' if before == 1 else 'jobs'} submitted before" if before else None
 
     def events(self, identity: str, after: str = "0", limit: int = 500) -> list[Event]:
         """Return the events after an id, oldest first; does not wait for any.

@@ -9,6 +9,7 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     job:<id>:claims     hash: tile number -> "holder|seconds since the epoch"
     job:<id>:failures   hash: "<tile>:<kind>" -> how often
     job:<id>:events     stream: progress, tile, done; removed an hour after the job's end
+    job:<id>:waiting    string with a time to live: what keeps a tile of it from being computed, in a worker
     records:bytes       number: length of the requests in all records
     jobs, status:<s>    sorted sets of ids by sequence number, all of them and one per status
     unfinished          hash: id -> tiles that remain, of accepted and running jobs
@@ -54,7 +55,7 @@ FINGERPRINT_REMEMBERED = 60
 
 
 def job_key(job_id: str, part: str = "") -> str:
-    """Return the key of a job's record, or of one of its parts (tiles, claims, failures, events)."""
+    """Return the key of a job's record, or of one of its parts (tiles, claims, failures, events, waiting)."""
     return f"{PREFIX}job:{job_id}:{part}" if part else f"{PREFIX}job:{job_id}"
 
 

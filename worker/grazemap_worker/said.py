@@ -1,4 +1,4 @@
-"""Says once a second what the workers of a machine are doing before they are ready."""
+"""Says once a second what a process is doing: the workers of a machine before they are ready, a tile that compiles."""
 
 from __future__ import annotations
 
@@ -8,24 +8,22 @@ from threading import Event, Thread
 
 from redis.exceptions import RedisError
 
-from grazemap_worker.store import Store
-
 _EVERY_SECONDS = 1.0
 
 
 @contextmanager
-def said(store: Store, text: Callable[[], str]) -> Iterator[None]:
-    """Store `text()` once a second within this block, for the service's /readyz; Redis may be away."""
+def said(say: Callable[[str], None], text: Callable[[], str]) -> Iterator[None]:
+    """Call `say(text())` once a second within this block, and `say("")` at its end; Redis may be away."""
     ended = Event()
 
-    def say() -> None:
+    def repeat() -> None:
         while True:
             with suppress(RedisError):
-                store.workers.say_starting(text())
+                say(text())
             if ended.wait(_EVERY_SECONDS):
                 return
 
-    thread = Thread(target=say, daemon=True)
+    thread = Thread(target=repeat, daemon=True)
     thread.start()
     try:
         yield
@@ -33,4 +31,4 @@ def said(store: Store, text: Callable[[], str]) -> Iterator[None]:
         ended.set()
         thread.join()
         with suppress(RedisError):
-            store.workers.say_starting("")
+            say("")
