@@ -90,7 +90,7 @@ def test_the_json_of_a_map_names_the_motion_of_every_point(process: str) -> None
     umap = getattr(umap, "unfolding_map", umap)
     assert isinstance(umap, UnfoldingMap)
     assert named == umap.labels().tolist()
-    shares = [MotionShare(**{name: one[name] for name in one if name != "colour"}) for one in shown["motions"]]
+    shares = [MotionShare(**one) for one in shown["motions"]]
     assert shares == umap.motions()
     assert [one["colour"] for one in shown["motions"]] == palette.motion_colours(shares)
 
