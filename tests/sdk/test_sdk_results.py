@@ -5,6 +5,7 @@ import io
 import json
 import random
 import re
+import time
 import warnings
 
 import numpy as np
@@ -16,6 +17,8 @@ from grazemap.client.methods import ProcessMethods
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
 from grazemap.results import Family, UnfoldingMap, decode_result, load
+from grazemap.schema.motions import motions_of
+from grazemap.wire import motion_label
 
 EVERY_PROCESS = pytest.mark.parametrize("process", list(REQUESTS))
 
@@ -407,6 +410,22 @@ def test_a_map_counts_its_motions_and_never_gives_the_unresolved_a_label():
     assert sum(motion.share for motion in motions) == pytest.approx(1)
     assert motions[1].period is None
     assert umap.labels().tolist() == [["1-2r-2l", "unresolved", "3-4r-4l"], ["1-2r-2l", "unresolved", "1-(-1)r-(-1)l"]]
+
+
+def test_the_motions_of_a_million_points_without_regions_are_counted_in_a_second():
+    shape, rng = (1000, 1000), np.random.default_rng(0)
+    counts = {"period": (1, 33), "impacts_right": (-2, 9), "impacts_left": (-2, 9)}
+    document = {name: rng.integers(*bounds, shape, np.int32) for name, bounds in counts.items()}
+    document |= {"kind": rng.integers(0, 2, shape, np.int8), "kinds": np.array(["chaotic", "periodic"])}
+    began = time.thread_time()
+    motions, places = motions_of(document)
+    assert time.thread_time() - began < 1.5
+    assert [one["pixels"] for one in motions] == np.bincount(places.ravel()).tolist()
+    for point in [(0, 0), (17, 3), (999, 999), (500, 1)]:
+        one, here = motions[places[point]], {name: int(document[name][point]) for name in counts}
+        periodic = document["kind"][point] == 1
+        assert one["label"] == (motion_label(*here.values()) if periodic else "chaotic")
+        assert {name: one[name] for name in counts} == (here if periodic else dict.fromkeys(counts))
 
 
 @pytest.mark.parametrize("preview", [False, True])

@@ -38,16 +38,18 @@ def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.
     starts = np.flatnonzero(begins)
     codes = np.stack([label.ravel()[starts] for label in labels], axis=-1)
     codes[codes[:, 0] != (kinds.index("periodic") if "periodic" in kinds else -1), 1:] = 0
-    found, places = np.unique(codes, axis=0, return_inverse=True)
+    # whole numbers are sorted many times faster than rows
+    numbers = np.ravel_multi_index((codes - codes.min(axis=0)).T, np.ptp(codes, axis=0) + 1)
+    _, first, places = np.unique(numbers, return_index=True, return_inverse=True)
     lengths = np.diff(starts, append=kind.size)
-    counts = np.bincount(places.ravel(), weights=lengths).astype(np.int64)
+    counts = np.bincount(places, weights=lengths).astype(np.int64)
     motions = [
         _motion(kinds[code[0]], code[1:], pixels, kind.size)
-        for code, pixels in zip(found.tolist(), counts.tolist(), strict=True)
+        for code, pixels in zip(codes[first].tolist(), counts.tolist(), strict=True)
     ]
     order = sorted(range(len(motions)), key=lambda i: (-motions[i]["pixels"], motions[i]["label"]))
     rank = np.argsort(order)
-    return [motions[i] for i in order], np.repeat(rank[places.ravel()], lengths).reshape(kind.shape)
+    return [motions[i] for i in order], np.repeat(rank[places], lengths).reshape(kind.shape)
 
 
 def _motion(kind: str, counts: list[int], pixels: int, total: int) -> Document:
