@@ -20,6 +20,8 @@ PALETTE: dict[str, Any] = json.loads(files("grazemap").joinpath("palette.json").
 OTHER: str = PALETTE["kinds"]["other"]
 _NAMED: dict[str, str] = PALETTE["kinds"] | PALETTE["motions"]
 _FREE: tuple[str, ...] = (*PALETTE["motions"].values(), *PALETTE["other motions"])
+COLOURED = 20
+"""Number of periodic motions of a map with a colour, unless the caller of a picture says another."""
 
 
 def motion_colours(names: Sequence[str], fixed: Mapping[str, str] = MappingProxyType({})) -> list[str]:
@@ -40,3 +42,21 @@ def motion_colours(names: Sequence[str], fixed: Mapping[str, str] = MappingProxy
             free = [colour for colour in (*_FREE[first:], *_FREE[:first]) if colour not in colours]
             colours[i] = min(free, key=lambda colour: colour in fixed.values(), default=OTHER)
     return [colour or OTHER for colour in colours]
+
+
+def colours_of_map(
+    labels: Sequence[str],
+    kinds: Sequence[str],
+    coloured: int = COLOURED,
+    fixed: Mapping[str, str] = MappingProxyType({}),
+) -> list[str | None]:
+    """Return the colours of the motions of a map, the largest share first; None for those that are drawn as "other".
+
+    Of the periodic motions only the first `coloured` have a colour, the same as in the picture with the usual number.
+    `fixed` is as of `motion_colours`.
+    """
+    periodic = [i for i, kind in enumerate(kinds) if kind == "periodic"]
+    small, smallest = set(periodic[coloured:]), set(periodic[max(coloured, COLOURED) :])
+    named = [i for i in range(len(labels)) if i not in smallest]
+    colours = dict(zip(named, motion_colours([labels[i] for i in named], fixed), strict=True))
+    return [None if i in small else colours[i] for i in range(len(labels))]

@@ -729,12 +729,16 @@ def test_a_map_with_fewer_motions_keeps_the_colours_of_the_others():
     assert {text: whole[text] for text in list(few)[:6]} == {text: few[text] for text in list(few)[:6]}
 
 
-def test_the_table_of_motions_has_the_colours_of_the_picture():
-    umap = map_of([(1, 1, 1)] * 2 + [(1, n, n + 1) for n in range(24)])
+def test_the_table_of_motions_and_json_have_the_colours_of_the_picture(tmp_path):
+    # the smallest ones have colours of their own, which are given to others
+    named = [(1, 3, 3), (1, 4, 4), (1, 5, 5), (1, 6, 6), (1, 2, 1), (1, 1, 2), (1, 2, 3)]
+    umap = map_of([(1, 1, 1)] * 3 + [(1, n, n + 1) for n in range(4, 22)] * 2 + named)
     drawn = colour_of(umap.plot())
     for one in umap.motions():
         assert one.colour == drawn.get(palette.motion_text(one))
-    assert sum(one.colour is None for one in umap.motions()) == 5
+    assert sum(one.colour is None for one in umap.motions()) == 6
+    in_json = json.loads(umap.save(tmp_path / "map.json").read_text("utf-8"))["motions"]
+    assert [one["colour"] for one in in_json] == [one.colour or palette.OTHER for one in umap.motions()]
     assert umap.to_dataframe("motions")["colour"][0] == palette.NAMED["1-1r-1l"]
 
 

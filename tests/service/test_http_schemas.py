@@ -18,7 +18,6 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.plots import palette
 from grazemap.results import MotionShare, UnfoldingMap
 from grazemap.results.base import decode_result
 from grazemap.schema import SCHEMAS, VERSION
@@ -92,7 +91,6 @@ def test_the_json_of_a_map_names_the_motion_of_every_point(process: str) -> None
     assert named == umap.labels().tolist()
     shares = [MotionShare(**one) for one in shown["motions"]]
     assert shares == umap.motions()
-    assert [one["colour"] for one in shown["motions"]] == palette.motion_colours(shares)
 
 
 def test_results_and_jobs_have_the_process_as_a_constant(described: dict[str, Any]) -> None:

@@ -62,10 +62,13 @@ def motion_colours(motions: Sequence[Motion | MotionShare], given: Mapping[str, 
     ValueError for what is not a colour.
     """
     names = [_label(motion) or motion.kind for motion in motions]
-    return colours.motion_colours(names, _hexadecimal(given) if given else {})
+    return colours.motion_colours(names, hexadecimal(given))
 
 
-def _hexadecimal(given: Mapping[str, str]) -> dict[str, str]:
+def hexadecimal(given: Mapping[str, str] | None) -> dict[str, str]:
+    """Return colours that are given in any form as #RRGGBB. Raises ValueError for what is not a colour."""
+    if not given:
+        return {}
     from matplotlib.colors import to_hex
 
     return {name: to_hex(colour).upper() for name, colour in given.items()}

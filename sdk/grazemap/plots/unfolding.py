@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.colours import COLOURED, colours_of_map
 from grazemap.plots.axes import Drawing, cell_borders, legend_square, share_text
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
-from grazemap.plots.palette import INK, OTHER, PAPER, is_dark, motion_colours, motion_text
+from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,8 +25,6 @@ _NAMED_REGION = 0.05
 _DRAWN_AS_CELLS = 1 << 20
 _MEASURED_SIDE = 1024
 _INFERRED = OTHER
-# Number of periodic motions with a colour, unless the caller says another.
-_COLOURED = 20
 
 
 def plot_unfolding_map(
@@ -35,7 +34,7 @@ def plot_unfolding_map(
     curve: GrazingCurve | None = None,
     points: CodimensionTwoPoints | None = None,
     curves: BifurcationCurves | Sequence[BifurcationCurves] | None = None,
-    motions: int = _COLOURED,
+    motions: int = COLOURED,
     colours: Mapping[str, str] | None = None,
     merge_mirror_images: bool = False,
     title: str | None = None,
@@ -66,7 +65,10 @@ def plot_unfolding_map(
     """
     ax = drawing.ax
     shares = umap.motions(merge_mirror_images=merge_mirror_images)
-    coloured = colours_of(shares, motions, colours)
+    found = colours_of_map(
+        [motion.label for motion in shares], [motion.kind for motion in shares], motions, hexadecimal(colours)
+    )
+    coloured = {motion: colour for motion, colour in zip(shares, found, strict=True) if colour is not None}
     shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
     shares_of_entries = _draw_regions(ax, umap, shown, [motion for motion in shares if motion not in shown])
     if drawing.labels:
@@ -95,22 +97,6 @@ def _title(umap: UnfoldingMap) -> str:
     policy = umap.meta["request"].get("policy", "rest")
     start = {"rest": "from rest", "ensemble": "from random states"}.get(policy, policy)
     return f"{what}: motions $n$-$p_r$-$q_l$ {start}, {len(umap.clearance)} × {len(umap.omega)} points"
-
-
-def colours_of(
-    shares: Sequence[MotionShare], motions: int = _COLOURED, given: Mapping[str, str] | None = None
-) -> dict[MotionShare, str]:
-    """Return the colours of the motions of a map that have one of their own; the others are drawn as "other".
-
-    `shares` begin with the largest, which are the first to have the colours that their labels give. Of the periodic
-    motions only the first `motions` have a colour, the same as in the picture with the usual number. `given` is as of
-    `motion_colours`.
-    """
-    periodic = [motion for motion in shares if motion.kind == "periodic"]
-    small, smallest = set(periodic[motions:]), set(periodic[max(motions, _COLOURED) :])
-    named = [motion for motion in shares if motion not in smallest]
-    colours = zip(named, motion_colours(named, given), strict=True)
-    return {motion: colour for motion, colour in colours if motion not in small}
 
 
 def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
+from grazemap.colours import colours_of_map
 from grazemap.results.base import Result, counted
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
@@ -104,13 +105,8 @@ class UnfoldingMap(Verifiable, Result):
         With `merge_mirror_images` n-p_r-q_l and n-q_r-p_l are one motion, with the label that has more impacts on the
         right: the machine is symmetric, so there is the mirror image of every motion.
         """
-        from grazemap.plots.unfolding import colours_of
-
         shares, _ = self._coded()
-        if merge_mirror_images:
-            shares = _merged(shares, self.kind.size)
-        colours = colours_of(shares)
-        return [replace(motion, colour=colours.get(motion)) for motion in shares]
+        return _merged(shares, self.kind.size) if merge_mirror_images else shares
 
     def colours(self) -> dict[str, str]:
         """Return the colours #RRGGBB of the map's picture by label or kind, for `colours=` of another picture."""
@@ -251,7 +247,9 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
             one = replace(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
         pixels = one.pixels + (merged[one.label].pixels if one.label in merged else 0)
         merged[one.label] = replace(one, pixels=pixels, share=pixels / total)
-    return sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
+    largest = sorted(merged.values(), key=lambda motion: (-motion.pixels, motion.label))
+    colours = colours_of_map([motion.label for motion in largest], [motion.kind for motion in largest])
+    return [replace(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
 
 
 def _nearest(name: str, values: FloatArray, value: float) -> int:

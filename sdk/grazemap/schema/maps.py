@@ -100,7 +100,7 @@ MOTION_SHARE = Record(
         *(one.in_result(null=True) for one in (PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT)),
         field("pixels", "int", "Points of the map with this motion."),
         field("share", "float", "Their fraction of all points."),
-        field("colour", "str", "A colour for pictures, #RRGGBB; grey where no colour is left."),
+        field("colour", "str", "Its colour in the picture of the map, #RRGGBB; grey for the smallest ones."),
     ),
 )
 UNFOLDING_MAPS = ResultSchema(

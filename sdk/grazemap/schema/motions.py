@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.colours import motion_colours
+from grazemap.colours import OTHER, colours_of_map
 from grazemap.schema.fields import Record
 from grazemap.schema.maps import UNFOLDING_MAPS
 from grazemap.wire import motion_label
@@ -27,7 +27,8 @@ def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.
     Returns
     -------
     motions : list of dict
-        label, kind, period, impacts_right, impacts_left (None for a motion that is not periodic), pixels and share.
+        label, kind, period, impacts_right, impacts_left (None for a motion that is not periodic), pixels, share and
+        colour (None for one of the "other motions" of the map's picture).
     motion : (clearance, omega) array
     """
     kind, kinds = document["kind"], [str(name) for name in document["kinds"]]
@@ -49,7 +50,10 @@ def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.
     ]
     order = sorted(range(len(motions)), key=lambda i: (-motions[i]["pixels"], motions[i]["label"]))
     rank = np.argsort(order)
-    return [motions[i] for i in order], np.repeat(rank[places], lengths).reshape(kind.shape)
+    largest = [motions[i] for i in order]
+    colours = colours_of_map([one["label"] for one in largest], [one["kind"] for one in largest])
+    coloured = [{**one, "colour": colour} for one, colour in zip(largest, colours, strict=True)]
+    return coloured, np.repeat(rank[places], lengths).reshape(kind.shape)
 
 
 def _motion(kind: str, counts: list[int], pixels: int, total: int) -> Document:
@@ -70,8 +74,7 @@ def for_json(record: Record, document: Document) -> Document:
     """Return the document of a result with the fields that JSON alone has, also in the records inside."""
     if record is UNFOLDING_MAPS:
         motions, motion = motions_of(document)
-        colours = motion_colours([one["label"] for one in motions])
-        coloured = [{**one, "colour": colour} for one, colour in zip(motions, colours, strict=True)]
-        return {**document, "motions": coloured, "motion": motion}
+        shown = [{**one, "colour": one["colour"] or OTHER} for one in motions]
+        return {**document, "motions": shown, "motion": motion}
     maps = {one.name for one in record if one.type is UNFOLDING_MAPS}
     return {name: for_json(UNFOLDING_MAPS, value) if name in maps else value for name, value in document.items()}
