@@ -150,6 +150,20 @@ def test_polling_yields_what_the_job_waits_for(play):
     assert waiting == [{"waiting_for": "a worker"}, {"waiting_for": None}]
 
 
+def waiting(text: str | None) -> list[str]:
+    return ["event: waiting", f"data: {json.dumps({'waiting_for': text})}", ""]
+
+
+@pytest.mark.parametrize("later", [([*event(2), *END],), ([],) * 9], ids=["streams", "polling"])
+def test_a_wait_that_ends_while_no_stream_is_open_is_said_to_end(play, later):
+    # a stream says nothing of a job that is computed
+    service = play([*event(1), *waiting("a worker"), ReadError("reset")], *later, finished_after=30.0)
+    service.follow()
+    said = [event.data["waiting_for"] for event in service.script.events if event.name == "waiting"]
+    assert said == ["a worker", None]
+    assert service.names[-1] == "done"
+
+
 def test_an_already_finished_job_opens_no_stream(play):
     service = play(finished_after=0.0, status="failed")
     assert service.follow().status == "failed"

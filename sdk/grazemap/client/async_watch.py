@@ -59,6 +59,7 @@ class AsyncFollower:
         self._done = False
         self._seen = 0
         self._last_id = ""
+        self._waiting_for: str | None = None
 
     async def run(self, listen: Callable[[Event], None] | None = None) -> Job:
         """Follow the job to its end, call `listen` with each event, and return the job. Raises WaitTimeout."""
@@ -87,6 +88,8 @@ class AsyncFollower:
             broken = 0 if self._seen > before else broken + 1
             if job.status not in FINISHED:
                 self._done = False  # the end of an earlier computation of the same request
+            for event in self._waiting(job):
+                yield event
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
                 await self._connection.sleep(pause(broken - 1))
@@ -119,6 +122,8 @@ class AsyncFollower:
                         self._seen += event.id != self._last_id  # one without an id may come on every connection
                         self._last_id = event.id
                         self._done = event.name == "done"
+                        if event.name == "waiting":
+                            self._waiting_for = event.data.get("waiting_for")
                         yield event
                     if self._done or self._near_deadline():
                         return
@@ -129,14 +134,13 @@ class AsyncFollower:
     async def _poll(self, job: Job) -> AsyncGenerator[Event]:
         """Request the job at increasing intervals until it is finished, and yield its progress."""
         seconds = constants.POLL_START
-        seen, waiting_for = None, None
+        seen = None
         while job.status not in FINISHED:
             if job.progress != seen:
                 seen = job.progress
                 yield Event("", "progress", seen.model_dump())
-            if job.waiting_for != waiting_for:
-                waiting_for = job.waiting_for
-                yield Event("", "waiting", {"waiting_for": waiting_for})
+            for event in self._waiting(job):
+                yield event
             if self._deadline is not None:
                 left = self._deadline - self._connection.now()
                 if left <= 0:
@@ -147,6 +151,13 @@ class AsyncFollower:
             job = await self._look()
         for event in _last_events(job):
             yield event
+
+    def _waiting(self, job: Job) -> list[Event]:
+        """Return an event if an unfinished job waits for something else than the last event said."""
+        if job.status in FINISHED or job.waiting_for == self._waiting_for:
+            return []
+        self._waiting_for = job.waiting_for
+        return [Event("", "waiting", {"waiting_for": job.waiting_for})]
 
 
 def _last_events(job: Job) -> list[Event]:
