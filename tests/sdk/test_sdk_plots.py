@@ -652,6 +652,21 @@ def test_titles_colour_bars_and_axes_that_share_ticks_are_converted_too():
     assert upper.get_ylabel() == "clearance $b$ (mm)"
 
 
+@pytest.mark.parametrize(
+    ("title", "converted"),
+    [
+        (r"$\omega$ = 62.832 rad/s, $b$ = 1e-05 m", r"$\omega/2\pi$ = 10 Hz, $b$ = 0.01 mm"),
+        ("the law F = k m", "the law F = k m"),
+        ("version = 1.2.3 m", "version = 1.2.3 m"),
+    ],
+)
+def test_numbers_in_the_title_of_a_figure_are_converted_and_words_are_not(title, converted):
+    ax = in_si("grazing-curves").plot()
+    ax.figure.suptitle(title)
+    engineering_units(ax)
+    assert ax.figure.get_suptitle() == converted
+
+
 def test_powers_of_ten_of_a_metre_are_shown_in_millimetres():
     ax = engineering_units(in_si("discontinuity-mappings").plot())
     assert ax.get_xlabel() == "overshoot (mm)"

@@ -20,7 +20,7 @@ _SHOWN = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}
 """Unit and factor by the unit of the data."""
 
 _LABEL = re.compile(r"\((rad/s|m)\)")
-_VALUE = re.compile(r"= (\S+) (rad/s|m)(?![\w/])")
+_VALUE = re.compile(r"= ([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (rad/s|m)(?![\w/])")
 _OMEGA, _FREQUENCY = r"$\omega$", r"$\omega/2\pi$"
 
 
