@@ -667,6 +667,14 @@ def test_numbers_in_the_title_of_a_figure_are_converted_and_words_are_not(title,
     assert ax.figure.get_suptitle() == converted
 
 
+def test_ticks_whose_texts_were_removed_have_none_in_millimetres():
+    ax = in_si("grazing-curves").plot()
+    ax.set_yticklabels([])
+    engineering_units(ax)
+    assert ticks(ax.yaxis) == {}
+    assert len(ticks(ax.xaxis)) > 2
+
+
 def test_powers_of_ten_of_a_metre_are_shown_in_millimetres():
     ax = engineering_units(in_si("discontinuity-mappings").plot())
     assert ax.get_xlabel() == "overshoot (mm)"

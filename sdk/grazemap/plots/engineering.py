@@ -71,11 +71,13 @@ def _convert(ax: Axes) -> None:
 
 
 def _scale_ticks(axis: Axis) -> None:
-    from matplotlib.ticker import FixedLocator, LogFormatter, MaxNLocator
+    from matplotlib.ticker import FixedLocator, LogFormatter, MaxNLocator, NullFormatter
 
     from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLocator, ScaledLogFormatter
 
     factor, locator = _SHOWN[axis.units][1], axis.get_major_locator()
+    if isinstance(axis.get_major_formatter(), NullFormatter):
+        return  # the caller has removed the texts
     if isinstance(axis.get_major_formatter(), LogFormatter):
         axis.set_major_formatter(ScaledLogFormatter(factor))
         axis.set_minor_formatter(ScaledLogFormatter(factor))
