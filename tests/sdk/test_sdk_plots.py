@@ -13,20 +13,24 @@ from coloraide import Color
 from matplotlib import pyplot
 from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
 
-from grazemap import engineering_units
+from grazemap import Oscillator, engineering_units
 from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
 from grazemap.results import MotionShare, decode_result
-from grazemap.results.stretches import kinds_between
+from grazemap.results.stretches import Stretch, kinds_between
 from grazemap.wire import motion_label
 from grazemap.wire.job import INFINITE
+from grazemap.wire.linear import steady_amplitude
 
 
 def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:
     return MotionShare("", "periodic", period, right, left, pixels, 0.0)
+
+
+CURVE = r"grazing curve $b = A(\omega)$"
 
 
 def legend(ax) -> list[str]:
@@ -57,6 +61,13 @@ def test_the_map_has_regions_curve_points_and_shares():
     assert ax.get_ylim() == pytest.approx((1.45, 1.65))
     assert not any("recurrence" in entry for entry in entries)
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$", "clearance $b$")
+
+
+def test_a_curve_outside_of_the_map_is_not_in_its_legend():
+    umap, curve = decode_result(npz("unfolding-maps")), decode_result(npz("grazing-curves"))
+    far = type(curve).from_document({**curve._document, "clearance": curve.clearance + 5.0}, curve.meta)
+    assert CURVE in legend(umap.plot(curve=curve))
+    assert CURVE not in legend(umap.plot(curve=far))
 
 
 def test_an_adaptive_map_shows_what_was_computed():
@@ -95,7 +106,18 @@ def test_small_motions_are_drawn_together_and_counted():
 
 def test_points_are_drawn_differently_by_kind():
     entries = legend(decode_result(npz("codimension-two-points")).plot())
-    assert entries == ["resonant, saddle-node (SN), one-sided", "recurrence of order 2"]
+    assert entries == [CURVE, "resonant, saddle-node (SN), one-sided", "recurrence of order 2"]
+
+
+def test_points_are_drawn_on_the_curve_and_a_curve_without_points():
+    ax = decode_result(npz("codimension-two-points")).plot()
+    omega, clearance = ax.lines[0].get_data()
+    chain = Oscillator.model_validate(decode_result(npz("grazing-curves")).meta["request"]["oscillator"])
+    np.testing.assert_array_equal(clearance, steady_amplitude(chain, omega))
+    assert set(ax.lines[-1].get_xdata()) <= set(omega)
+    curve = decode_result(npz("grazing-curves"))
+    assert any("recurrence of order" in text for text in legend(curve.plot()))
+    assert not any("order 2" in text or "resonant" in text for text in legend(curve.plot(points=False)))
 
 
 def test_units_are_in_the_labels():
@@ -130,6 +152,14 @@ def test_a_graze_is_drawn_differently_from_an_impact():
     none = {name: values[:0] for name, values in impacts.items()}
     history, _ = decode_result(npz("trajectories", {"impacts": none})).plot()
     assert history.get_figure().get_suptitle().endswith("no impacts")
+
+
+def test_a_record_that_is_too_short_to_decide_its_motion_is_not_called_unresolved():
+    unresolved = {**dict.fromkeys(document("trajectories")["motion"]), "kind": "unresolved", "verified": False}
+    short = decode_result(npz("trajectories", {"motion": unresolved}))
+    assert short.plot().history.get_figure().get_suptitle().endswith(": 2 forcing periods, 2 impacts")
+    long = replace(short, meta={**short.meta, "request": {**short.meta["request"], "transient_periods": 31}})
+    assert "unresolved" in long.plot().history.get_figure().get_suptitle()
 
 
 def test_there_is_no_mass_beyond_the_last():
@@ -253,9 +283,8 @@ def test_an_empty_region_has_no_square():
 
 
 def test_no_codimension_two_points_are_a_picture_too():
-    # a legend of nothing would be a warning, which is an error here
     axes = decode_result(npz("codimension-two-points", {"points": []})).plot()
-    assert axes.get_legend() is None
+    assert legend(axes) == [CURVE]
     assert "Codimension-two" in axes.get_title()
 
 
@@ -281,7 +310,7 @@ def test_crowded_unfoldings_are_thinned_and_say_so():
     many = [{**resonant, "omega": 0.21 + 0.0005 * k, "multiple": 1 + k % 4} for k in range(120)]
     many += [{**recurrence, "omega": 0.22 + 0.001 * k} for k in range(50)]
     ax = decode_result(npz("codimension-two-points", {"points": many})).plot_unfolding()
-    assert ax.get_title().endswith(", 40 of 120 points")
+    assert ax.get_title().endswith(", 40 of 120 points (shortest periods)")
     texts = sorted(text.get_position()[0] for text in ax.texts if text.get_text())
     assert len(texts) > 1
     places = sorted(text.xy[0] for text in ax.texts if text.get_text())
@@ -394,10 +423,60 @@ def test_a_branch_is_solid_where_stable_dashed_where_not_and_pale_where_no_motio
         "not admissible",
         "saddle-node (SN)",
         "graze (GR)",
+        "impacts on the right stop",
+        "impacts on the left stop",
     ]
     styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
     assert (styles["stable"], styles["unstable"]) == ("-", "--")
-    assert "impacts AC," in ax.get_title()
+    assert ax.get_title().startswith("Branch of 1-$1_r$-$1_l$, ")
+    assert [text.get_text() for text in ax.texts] == ["A, C"]  # of a symmetric motion both are equally fast
+
+
+def branch_with_its_mirror_image():
+    """Return a branch that turns at an SB and goes back as its mirror image, not as far."""
+    parameter = np.array([1.0, 1.2, 1.4, 1.4, 1.1])
+    apart = 0.3 * np.sqrt(1.5 - parameter) * [1, 1, 1, -1, -1]
+    saddle = {**document("orbit-branches")["special_points"][0], "type": "SB", "parameter": 1.5, "segment": 2}
+    extra = {name: np.ones(5) for name in ("omega", "restitution", "excess", "residual")}
+    extra |= {name: np.ones(5, bool) for name in ("isolated", "admissible", "stable", "verified")}
+    extra |= {"parameter": parameter, "clearance": parameter, "multipliers": np.ones((5, 6, 2)), "symmetric": False}
+    extra |= {"phases": np.full((5, 2), [0.5, 3.6]), "velocities": np.column_stack([0.25 + apart, apart - 0.25])}
+    velocities = np.array([0.25, -0.25])
+    extra["special_points"] = [{**saddle, "velocities": velocities, "phases": np.array([0.5, 0.5 + np.pi])}]
+    return decode_result(npz("orbit-branches", extra))
+
+
+def test_a_branch_that_goes_back_as_its_mirror_image_has_two_stretches_and_is_drawn_once():
+    branch = branch_with_its_mirror_image()
+    begin, end = branch.ends
+    assert branch.stretches() == [
+        Stretch("stable", 1.0, 1.5, begin, "SB"),
+        Stretch("stable", 1.5, 1.1, "SB", end),
+    ]
+    ax = branch.plot()
+    drawn = [line.get_xdata()[1:] for line in ax.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
+    assert len(drawn) == 2
+    assert [(line[0], line[-1]) for line in drawn] == [(1.0, 1.5)] * 2
+    assert "and its mirror image" in ax.get_title()
+    speeds = {text.get_text(): text.xy[1] - 0.25 for text in ax.texts}
+    assert speeds == pytest.approx({"A": 0.3 * np.sqrt(0.5), "C": -0.3 * np.sqrt(0.5)})
+    assert not branch.plot(labels=False).texts
+
+
+def test_branches_on_one_axes_share_the_legend_and_differ_by_colour_and_name():
+    branch = decode_result(npz("orbit-branches"))
+    ax = branch.plot(branch.plot(), legend="outside")
+    assert len(legend(ax)) == len(set(legend(ax)))
+    ax = branch.plot(branch.plot(label="left"), colour="red", label="right", legend="outside")
+    entries = legend(ax)
+    assert {"left, stable", "right, stable"} < set(entries)
+    assert entries.count("graze (GR)") == 1
+    assert "along branches" in ax.get_title()
+    assert {line.get_color() for line in ax.lines if line.get_label() in ("right, stable", "right, unstable")} == {
+        "red"
+    }
+    again = branch.plot(branch.plot(), colour="red", legend="outside")
+    assert legend(again).count("stable") == 2  # of different colours
 
 
 def test_multipliers_are_drawn_inside_and_outside_of_the_unit_circle():
@@ -421,16 +500,16 @@ def test_curves_of_motions_are_named_by_them():
     curves = decode_result(npz("bifurcation-curves of motions"))
     ax = curves.plot()
     assert ax.get_title() == "Bifurcation curves of 1-$2_r$-$2_l$, a motion not found"
-    assert legend(ax) == ["Neimark-Sacker (NS)", "graze (GR)", "of 1-$2_r$-$2_l$"]
+    assert legend(ax) == ["Neimark-Sacker (NS) of 1-$2_r$-$2_l$", "graze (GR) of 1-$2_r$-$2_l$"]
 
 
 def test_curves_that_are_no_borders_are_drawn_on_request():
     curves = decode_result(npz("bifurcation-curves"))
-    assert legend(curves.plot()) == ["saddle-node (SN)", "graze (GR)", "of 1-$1_r$-$(-1)_l$"]
-    assert "period doubling (PD)" in legend(curves.plot(admissible=False))
+    assert legend(curves.plot()) == [f"{name} of 1-$1_r$-$(-1)_l$" for name in ("saddle-node (SN)", "graze (GR)")]
+    assert "period doubling (PD) of 1-$1_r$-$(-1)_l$" in legend(curves.plot(admissible=False))
     umap = decode_result(npz("unfolding-maps"))
     ax = umap.plot(curves=curves)
-    assert {"graze (GR)", "of 1-$1_r$-$(-1)_l$"} < set(legend(ax))
+    assert "graze (GR) of 1-$1_r$-$(-1)_l$" in legend(ax)
     both = umap.plot(curves=[curves, decode_result(npz("bifurcation-curves of motions"))])
     assert {"Neimark-Sacker (NS)", "of 1-$2_r$-$2_l$", "of 1-$1_r$-$(-1)_l$"} < set(legend(both))
     assert ax.get_xlim() == pytest.approx((0.175, 0.325))
@@ -441,7 +520,7 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     ax = result.plot()
     entries = legend(ax)
     for text in (
-        r"grazing curve $b = A(\omega)$",
+        CURVE,
         "saddle-node (SN), 1 curve",
         "basin boundary: both motions attract (1 steps)",
         "unexplained border (1 steps)",
@@ -455,7 +534,7 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     # between rows 0 and 1 of column 1, and between columns 0 and 1 of row 0
     assert between == [[[0.225, 1.55], [0.275, 1.55]], [[0.225, 1.45], [0.225, 1.55]]]
     bare = type(result).from_document({k: v for k, v in result._document.items() if k != "borders"}, result.meta)
-    assert "of 1-$1_r$-$(-1)_l$" in legend(bare.plot())
+    assert "saddle-node (SN) of 1-$1_r$-$(-1)_l$" in legend(bare.plot())
 
 
 @pytest.mark.parametrize("process", [name for name in REQUESTS if name not in ("trajectories", MANY)])
@@ -589,6 +668,12 @@ def ticks(axis) -> dict[str, float]:
     }
 
 
+def drawn_ticks(axis):
+    """Return the texts of all ticks of an axis."""
+    axis.figure.canvas.draw()
+    return axis.get_ticklabels(which="both")
+
+
 def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
     ax = engineering_units(in_si("grazing-curves").plot())
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega/2\pi$ (Hz)", "clearance $b$ (mm)")
@@ -679,6 +764,10 @@ def test_powers_of_ten_of_a_metre_are_shown_in_millimetres():
     ax = engineering_units(in_si("discontinuity-mappings").plot())
     assert ax.get_xlabel() == "overshoot (mm)"
     assert ax.xaxis.get_major_formatter()(1e-5) == r"$\mathdefault{10^{-2}}$"
+    near = in_si("grazing-curves").plot()
+    near.set_yscale("log")
+    near.set_ylim(2e-3, 9e-3)
+    assert {"2", "3", "6"} <= {text.get_text() for text in drawn_ticks(engineering_units(near).yaxis)}
 
 
 @pytest.mark.parametrize("draw", [decode_result(npz("grazing-curves")).plot, lambda ax: ax])

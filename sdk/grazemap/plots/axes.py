@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -133,11 +133,13 @@ class Drawing:
         self.describe(axis_label("omega", units), axis_label("clearance", units), title)
 
     def show_legend(self, shares: Mapping[str, float] | None = None, **options: object) -> None:
-        """Add the legend, if it has entries.
+        """Add the legend, if it has entries; equal ones, as of several results on the axes, are one.
 
         `shares` of entries say which are kept where not all fit: those with the largest, and all without one.
         """
-        handles, texts = self.ax.get_legend_handles_labels()
+        every = zip(*self.ax.get_legend_handles_labels(), strict=True)
+        different = {(text, _look(handle)): handle for handle, text in every}
+        handles, texts = list(different.values()), [text for text, _ in different]
         if self.legend == "none" or not handles:
             return
         if self.legend == "outside":
@@ -205,6 +207,12 @@ def drawing(
     if legend is None and ax is not None:
         return Drawing(new, "inside", labels, may_be_left_out=True)
     return Drawing(new, legend or "outside", labels)
+
+
+def _look(handle: Artist) -> tuple[Hashable, ...]:
+    """Return what entries of the legend with the same text may differ in."""
+    names = ("color", "facecolor", "marker", "linestyle")
+    return tuple(str(getattr(handle, f"get_{name}")()) for name in names if hasattr(handle, f"get_{name}"))
 
 
 def share_text(share: float) -> str:

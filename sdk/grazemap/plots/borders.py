@@ -58,9 +58,10 @@ def draw_bifurcation_curves(
             zorder=3,
             **style,
         )
+    only = f" of {label_text(next(iter(dashes)))}" if len(dashes) == 1 else ""
     for type in (name for name in BIFURCATIONS if any(curve.type == name for curve in shown)):
-        ax.plot([], [], label=BIFURCATIONS[type][2], **curve_style(type, 1.6, halo=False))
-    for motion, number in dashes.items():
+        ax.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
+    for motion, number in () if only else dashes.items():
         style = {"color": INK, "linestyle": DASHES[number % len(DASHES)], "linewidth": 1.2}
         ax.plot([], [], label=f"of {label_text(motion)}", **style)
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from grazemap.plots.axes import Drawing, rimmed
 from grazemap.plots.palette import BIFURCATIONS, INK, NAMED, ORDERS, PAPER, UNRESOLVED
+from grazemap.wire import Oscillator
+from grazemap.wire.linear import steady_amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,13 +22,18 @@ _PASSIVE, _QUIET = UNRESOLVED, NAMED["1-1r-1l"]
 _ROOMY = 150
 # Of 1.5 times the order, this size of an asterisk in points is left, so that low orders are seen among many symbols.
 _LARGEST = 12.5
+# Text of the grazing curve in legends, and its number of points where it is evaluated for a picture.
+_CURVE, _EVALUATED = r"grazing curve $b = A(\omega)$", 1000
 
 
-def plot_grazing_curve(curve: GrazingCurve, drawing: Drawing, points: CodimensionTwoPoints | None = None) -> Axes:
-    """Draw clearance over omega with the codimension-two points: those of `points`, else the curve's own."""
+def plot_grazing_curve(
+    curve: GrazingCurve, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None = None
+) -> Axes:
+    """Draw clearance over omega with codimension-two points: those of `points`, the curve's own, or for False none."""
     ax = drawing.ax
     draw_curve(ax, curve)
-    draw_points(ax, points.points if points is not None else curve.points, _span(curve))
+    if points is not False:
+        draw_points(ax, points.points if points is not None else curve.points, _span(curve))
     drawing.describe_plane(curve.units, "Grazing curve")
     ax.margins(x=0.01)
     drawing.show_legend()
@@ -36,10 +43,16 @@ def plot_grazing_curve(curve: GrazingCurve, drawing: Drawing, points: Codimensio
 def plot_codimension_two_points(
     points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | None = None
 ) -> Axes:
-    """Draw codimension-two points, on a grazing curve if one is given."""
+    """Draw codimension-two points on a grazing curve; left out, its formula is evaluated over the request's omega."""
     ax = drawing.ax
     if curve is not None:
         draw_curve(ax, curve)
+    else:
+        request = points.meta["request"]
+        between = np.linspace(request["omega"]["start"], request["omega"]["stop"], _EVALUATED)
+        omega = np.union1d(between, [point.omega for point in points.points])
+        oscillator = Oscillator.model_validate(request["oscillator"])
+        ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=_CURVE, zorder=3)
     draw_points(ax, points.points)
     drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     drawing.show_legend()
@@ -61,7 +74,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve, halo: bool = False) -> None:
         curve.clearance,
         color=PAPER if halo else INK,
         linewidth=1.2,
-        label=r"grazing curve $b = A(\omega)$",
+        label=_CURVE,
         path_effects=rimmed(3.2, INK) if halo else None,
         zorder=3,
     )

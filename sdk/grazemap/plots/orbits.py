@@ -10,14 +10,18 @@ from numpy.typing import NDArray
 from grazemap.plots.axes import Drawing, axis_label, place_text, record_unit
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
+from grazemap.wire import motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
+    from grazemap.results.stretches import Knots
 
 _VIRTUAL = 0.3
 _FARTHEST = 3.0
+# Share of the height of the axes within which the impacts of two lines have one text.
+_TOGETHER = 0.025
 # Styles of the stretches of a branch.
 _STYLES: dict[str, dict[str, Any]] = {
     "stable": {"color": LINE, "linewidth": 1.8, "zorder": 3},
@@ -97,26 +101,27 @@ def _fixed(result: OrbitBranch) -> str:
     return place_text(result.units, **fixed)
 
 
-def plot_branch(result: OrbitBranch, drawing: Drawing) -> Axes:
+def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None = None, label: str | None = None) -> Axes:
     """Draw the speed of every impact over the parameter.
 
     Stable motions are solid, unstable ones dashed, inadmissible orbits pale; special points are marked on all impacts,
-    and stretches end at them.
+    and stretches end at them. Where a branch goes back as its own mirror image, or as the same motions some forcing
+    periods later, it is drawn once. `colour` is that of motions, and `label` names the branch in the legend.
     """
     ax = drawing.ax
-    stops = "".join("A" if stop > 0 else "C" for stop in result.stops)
     drawing.describe(
         axis_label(result.meta["request"]["vary"], result.units),
         "impact speed" + (" (m/s)" if result.units == "SI" else ""),
-        f"Branch of period {result.period}, impacts {stops or 'not found'}, {_fixed(result)}",
+        f"Impact speeds along branches, {_fixed(result)}" if label else f"{_named(result)}, {_fixed(result)}",
     )
     if not len(result.parameter):
         drawing.say(f"no branch was found: {result.reason}")
         return ax
+    named = "" if label is None else f"{label}, "
     for kind, line in _lines(result).items():
-        style = _STYLES[kind]
+        style = _STYLES[kind] | ({"color": colour} if colour and kind != "not admissible" else {})
         for impact in range(1, line.shape[1]):
-            ax.plot(line[:, 0], line[:, impact], label=kind if impact == 1 and len(line) else None, **style)
+            ax.plot(line[:, 0], line[:, impact], label=named + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
         marker, colour, text = BIFURCATIONS[point.type]
@@ -130,12 +135,72 @@ def plot_branch(result: OrbitBranch, drawing: Drawing) -> Axes:
     # virtual impacts may be many times as fast as real ones
     low, high = ax.get_ylim()
     ax.set_ylim(max(low, -_VIRTUAL * high), high)
+    if drawing.labels:
+        _name_stops(ax, result)
     drawing.show_legend()
     return ax
 
 
 def _speeds(result: OrbitBranch, point: SpecialPoint) -> Floats:
     return point.velocities[: len(result.stops)] * result.stops
+
+
+def _named(result: OrbitBranch) -> str:
+    """Return which branch it is."""
+    if not len(result.stops):
+        return f"Branch of period {result.period}"
+    right, left = (int(np.sum(result.stops == stop)) for stop in (1, -1))
+    knots = result.knots()
+    images = " and its mirror image" if any(knots.types[i] == "SB" for i in knots.turns()) else ""
+    return f"Branch of {label_text(motion_label(result.period, right, left))}{images}"
+
+
+def _name_stops(ax: Axes, result: OrbitBranch) -> None:
+    """Write A or C, the stop of the impacts, at the end of the motions that are drawn where most lines are apart."""
+    knots = result.knots()
+    first, last = _drawn_once(knots)
+    real = [kind != "not admissible" for kind in knots.kinds]
+    if not any(real[first:last]):
+        real = [True] * len(real)
+    ends = {
+        knot: inwards
+        for knot in range(first, last + 1)
+        for inwards in (-1, 1)
+        if (knot < last and real[knot]) == (inwards == 1) != (knot > first and real[knot - 1])
+    }
+    low, high = ax.get_ylim()
+    groups = {knot: _together(knots.path[knot, 1 : 1 + len(result.stops)], _TOGETHER * (high - low)) for knot in ends}
+    end = max(ends, key=lambda knot: (len(groups[knot]), float(knots.path[knot, 0])))
+    side = -1 if knots.path[end + ends[end], 0] > knots.path[end, 0] else 1
+    style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "va": "center", "annotation_clip": True}
+    for group in groups[end]:
+        text = ", ".join(sorted({"A" if result.stops[impact] > 0 else "C" for impact in group}))
+        place = float(knots.path[end, 0]), float(np.mean(knots.path[end, 1:][group]))
+        ax.annotate(text, place, (6 * side, 0), color=INK, ha="left" if side > 0 else "right", **style)
+    for stop, text in ((1, "right"), (-1, "left")):
+        if np.any(result.stops == stop):
+            marker = "$A$" if stop > 0 else "$C$"
+            ax.plot([], [], linestyle="none", marker=marker, color=INK, label=f"impacts on the {text} stop")
+
+
+def _together(heights: Floats, apart: float) -> list[list[int]]:
+    """Return the indices of heights in groups whose neighbours are closer than `apart`."""
+    order = np.argsort(heights)
+    groups = np.split(order, np.flatnonzero(np.diff(heights[order]) >= apart) + 1)
+    return [group.tolist() for group in groups]
+
+
+def _drawn_once(knots: Knots) -> tuple[int, int]:
+    """Return the first and the last knot of a part of a branch with all its motions, or their mirror images."""
+    last = len(knots.types) - 1
+    back = [i for i in knots.turns() if knots.types[i] in ("SB", "PD")]
+    if not back:
+        return 0, last
+    if len(back) > 1:
+        return back[0], back[1]
+    # on both sides are the same motions, as far as they were followed
+    lengths = np.linalg.norm(np.diff(knots.path, axis=0), axis=1)
+    return (0, back[0]) if lengths[: back[0]].sum() > lengths[back[0] :].sum() else (back[0], last)
 
 
 def _lines(result: OrbitBranch) -> dict[str, Floats]:
@@ -148,7 +213,9 @@ def _lines(result: OrbitBranch) -> dict[str, Floats]:
     at = knots.path[:, : 1 + len(result.stops)]
     gap = np.full((1, at.shape[1]), np.nan)
     lines: dict[str, list[Floats]] = {kind: [np.empty((0, at.shape[1]))] for kind in _STYLES}
-    for number, (piece, kind) in enumerate(zip(smooth_pieces(knots.path, at), knots.kinds, strict=True)):
-        goes_on = number > 0 and knots.kinds[number - 1] == kind
+    pieces, (first, last) = list(smooth_pieces(knots.path, at)), _drawn_once(knots)
+    for number in range(first, last):
+        piece, kind = pieces[number], knots.kinds[number]
+        goes_on = number > first and knots.kinds[number - 1] == kind
         lines[kind] += [piece[1:]] if goes_on else [gap, piece]
     return {kind: np.concatenate(line) for kind, line in lines.items()}

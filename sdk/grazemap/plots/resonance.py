@@ -51,7 +51,7 @@ def plot_local_unfolding(
     _draw_sides(ax, shown, stop - start)
     ax.set_xlim(start, stop)
     distance = r"distance to the grazing curve $b - A(\omega)$" + (" (m)" if result.units == "SI" else "")
-    of_all = f", {len(shown)} of {len(resonant)} points" if len(shown) < len(resonant) else ""
+    of_all = f", {len(shown)} of {len(resonant)} points (shortest periods)" if len(shown) < len(resonant) else ""
     title = f"Curves from the grazing curve, to leading order{of_all}"
     drawing.describe(axis_label("omega", result.units), distance, title)
     _explain(ax, shown)

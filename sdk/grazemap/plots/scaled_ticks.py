@@ -6,6 +6,9 @@ from typing import Any
 
 from matplotlib.ticker import Formatter, Locator, LogFormatterSciNotation, MaxNLocator
 
+# Values between these are legible as numbers.
+_SMALLEST, _LARGEST = 1e-2, 1e4
+
 
 class ScaledLocator(Locator):
     """Places ticks where the data times a factor have the ticks of another locator."""
@@ -39,7 +42,7 @@ class ScaledFormatter(Formatter):
 
 
 class ScaledLogFormatter(LogFormatterSciNotation):
-    """Writes the data times a power of ten, on a logarithmic axis."""
+    """Writes the data times a power of ten, on a logarithmic axis: numbers, and powers of ten over a wide range."""
 
     def __init__(self, factor: float) -> None:
         super().__init__()
@@ -47,4 +50,7 @@ class ScaledLogFormatter(LogFormatterSciNotation):
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the text of a tick."""
-        return super().__call__(x * self._factor, pos)
+        assert self.axis is not None
+        text = super().__call__(x * self._factor, pos)
+        low, high = sorted(abs(end) * self._factor for end in self.axis.get_view_interval())
+        return f"{x * self._factor:.10g}" if text and low >= _SMALLEST and high <= _LARGEST else text

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 _EARLIER, _STOP, _IMPACT = NAMED["1-1r-1l"], UNRESOLVED, SECOND_LINE
 # Maximum number of forcing periods that are legible in the time history.
 _HISTORY_PERIODS = 12
+# Forcing periods of a longest motion that is looked for; a record of no more of them need not decide its motion.
+_LONGEST_MOTION = 32
 
 Floats = NDArray[np.float64]
 
@@ -242,4 +244,7 @@ def _title(trajectory: Trajectory, mass: int) -> str:
         for count, text in ((impacts, "impacts"), (grazes, "grazes"))
         if count
     ]
+    request = trajectory.meta["request"]
+    if trajectory.motion.kind == "unresolved" and request["transient_periods"] + request["periods"] <= _LONGEST_MOTION:
+        named = f"{request['periods']} forcing period{'s' * (request['periods'] > 1)}"
     return f"Mass {mass} {_where(trajectory)}: {named}, {', '.join(counts) or 'no impacts'}"

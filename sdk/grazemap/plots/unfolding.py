@@ -87,9 +87,17 @@ def plot_unfolding_map(
         over(ax)
     ax.set_xlim(across[0], across[-1])
     ax.set_ylim(up[0], up[-1])
+    _leave_out_of_legend(ax)
     drawing.describe_plane(umap.units, _title(umap) if title is None else title)
     drawing.show_legend(shares_of_entries, handlelength=1.4, labelspacing=0.35)
     return ax
+
+
+def _leave_out_of_legend(ax: Axes) -> None:
+    """Take lines that lie wholly outside of the axes out of the legend."""
+    for line in ax.lines:
+        if np.size(line.get_xdata()) and not line.get_path().intersects_bbox(ax.viewLim, filled=False):
+            line.set_label("_nolegend_")
 
 
 def _title(umap: UnfoldingMap) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -95,11 +95,11 @@ class GrazingCurve(Result):
         self,
         ax: Axes | None = None,
         *,
-        points: CodimensionTwoPoints | None = None,
+        points: CodimensionTwoPoints | Literal[False] | None = None,
         legend: LegendPlace | None = None,
         labels: bool = True,
     ) -> Axes:
-        """Draw clearance over omega with the codimension-two points (its own, or `points`)."""
+        """Draw clearance over omega with the codimension-two points (its own, or `points`; False: none)."""
         from grazemap.plots.axes import drawing
         from grazemap.plots.curve import plot_grazing_curve
 
@@ -122,7 +122,10 @@ class CodimensionTwoPoints(Result):
         legend: LegendPlace | None = None,
         labels: bool = True,
     ) -> Axes:
-        """Draw the points in the plane of omega and clearance, on a grazing curve if one is given."""
+        """Draw the points on the grazing curve in the plane of omega and clearance.
+
+        A `curve` that is given has a band where the graze does not recur; left out, the curve is evaluated.
+        """
         from grazemap.plots.axes import drawing
         from grazemap.plots.curve import plot_codimension_two_points
 

@@ -129,12 +129,24 @@ class OrbitBranch(Verifiable, Result):
     ends: tuple[str, ...]
     reason: str | None
 
-    def plot(self, ax: Axes | None = None, *, legend: LegendPlace | None = None, labels: bool = True) -> Axes:
-        """Draw the speeds of the impacts over the parameter: stable solid, unstable dashed, special points marked."""
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        colour: str | None = None,
+        label: str | None = None,
+        legend: LegendPlace | None = None,
+        labels: bool = True,
+    ) -> Axes:
+        """Draw the speeds of the impacts over the parameter: stable solid, unstable dashed, special points marked.
+
+        A branch that turns at an SB or a PD has the same motions, or their mirror images, beyond it: they are drawn
+        once. `colour` is that of motions, and `label` the name of the branch in the legend, for several on one axes.
+        """
         from grazemap.plots.axes import drawing
         from grazemap.plots.orbits import plot_branch
 
-        return plot_branch(self, drawing(ax, legend, labels))
+        return plot_branch(self, drawing(ax, legend, labels), colour, label)
 
     def plot_multipliers(
         self,
@@ -154,7 +166,11 @@ class OrbitBranch(Verifiable, Result):
         return knots_of(self)
 
     def stretches(self) -> list[Stretch]:
-        """Return where the motions of the branch are stable, unstable or not admissible, and at what each part ends."""
+        """Return where the motions of the branch are stable, unstable or not admissible, and at what each part ends.
+
+        A part also ends where the parameter turns. From an SB at which it turns, the branch goes back as its own mirror
+        image, and from such a PD as the same motions, some forcing periods later: the parts repeat in reverse.
+        """
         return stretches_of(self)
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:

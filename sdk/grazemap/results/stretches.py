@@ -20,7 +20,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stretch:
-    """Part of a branch whose orbits are of one kind.
+    """Part of a branch whose orbits are of one kind, and within which the parameter does not turn.
+
+    From an SB at which the parameter turns, the branch goes back as its own mirror image, and from such a PD as the
+    same motions, some forcing periods later: the stretches repeat in reverse.
 
     Attributes
     ----------
@@ -56,6 +59,11 @@ class Knots:
     types: list[str]
     kinds: list[str]
 
+    def turns(self) -> list[int]:
+        """Return the special points at which the parameter turns, as indices of knots."""
+        rises = np.diff(self.path[:, 0])
+        return [i for i in range(1, len(rises)) if self.types[i] and rises[i - 1] * rises[i] < 0.0]
+
 
 def knots_of(branch: OrbitBranch) -> Knots:
     """Return the knots of a branch.
@@ -82,11 +90,12 @@ def knots_of(branch: OrbitBranch) -> Knots:
 
 
 def stretches_of(branch: OrbitBranch) -> list[Stretch]:
-    """Return the stretches of a branch, in its order."""
+    """Return the stretches of a branch, in its order: they end where the kind changes or the parameter turns."""
     if len(branch.parameter) < 2:
         return []
     knots = knots_of(branch)
-    borders = [i for i in range(1, len(knots.kinds)) if knots.kinds[i] != knots.kinds[i - 1]]
+    changes = (i for i in range(1, len(knots.kinds)) if knots.kinds[i] != knots.kinds[i - 1])
+    borders = sorted({*changes, *knots.turns()})
     first, last = [0, *borders], [*borders, len(knots.kinds)]
     types = [branch.ends[0], *knots.types[1:-1], branch.ends[-1]]
     parameter = knots.path[:, 0].tolist()

@@ -160,7 +160,7 @@ ORBIT_BRANCHES = ResultSchema(
         field(
             "ends",
             "str",
-            "Why the branch ends at its first point and at its last.",
+            "Why the branch is not followed beyond its first and its last point. Its motions may end before, at a GR.",
             "end",
             texts=True,
             variable=None,
