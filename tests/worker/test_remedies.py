@@ -7,7 +7,7 @@ import pytest
 from grazemap_core.maps.borders.map_borders import REASONS as OF_BORDERS
 from grazemap_core.orbits.batches import REASONS as OF_ORBITS
 from grazemap_core.simulation.motion import REASONS as OF_MOTIONS
-from grazemap_worker.processes import bifurcation_curves, periodic_orbits
+from grazemap_worker.processes import bifurcation_curves, periodic_orbits, trajectories
 
 REASONS = [
     *OF_MOTIONS.values(),
@@ -15,6 +15,7 @@ REASONS = [
     *OF_BORDERS,
     periodic_orbits.NOTHING_FOUND,
     bifurcation_curves.NOTHING_FOUND,
+    trajectories.NOT_VERIFIED,
 ]
 
 
