@@ -9,13 +9,12 @@ from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.outcome import DONE, InvalidCommand
-from grazemap.errors import MissingExtra
 from grazemap.results import Result, load
-from grazemap.results.tables import tables
+from grazemap.results.tables import columns, tables, text
 from grazemap.wire import PROCESSES
 
-# Rows of each table that are printed.
-_ROWS = 8
+# Rows of each table that are printed, and the width of its lines.
+_ROWS, _WIDTH = 8, 160
 
 
 def add_commands(commands: Any) -> None:
@@ -43,10 +42,7 @@ def describe(result: Result) -> None:
         print(f"note      {note.detail}")
     for name in tables(result):
         print(f"table     {name}")
-        try:
-            print(result.to_dataframe(name).head(_ROWS).to_string(max_colwidth=24, line_width=160))
-        except MissingExtra:
-            continue
+        print(*text(columns(result, name), _ROWS, _WIDTH), sep="\n")
 
 
 def _plot(options: argparse.Namespace) -> int:
