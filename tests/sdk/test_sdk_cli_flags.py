@@ -2,17 +2,21 @@
 
 import json
 import math
+import re
 import shlex
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from sdk_documents import MANY, MOTIONS, REQUESTS
+from matplotlib import rc_context
+from sdk_documents import MANY, MOTIONS, REQUESTS, npz
 from sdk_fake_service import FakeService, problem, served
 
 import grazemap
 from grazemap import cli
+from grazemap.cli import files
 from grazemap.cli.flags import flags_of
+from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import PROCESSES, canonical, parse_request
 
 ROOT = Path(__file__).parents[2]
@@ -412,3 +416,27 @@ def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys)
     helped = " ".join(capsys.readouterr().out.split())
     assert "or an increasing list. In SI also as 5Hz." in helped
     assert "or an increasing list. In SI also as 5mm." in helped
+
+
+@pytest.mark.parametrize(
+    ("omega", "engineering"), [("1Hz:2Hz:3", True), ("6.3rad/s:12.6rad/s:3", False), ("6.3:12.6:3", False)]
+)
+def test_a_picture_has_the_units_that_were_written(run, tmp_path, monkeypatch, omega, engineering):
+    drawn = []
+    monkeypatch.setattr(files, "save_picture", lambda *drawing: drawn.append(drawing[2]))
+    assert run("grazing-curves", *SI, "--omega", omega, "--plot", str(tmp_path / "curve.svg")) == 0
+    assert drawn == [engineering]
+
+
+def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys):
+    result, picture = tmp_path / "curve.npz", tmp_path / "curve.svg"
+    document, meta = decode_npz(npz("grazing-curves"))
+    result.write_bytes(encode_npz(document, meta))
+    assert cli.main(["plot", str(result), "-o", str(picture), "--engineering-units"]) == 2
+    assert "for results in SI, and this one is nondimensional" in capsys.readouterr().err
+    oscillator = {**meta["request"]["oscillator"], "units": "SI"}
+    result.write_bytes(encode_npz(document, meta | {"request": {**meta["request"], "oscillator": oscillator}}))
+    for switch, expected in (([], {"rad/s", "m"}), (["--engineering-units"], {"Hz", "mm"})):
+        with rc_context({"svg.fonttype": "none"}):
+            assert cli.main(["plot", str(result), "-o", str(picture), *switch]) == 0
+        assert set(re.findall(r"\((Hz|rad/s|mm|m)\)", picture.read_text())) == expected

@@ -47,6 +47,11 @@ class CommandRequest:
             if flag.place in texts:
                 self._set(flag, texts[flag.place])
 
+    @property
+    def engineering(self) -> bool:
+        """Whether a flag has numbers in Hz or mm."""
+        return any(units.engineering(text) for text in self._texts.values() if isinstance(text, str))
+
     def validated(self) -> ProcessRequest:
         """Return the request. Raises ParameterError with all errors."""
         errors = list(self._errors)

@@ -54,7 +54,7 @@ def compute(options: argparse.Namespace) -> int:
         with closing(running_or_local(options.url, options.quiet)) as client:
             result = client.submit(options.process, request).wait(progress=not options.quiet).result()
     for what, path, _ in targets:
-        files.write(what, path, result)
+        files.write(what, path, result, asked.engineering)
     if not targets:
         describe(result)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (

@@ -22,6 +22,9 @@ def add_commands(commands: Any) -> None:
     plot = commands.add_parser("plot", help="draw a saved result")
     plot.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
     plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
+    plot.add_argument(
+        "--engineering-units", action="store_true", help="Hz and mm in place of rad/s and m; for a result in SI"
+    )
     plot.set_defaults(command=_plot)
 
     show = commands.add_parser("show", help="say what a saved result is")
@@ -51,7 +54,9 @@ def _plot(options: argparse.Namespace) -> int:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
     with files.named("the result", options.result):
         result = load(options.result)
-    files.write("the picture", output, result)
+    if options.engineering_units and result.units != "SI":
+        raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
+    files.write("the picture", output, result, options.engineering_units)
     return DONE
 
 
