@@ -297,11 +297,8 @@ def test_tables_are_printed_without_pandas_and_say_how_many_rows_are_left_out(tm
 
 def test_columns_beyond_the_width_stand_below():
     table = {name: Column([1.5, 2.5]) for name in ("first", "second", "third")}
-    assert text(table, 8, 18) == ["   first  second", "0    1.5     1.5", "1    2.5     2.5"] + [
-        "   third",
-        "0    1.5",
-        "1    2.5",
-    ]
+    above, below = ["   first  second", "0    1.5     1.5", "1    2.5     2.5"], ["   third", "0    1.5", "1    2.5"]
+    assert text(table, 8, 18) == [*above, *below]
 
 
 def test_the_schema_of_a_request_is_printed(capsys):

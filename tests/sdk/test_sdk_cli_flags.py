@@ -234,12 +234,12 @@ def test_an_error_in_json_names_the_field(refused, tmp_path):
     path.write_text(json.dumps({"oscillator": {"restitution": 2}, "omega": {"start": 1, "stop": 2}, "max_ordr": 1}))
     said = refused("grazing-curves", "--json", str(path), "--max-order", "0")
     assert [line.partition(": ")[0] for line in said] == [
+        "/",
         "/oscillator/restitution 2",
         "/omega/points",
         "--max-order 0",
-        "/",
     ]
-    assert 'Unknown field "max_ordr"; did you mean max_order' in said[-1]
+    assert 'Unknown field "max_ordr"; did you mean max_order' in said[0]
 
 
 def test_a_flag_for_a_field_of_what_is_no_object_is_refused(refused, tmp_path):
@@ -440,3 +440,22 @@ def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys
         with rc_context({"svg.fonttype": "none"}):
             assert cli.main(["plot", str(result), "-o", str(picture), *switch]) == 0
         assert set(re.findall(r"\((Hz|rad/s|mm|m)\)", picture.read_text())) == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "note"),
+    [
+        (["--omega", "10Hz,13Hz"], "--omega 10Hz,13Hz is a list of two values; for a range write 10Hz:13Hz:POINTS"),
+        (["--omega", "2:3:48"], "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
+        (
+            ["--omega", "2Hz:3Hz:4", "--clearance", "10:60:4"],
+            "amplitude of up to 0.0504 m: write --clearance 10mm:60mm:4 if mm was meant",
+        ),
+    ],
+)
+def test_a_note_says_what_to_write_on_the_command_line(run, capsys, arguments, note):
+    if "--clearance" not in arguments:
+        arguments = [*arguments, "--clearance", "1mm:2mm:2"]
+    machine = ["--units", "SI", "--masses", "1", "--stiffnesses", f"{16 * math.pi**2}", "--damping", "0.005"]
+    run("unfolding-maps", *machine, "--forcing", "1", "--restitution", "0.8", *arguments)
+    assert note in capsys.readouterr().err

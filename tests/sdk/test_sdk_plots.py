@@ -59,6 +59,13 @@ def test_the_map_has_regions_curve_points_and_shares():
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega$", "clearance $b$")
 
 
+def test_a_result_of_another_kind_over_a_map_is_refused_by_name():
+    umap, branch = (decode_result(npz(process)) for process in ("unfolding-maps", "orbit-branches"))
+    for given in ({"curves": branch}, {"curves": [branch]}, {"curve": branch}, {"points": branch}):
+        with pytest.raises(TypeError, match=r"^\w+ is a OrbitBranch, and plot draws \w+ there$"):
+            umap.plot(**given)
+
+
 def test_an_adaptive_map_shows_what_was_computed():
     umap = decode_result(npz(ADAPTIVE))
     ax = umap.plot_computed()

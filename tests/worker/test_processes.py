@@ -194,6 +194,8 @@ def test_an_orbit_that_does_not_exist_has_a_reason() -> None:
         assert said in branch["reason"]
     document = whole("periodic-orbits", {"omega": 0.29, "clearance": 2.1})
     assert "trajectory" in document["reason"]  # it settles to the motion without impacts
+    moving = {"omega": 0.29, "clearance": 1.6, "transient_periods": 0, "max_period": 1}
+    assert "may be chaotic" in whole("periodic-orbits", moving)["reason"]
 
 
 def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:

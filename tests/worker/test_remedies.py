@@ -14,6 +14,7 @@ REASONS = [
     *OF_ORBITS.values(),
     *OF_BORDERS,
     periodic_orbits.NOTHING_FOUND,
+    periodic_orbits.NOT_PERIODIC,
     bifurcation_curves.NOTHING_FOUND,
     trajectories.NOT_VERIFIED,
 ]

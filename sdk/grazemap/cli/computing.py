@@ -20,7 +20,6 @@ from grazemap.cli.stack import running_or_local
 from grazemap.results import OrbitBranch, PeriodicOrbit
 from grazemap.wire import PROCESSES
 
-
 # In front of the example of each process.
 _SI = (
     "in SI: --units SI --masses 0.5,2 --stiffnesses 2000,8000 --damping 1.5,6 --forcing 5,0 --restitution 0.8,\n"

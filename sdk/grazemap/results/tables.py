@@ -86,8 +86,7 @@ def columns(result: Result, name: str) -> dict[str, Column]:
             for inner in one.type:
                 found[inner.name] = (inner, list(getattr(value, inner.name)))
     return {
-        key: Column(values, _dtype(of, values), of.unit_in(result.units) or "")
-        for key, (of, values) in found.items()
+        key: Column(values, _dtype(of, values), of.unit_in(result.units) or "") for key, (of, values) in found.items()
     }
 
 

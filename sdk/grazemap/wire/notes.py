@@ -92,7 +92,9 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
     what = "damping is gamma in s"
     if isinstance(oscillator.damping, list):
         what = "a list of dampings has coefficients in N s/m"
-    gamma = f"for a ratio of {_EXAMPLE:g} in the first mode give {_EXAMPLE:g}/omega_1, the number {_EXAMPLE / first:.4g}"
+    gamma = (
+        f"for a ratio of {_EXAMPLE:g} in the first mode give {_EXAMPLE:g}/omega_1, the number {_EXAMPLE / first:.4g}"
+    )
     # NaN stands for a mode that does not oscillate, or for a ratio hidden by one that does not
     strong = int(np.count_nonzero(~(ratios < 1.0)))
     if strong:
