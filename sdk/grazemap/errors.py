@@ -59,7 +59,11 @@ class GrazemapError(Exception):
 
 
 class RequestWarning(UserWarning):
-    """A request is allowed, and probably not what was meant; the text is that of the job's notes."""
+    """A request is allowed, and probably not what was meant; text and `code` are those of a note of the job."""
+
+    def __init__(self, detail: str = "", code: str = "") -> None:
+        super().__init__(detail)
+        self.code = code
 
 
 def problem_text(problem: Problem) -> str:

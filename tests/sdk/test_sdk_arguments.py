@@ -465,3 +465,26 @@ def test_a_method_requires_what_its_request_requires(process):
         # these are said by omega and clearance, of which one varies
         required = required - {"vary", "range"} | {"omega", "clearance"}
     assert [name for name in required if parameters[name].default is not inspect.Parameter.empty] == []
+
+
+def test_a_number_with_a_unit_in_text_is_refused_with_the_unit_of_the_field(client):
+    with pytest.raises(ParameterError) as refused:
+        client.unfolding_map(omega=("10Hz", "13Hz"), clearance=(1.0, 2.0), shape=(3, 3))
+    said = [(error.pointer, error.allowed) for error in refused.value.problem.errors]
+    allowed = "a finite number > 0, in rad/s in SI; units are written on the command line only"
+    assert said == [("/omega/start", allowed), ("/omega/stop", allowed)]
+
+
+def test_a_range_without_the_orbit_names_parameter_unit_and_value(client):
+    machine = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
+    with pytest.raises(ParameterError) as refused:
+        client.orbit_branch(machine, omega=20.0, clearance=0.0027, range=(1.0, 6.0), motion=(1, [1, -1]))
+    (error,) = refused.value.problem.errors
+    assert error.detail == "the range, in m, does not contain the clearance of the orbit, 0.0027 m"
+    assert error.allowed == "start <= clearance <= stop"
+
+
+def test_an_unknown_field_is_named_before_the_missing_one():
+    with pytest.raises(ParameterError) as refused:
+        validated("grazing-curves", {"omga": [0.2, 0.3]})
+    assert [error.detail.partition(" ")[0] for error in refused.value.problem.errors] == ["Unknown", "Field"]

@@ -13,6 +13,7 @@ from sdk_fake_service import FakeService, served
 import grazemap
 from grazemap import cli, constants
 from grazemap.codec import decode_npz, encode_npz
+from grazemap.results.tables import Column, text
 
 
 @pytest.fixture
@@ -273,6 +274,31 @@ def test_a_saved_result_says_what_it_is(tmp_path, capsys):
     assert rows[0].split()[:3] == ["label", "kind", "period"]
     assert rows[1].split()[1:4] == ["1-2r-2l", "periodic", "1"]
     assert cli.main(["show", str(tmp_path / "none.npz")]) == 1
+
+
+def test_tables_are_printed_without_pandas_and_say_how_many_rows_are_left_out(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    path = tmp_path / "path.npz"
+    document, meta = decode_npz(npz("trajectories"))
+    samples = {name: np.zeros((len(document[name]), 70)) for name in ("displacement", "velocity")}
+    path.write_bytes(encode_npz({**document, **samples, "time": np.arange(70) / 3.0}, meta))
+    assert cli.main(["show", str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    samples, rests = lines.index("table     time"), lines.index("table     sticking")
+    assert lines[samples + 1].split()[:2] == ["time", "displacement_1"]
+    assert [line.split()[:2] for line in lines[samples + 2 : samples + 5]] == [
+        ["0", "0"],
+        ["1", "0.333333"],
+        ["2", "0.666667"],
+    ]
+    assert lines[samples + 10] == "62 more rows"
+    assert lines[rests + 1] == "no rows"
+
+
+def test_columns_beyond_the_width_stand_below():
+    table = {name: Column([1.5, 2.5]) for name in ("first", "second", "third")}
+    above, below = ["   first  second", "0    1.5     1.5", "1    2.5     2.5"], ["   third", "0    1.5", "1    2.5"]
+    assert text(table, 8, 18) == [*above, *below]
 
 
 def test_the_schema_of_a_request_is_printed(capsys):

@@ -2,17 +2,21 @@
 
 import json
 import math
+import re
 import shlex
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from sdk_documents import MANY, MOTIONS, REQUESTS
+from matplotlib import rc_context
+from sdk_documents import MANY, MOTIONS, REQUESTS, npz
 from sdk_fake_service import FakeService, problem, served
 
 import grazemap
 from grazemap import cli
+from grazemap.cli import files
 from grazemap.cli.flags import flags_of
+from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import PROCESSES, canonical, parse_request
 
 ROOT = Path(__file__).parents[2]
@@ -82,7 +86,8 @@ def test_flags_make_the_request_that_json_makes(run, service, tmp_path, process)
 def test_the_example_of_the_help_is_the_first_of_the_process(run, service, capsys, process):
     with pytest.raises(SystemExit):
         cli.main([process, "--help"])
-    example = capsys.readouterr().out.rpartition("example: grazemap ")[2]
+    said, _, example = capsys.readouterr().out.rpartition("example: grazemap ")
+    assert "in SI: --units SI" in said
     run(*shlex.split(example))
     (job,) = service.jobs.values()
     expected = parse_request(process, next(iter(PROCESSES[process].operation.examples.values())))
@@ -229,12 +234,12 @@ def test_an_error_in_json_names_the_field(refused, tmp_path):
     path.write_text(json.dumps({"oscillator": {"restitution": 2}, "omega": {"start": 1, "stop": 2}, "max_ordr": 1}))
     said = refused("grazing-curves", "--json", str(path), "--max-order", "0")
     assert [line.partition(": ")[0] for line in said] == [
+        "/",
         "/oscillator/restitution 2",
         "/omega/points",
         "--max-order 0",
-        "/",
     ]
-    assert 'Unknown field "max_ordr"; did you mean max_order' in said[-1]
+    assert 'Unknown field "max_ordr"; did you mean max_order' in said[0]
 
 
 def test_a_flag_for_a_field_of_what_is_no_object_is_refused(refused, tmp_path):
@@ -411,3 +416,46 @@ def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys)
     helped = " ".join(capsys.readouterr().out.split())
     assert "or an increasing list. In SI also as 5Hz." in helped
     assert "or an increasing list. In SI also as 5mm." in helped
+
+
+@pytest.mark.parametrize(
+    ("omega", "engineering"), [("1Hz:2Hz:3", True), ("6.3rad/s:12.6rad/s:3", False), ("6.3:12.6:3", False)]
+)
+def test_a_picture_has_the_units_that_were_written(run, tmp_path, monkeypatch, omega, engineering):
+    drawn = []
+    monkeypatch.setattr(files, "save_picture", lambda *drawing: drawn.append(drawing[2]))
+    assert run("grazing-curves", *SI, "--omega", omega, "--plot", str(tmp_path / "curve.svg")) == 0
+    assert drawn == [engineering]
+
+
+def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys):
+    result, picture = tmp_path / "curve.npz", tmp_path / "curve.svg"
+    document, meta = decode_npz(npz("grazing-curves"))
+    result.write_bytes(encode_npz(document, meta))
+    assert cli.main(["plot", str(result), "-o", str(picture), "--engineering-units"]) == 2
+    assert "for results in SI, and this one is nondimensional" in capsys.readouterr().err
+    oscillator = {**meta["request"]["oscillator"], "units": "SI"}
+    result.write_bytes(encode_npz(document, meta | {"request": {**meta["request"], "oscillator": oscillator}}))
+    for switch, expected in (([], {"rad/s", "m"}), (["--engineering-units"], {"Hz", "mm"})):
+        with rc_context({"svg.fonttype": "none"}):
+            assert cli.main(["plot", str(result), "-o", str(picture), *switch]) == 0
+        assert set(re.findall(r"\((Hz|rad/s|mm|m)\)", picture.read_text())) == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "note"),
+    [
+        (["--omega", "10Hz,13Hz"], "--omega 10Hz,13Hz is a list of two values; for a range write 10Hz:13Hz:POINTS"),
+        (["--omega", "2:3:48"], "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
+        (
+            ["--omega", "2Hz:3Hz:4", "--clearance", "10:60:4"],
+            "amplitude of up to 0.05039 m: write --clearance 10mm:60mm:4 if mm was meant",
+        ),
+    ],
+)
+def test_a_note_says_what_to_write_on_the_command_line(run, capsys, arguments, note):
+    if "--clearance" not in arguments:
+        arguments = [*arguments, "--clearance", "1mm:2mm:2"]
+    machine = ["--units", "SI", "--masses", "1", "--stiffnesses", f"{16 * math.pi**2}", "--damping", "0.005"]
+    run("unfolding-maps", *machine, "--forcing", "1", "--restitution", "0.8", *arguments)
+    assert note in capsys.readouterr().err

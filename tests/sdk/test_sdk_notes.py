@@ -57,6 +57,31 @@ def test_what_is_probably_not_meant_is_noted(changes, expected):
     assert codes("unfolding-maps", MAP | changes) == expected
 
 
+@pytest.mark.parametrize(
+    ("damping", "expected"),
+    [
+        (0.02, ["strong-damping"]),
+        ([0.02, 0.02], ["weak-damping"]),
+        ([300.0, 300.0], ["strong-damping"]),
+        (5e-4, []),
+        ([3.0, 3.0], []),
+        (0.0, []),
+        ([0.0, 0.0], []),
+    ],
+)
+def test_a_damping_in_si_that_may_be_a_ratio_is_noted(damping, expected):
+    machine = {"units": "SI", "masses": [0.9, 2.4], "stiffnesses": [6000.0, 20000.0], "forcing": [5.0, 0.0]}
+    body = {"oscillator": {**machine, "damping": damping}, "omega": span(60.0, 80.0)}
+    notes = notes_on(parse_request("grazing-curves", body))
+    assert [note.code for note in notes] == expected
+    for note in notes:
+        # the number that is suggested gives the first mode this ratio
+        suggested = float(re.search(r"the number (\S+)$", note.detail)[1])
+        assert Oscillator(**machine, damping=suggested).damping_ratios[0] == pytest.approx(0.02, rel=1e-3)
+    if damping == 0.02:
+        assert f"up to {Oscillator(**machine, damping=damping).damping_ratios[1]:.4g}:" in notes[0].detail
+
+
 def test_a_diagram_over_one_parameter_is_compared_with_the_grazing_curve():
     body = {"vary": "clearance", "range": span(5.0, 6.0), "omega": 0.29}
     assert codes("bifurcation-diagrams", body) == ["above-grazing-curve"]

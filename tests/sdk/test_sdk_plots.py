@@ -70,6 +70,13 @@ def test_a_curve_outside_of_the_map_is_not_in_its_legend():
     assert CURVE not in legend(umap.plot(curve=far))
 
 
+def test_a_result_of_another_kind_over_a_map_is_refused_by_name():
+    umap, branch = (decode_result(npz(process)) for process in ("unfolding-maps", "orbit-branches"))
+    for given in ({"curves": branch}, {"curves": [branch]}, {"curve": branch}, {"points": branch}):
+        with pytest.raises(TypeError, match=r"^\w+ is a OrbitBranch, and plot draws \w+ there$"):
+            umap.plot(**given)
+
+
 def test_an_adaptive_map_shows_what_was_computed():
     umap = decode_result(npz(ADAPTIVE))
     ax = umap.plot_computed()

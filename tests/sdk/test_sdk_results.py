@@ -660,6 +660,12 @@ def test_a_place_in_a_map_has_the_label_of_the_nearest_point_and_a_request_for_i
     assert (free.label, free.request) == ("1-(-1)r-(-1)l", None)
     with pytest.raises(ValueError, match=r"omega = 0\.4 is outside the map, which has 0\.2 to 0\.3"):
         umap.at(0.4, 1.5)
+    oscillator = {**umap.meta["request"]["oscillator"], "units": "SI"}
+    umap.meta["request"] = {**umap.meta["request"], "oscillator": oscillator}
+    with pytest.raises(ValueError, match=r"omega = 0\.4 rad/s .* has 0\.2 to 0\.3 rad/s, 0\.0318\d* to 0\.0477\d* Hz"):
+        umap.at(0.4, 1.5)
+    with pytest.raises(ValueError, match=r"clearance = 2 m is outside the map, .* 1\.5 to 1\.6 m, 1500 to 1600 mm"):
+        umap.at(0.2, 2.0)
 
 
 def test_a_part_of_a_map_is_asked_for_with_the_settings_of_the_map(client, service):

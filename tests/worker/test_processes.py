@@ -17,6 +17,7 @@ from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import core_oscillator, request_pointer
+from grazemap_worker.processes.trajectories import NOT_VERIFIED
 from tests.document_problems import problems
 
 MAP = {
@@ -193,6 +194,8 @@ def test_an_orbit_that_does_not_exist_has_a_reason() -> None:
         assert said in branch["reason"]
     document = whole("periodic-orbits", {"omega": 0.29, "clearance": 2.1})
     assert "trajectory" in document["reason"]  # it settles to the motion without impacts
+    moving = {"omega": 0.29, "clearance": 1.6, "transient_periods": 0, "max_period": 1}
+    assert "may be chaotic" in whole("periodic-orbits", moving)["reason"]
 
 
 def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:
@@ -306,6 +309,18 @@ def test_a_trajectory_has_samples_impacts_and_a_labelled_motion() -> None:
     assert document["undecided"] == 0
     assert document["final"]["displacement"].shape == document["final"]["velocity"].shape == (3,)
     assert document["final"]["phase"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("clearance", "periods", "restitution", "expected"),
+    [(1.6, 400, 0.8, NOT_VERIFIED), (1.6, 3, 0.8, None), (1.2, 400, 0.0, "mass 1 rests on a stop")],
+)
+def test_a_periodic_trajectory_says_why_it_is_not_verified(clearance, periods, restitution, expected) -> None:
+    body = {"omega": 0.29, "clearance": clearance, "periods": periods, "oscillator": {"restitution": restitution}}
+    motion = whole("trajectories", body)["motion"]
+    assert motion["verified"] is False
+    assert motion["kind"] == ("unresolved" if expected is None else "periodic")
+    assert motion["reason"].startswith(expected or "the stroboscopic orbit did not close")
 
 
 def test_a_trajectory_continues_from_its_final_state_in_another_request() -> None:

@@ -7,14 +7,16 @@ import pytest
 from grazemap_core.maps.borders.map_borders import REASONS as OF_BORDERS
 from grazemap_core.orbits.batches import REASONS as OF_ORBITS
 from grazemap_core.simulation.motion import REASONS as OF_MOTIONS
-from grazemap_worker.processes import bifurcation_curves, periodic_orbits
+from grazemap_worker.processes import bifurcation_curves, periodic_orbits, trajectories
 
 REASONS = [
     *OF_MOTIONS.values(),
     *OF_ORBITS.values(),
     *OF_BORDERS,
     periodic_orbits.NOTHING_FOUND,
+    periodic_orbits.NOT_PERIODIC,
     bifurcation_curves.NOTHING_FOUND,
+    trajectories.NOT_VERIFIED,
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
@@ -11,11 +12,13 @@ from typing import Any
 from grazemap.cli import units
 from grazemap.cli.flags import Flag, at, flags_of
 from grazemap.client.arguments import parameter_error, validated
-from grazemap.errors import ParameterError
+from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
-from grazemap.wire.error_texts import schema_of
+from grazemap.wire.error_texts import ONLY_IN_FLAGS, schema_of
 
 _LONGEST_VALUE = 60
+# The parameter that a note concerns by its code, and the unit that was probably meant.
+_IN_UNIT = {"frequencies-in-hertz": ("omega", "Hz"), "clearances-in-millimetres": ("clearance", "mm")}
 
 
 class CommandRequest:
@@ -47,6 +50,11 @@ class CommandRequest:
             if flag.place in texts:
                 self._set(flag, texts[flag.place])
 
+    @property
+    def engineering(self) -> bool:
+        """Whether a flag has numbers in Hz or mm."""
+        return any(units.engineering(text) for text in self._texts.values() if isinstance(text, str))
+
     def validated(self) -> ProcessRequest:
         """Return the request. Raises ParameterError with all errors."""
         errors = list(self._errors)
@@ -60,12 +68,20 @@ class CommandRequest:
 
     @contextmanager
     def naming_flags(self) -> Iterator[None]:
-        """Within this block the errors of a ParameterError name flags, the values given, and how to write them."""
+        """Within this block notes, and errors of a ParameterError, name flags, their values, and how to write them."""
+        show = warnings.showwarning
+
+        def show_note(message: Warning | str, *rest: Any, **named: Any) -> None:
+            show(self._note(message) if isinstance(message, RequestWarning) else message, *rest, **named)
+
+        warnings.showwarning = show_note
         try:
             yield
         except ParameterError as error:
             errors = [self._named(one) for one in error.problem.errors]
             raise ParameterError(error.problem.model_copy(update={"errors": errors}), error.request_id) from error
+        finally:
+            warnings.showwarning = show
 
     def _set(self, flag: Flag, text: str | bool) -> None:
         value = flag.value(self._in_si(flag, text)) if isinstance(text, str) else text
@@ -112,6 +128,22 @@ class CommandRequest:
     def _refuse(self, flag: Flag, detail: str, allowed: str) -> None:
         self._errors.append(ProblemError(pointer=flag.pointer, detail=detail, allowed=allowed))
 
+    def _note(self, warning: RequestWarning) -> str:
+        """Return the text of a note with what to write instead of a flag that is given."""
+        said = str(warning)
+        name, unit = _IN_UNIT.get(warning.code, (said.partition(" ")[0], ""))
+        given = (flag for flag in self._flags if flag.place in self._texts and len(flag.place) == 1)
+        flag = next((flag for flag in given if self._quantity_of(flag) == name), None)
+        if flag is None:
+            return said
+        text = str(self._texts[flag.place])
+        if unit and units.bare(text) == text:
+            instead = f"{flag.name} {units.with_unit(text, unit)}"
+            return f"{said.rpartition(':')[0]}: write {instead} if {unit} was meant"
+        if warning.code == "two-values":
+            return f"{flag.name} {text} is a list of two values; for a range write {text.replace(',', ':')}:POINTS"
+        return said
+
     def _named(self, error: ProblemError) -> ProblemError:
         """Return an error with the flags or the field of --json, and the value, for its pointer."""
         if not error.pointer.startswith("/"):
@@ -129,7 +161,7 @@ class CommandRequest:
         where = ", ".join(self._as_given(flag) for flag in named)
         inside = [f"number {int(part) + 1}" if part.isdigit() else part for part in place[len(named[0].place) :]]
         written = " or ".join(form for flag in named for form in flag.forms) if len(named) == 1 else ""
-        allowed = "; written ".join(filter(None, (error.allowed, written)))
+        allowed = "; written ".join(filter(None, (error.allowed.replace(ONLY_IN_FLAGS, ""), written)))
         return error.model_copy(update={"pointer": ": ".join((where, *inside)), "allowed": allowed})
 
     def _as_given(self, flag: Flag) -> str:

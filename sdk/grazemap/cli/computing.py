@@ -20,6 +20,12 @@ from grazemap.cli.stack import running_or_local
 from grazemap.results import OrbitBranch, PeriodicOrbit
 from grazemap.wire import PROCESSES
 
+# In front of the example of each process.
+_SI = (
+    "in SI: --units SI --masses 0.5,2 --stiffnesses 2000,8000 --damping 1.5,6 --forcing 5,0 --restitution 0.8,\n"
+    "       with frequencies such as 10Hz and lengths such as 3mm"
+)
+
 
 def add_processes(commands: Any, with_flags: Collection[str]) -> None:
     """Add a command for each process, and `run`, which has the same ones; only those that are named have flags."""
@@ -47,7 +53,7 @@ def compute(options: argparse.Namespace) -> int:
         with closing(running_or_local(options.url, options.quiet)) as client:
             result = client.submit(options.process, request).wait(progress=not options.quiet).result()
     for what, path, _ in targets:
-        files.write(what, path, result)
+        files.write(what, path, result, asked.engineering)
     if not targets:
         describe(result)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
@@ -68,7 +74,7 @@ def _add_each(commands: Any, shared: Mapping[str, argparse.ArgumentParser]) -> N
             description=request.operation.description,
         )
         if process in shared:
-            added.epilog = f"example: grazemap {shlex.join(example(process))}".replace("%", "%%")
+            added.epilog = f"{_SI}\nexample: grazemap {shlex.join(example(process))}".replace("%", "%%")
 
 
 def _arguments(process: str) -> argparse.ArgumentParser:

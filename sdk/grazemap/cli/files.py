@@ -40,11 +40,14 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
             new_figure(1.0, 1.0)
 
 
-def write(what: str, path: Path, result: Result) -> None:
-    """Write a result as the ending of the path says, and print the path. Raises OSError."""
+def write(what: str, path: Path, result: Result, engineering: bool = False) -> None:
+    """Write a result as the ending of the path says, and print the path. Raises OSError.
+
+    With `engineering` a picture has Hz and mm in place of rad/s and m.
+    """
     with named(what, path):
         if path.suffix in PICTURES:
-            save_picture(result, path)
+            save_picture(result, path, engineering)
         else:
             result.save(path)
     print(path)

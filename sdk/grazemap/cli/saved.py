@@ -9,13 +9,12 @@ from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.outcome import DONE, InvalidCommand
-from grazemap.errors import MissingExtra
 from grazemap.results import Result, load
-from grazemap.results.tables import tables
+from grazemap.results.tables import columns, tables, text
 from grazemap.wire import PROCESSES
 
-# Rows of each table that are printed.
-_ROWS = 8
+# Rows of each table that are printed, and the width of its lines.
+_ROWS, _WIDTH = 8, 160
 
 
 def add_commands(commands: Any) -> None:
@@ -23,6 +22,9 @@ def add_commands(commands: Any) -> None:
     plot = commands.add_parser("plot", help="draw a saved result")
     plot.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
     plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
+    plot.add_argument(
+        "--engineering-units", action="store_true", help="Hz and mm in place of rad/s and m; for a result in SI"
+    )
     plot.set_defaults(command=_plot)
 
     show = commands.add_parser("show", help="say what a saved result is")
@@ -43,10 +45,7 @@ def describe(result: Result) -> None:
         print(f"note      {note.detail}")
     for name in tables(result):
         print(f"table     {name}")
-        try:
-            print(result.to_dataframe(name).head(_ROWS).to_string(max_colwidth=24, line_width=160))
-        except MissingExtra:
-            continue
+        print(*text(columns(result, name), _ROWS, _WIDTH), sep="\n")
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -55,7 +54,9 @@ def _plot(options: argparse.Namespace) -> int:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
     with files.named("the result", options.result):
         result = load(options.result)
-    files.write("the picture", output, result)
+    if options.engineering_units and result.units != "SI":
+        raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
+    files.write("the picture", output, result, options.engineering_units)
     return DONE
 
 

@@ -52,6 +52,21 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
     return None
 
 
+def engineering(text: str) -> bool:
+    """Return whether the text of a flag has numbers in Hz or mm."""
+    units = (match[2] for number in _numbers(text) if (match := _NUMBER.fullmatch(number)))
+    return any(unit in ("Hz", "mm") for unit in units)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Return the text of a flag whose numbers have no units with a unit at each of them."""
+    parts = re.split(r"([:,])", text)
+    last = 3 if ":" in text else len(parts)
+    return "".join(
+        part + unit if part and place < last and place % 2 == 0 else part for place, part in enumerate(parts)
+    )
+
+
 def in_si(text: str, name: str) -> str:
     """Return the text of a flag with all numbers in rad/s or m, and without their units."""
     units = _UNITS[quantity(name)]

@@ -23,4 +23,4 @@ def warn_of(notes: Sequence[Note]) -> None:
     for note in notes:
         if note.code in _QUIET:
             continue
-        warnings.warn(note.detail, RequestWarning, stacklevel=level)
+        warnings.warn(RequestWarning(note.detail, note.code), stacklevel=level)

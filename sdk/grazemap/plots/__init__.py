@@ -10,6 +10,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from grazemap.plots.axes import kept_from_pyplot
+from grazemap.plots.engineering import convert_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,9 +19,15 @@ if TYPE_CHECKING:
     from grazemap.results import Result
 
 
-def save_picture(result: Result, path: str | PathLike[str]) -> None:
-    """Draw a result by itself and write it as a picture; the ending of the path gives the format."""
-    draw_apart(result).savefig(path)
+def save_picture(result: Result, path: str | PathLike[str], engineering: bool = False) -> None:
+    """Draw a result by itself and write it as a picture; the ending of the path gives the format.
+
+    With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI.
+    """
+    figure = draw_apart(result)
+    if engineering:
+        convert_figure(figure)
+    figure.savefig(path)
 
 
 def draw_apart(result: Result, **options: Any) -> Figure:

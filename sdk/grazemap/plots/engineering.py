@@ -12,6 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
     from matplotlib.text import Text
 
     A = TypeVar("A", bound=Axes | Iterable[Axes])
@@ -52,6 +53,12 @@ def engineering_units(ax: A) -> A:
     for one in pictures:
         _convert(one)
     return ax
+
+
+def convert_figure(figure: Figure) -> None:
+    """As `engineering_units` on a whole figure, also where nothing but its texts is in SI."""
+    for one in figure.axes:
+        _convert(one)
 
 
 def keep_engineering_units(ax: Axes) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field
@@ -34,6 +35,18 @@ _SCALARS: dict[str, type] = {"int": int, "bool": bool, "str": str}
 def counted(items: Sized, noun: str) -> str:
     """Return the number of items with the noun, in the plural unless it is one."""
     return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
+
+
+def outside(what: str, name: str, value: float, ends: tuple[float, float], units: str) -> ValueError:
+    """Return the error for a value of omega or clearance outside a result, in SI with units and in Hz or mm too."""
+    unit, other, factor = {"omega": ("rad/s", "Hz", 1.0 / (2.0 * math.pi)), "clearance": ("m", "mm", 1e3)}[name]
+    low, high = ends
+    if units != "SI":
+        return ValueError(f"{name} = {value:g} is outside the {what}, which has {low:g} to {high:g}")
+    return ValueError(
+        f"{name} = {value:g} {unit} is outside the {what}, which has {low:g} to {high:g} {unit}, "
+        f"{low * factor:g} to {high * factor:g} {other}"
+    )
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grazemap.results.base import Result, counted
+from grazemap.results.base import Result, counted, outside
 from grazemap.results.records import FloatArray, IntArray, described
 from grazemap.schema.grazing import FAMILY, POINT, UNFOLDING
 from grazemap.wire import Oscillator
@@ -85,9 +85,9 @@ class GrazingCurve(Result):
         """
         frequencies = np.asarray(omega, dtype=np.float64)
         low, high = float(self.omega[0]), float(self.omega[-1])
-        outside = frequencies[(frequencies < low) | (frequencies > high)]
-        if outside.size:
-            raise ValueError(f"omega = {outside.flat[0]:g} is outside the curve, which has {low:g} to {high:g}")
+        beyond = frequencies[(frequencies < low) | (frequencies > high)]
+        if beyond.size:
+            raise outside("curve", "omega", float(beyond.flat[0]), (low, high), self.units)
         oscillator = Oscillator.model_validate(self.meta["request"]["oscillator"])
         return np.reshape(steady_amplitude(oscillator, frequencies.ravel()), frequencies.shape)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
     from grazemap.results.base import Result
 
+_Columns = dict[str, tuple[Field, list[Any]]]
+
+# Characters of the longest text in a printed table.
+_WIDEST = 24
 # Columns in which None is kept apart from 0 and False.
 _NULLABLE = {"int": "Int64", "bool": "boolean"}
 
@@ -45,30 +49,74 @@ def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
         name = found[0]
     if name is None or name not in found:
         raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(found) or 'none'}")
+    shown = columns(result, name)
+    table = pandas.DataFrame({key: pandas.Series(one.values, dtype=one.dtype) for key, one in shown.items()})
+    table.attrs["units"] = {key: one.unit for key, one in shown.items() if one.unit}
+    return table
+
+
+class Column(NamedTuple):
+    """A column of a table: its values, their type as pandas names it, None where it is that of the values, its unit."""
+
+    values: list[Any]
+    dtype: str | None = None
+    unit: str = ""
+
+
+def columns(result: Result, name: str) -> dict[str, Column]:
+    """Return the columns of a table of a result, by name; none for a table that is not in the schema and is empty."""
     derived = result.derived_tables().get(name)
     if derived is not None:
-        plain = pandas.DataFrame([asdict(item) for item in derived])
+        rows = [asdict(item) for item in derived]
+        listed = {key: [row[key] for row in rows] for key in (rows[0] if rows else ())}
         # whole numbers beside None stay whole
-        whole = {key: "Int64" for key in plain if any(type(getattr(item, key)) is int for item in derived)}
-        return plain.astype(whole)
-    columns: dict[str, tuple[Field, list[Any]]] = {}
+        whole = {key for key, values in listed.items() if any(type(value) is int for value in values)}
+        return {key: Column(values, "Int64" if key in whole else None) for key, values in listed.items()}
+    found: _Columns = {}
     if name == result.schema.rows:
-        _add_arrays(columns, result, name)
+        _add_arrays(found, result, name)
     else:
         one = result.schema[name]
         assert isinstance(one.type, Record)
         value = getattr(result, name)
         if one.dims:
-            _add_arrays(columns, result, *one.dims)
-            _add_records(columns, one.type, value, "", _lengths(result))
+            _add_arrays(found, result, *one.dims)
+            _add_records(found, one.type, value, "", _lengths(result))
         else:
             for inner in one.type:
-                columns[inner.name] = (inner, list(getattr(value, inner.name)))
-    series = {key: pandas.Series(values, dtype=_dtype(of, values)) for key, (of, values) in columns.items()}
-    table = pandas.DataFrame(series)
-    units = {key: of.unit_in(result.units) for key, (of, _) in columns.items()}
-    table.attrs["units"] = {key: unit for key, unit in units.items() if unit}
-    return table
+                found[inner.name] = (inner, list(getattr(value, inner.name)))
+    return {
+        key: Column(values, _dtype(of, values), of.unit_in(result.units) or "") for key, (of, values) in found.items()
+    }
+
+
+def text(table: Mapping[str, Column], rows: int, width: int) -> list[str]:
+    """Return the lines of the first rows of a table, columns that do not fit the width below the others."""
+    count = len(next(iter(table.values())).values) if table else 0
+    if not count:
+        return ["no rows"]
+    shown = min(rows, count)
+    numbers = _aligned("", list(map(str, range(shown))))
+    blocks: list[list[str]] = []
+    for key, column in table.items():
+        cells = _aligned(key, list(map(_cell, column.values[:shown])))
+        if not blocks or len(blocks[-1][0]) + 2 + len(cells[0]) > width:
+            blocks.append(list(numbers))
+        blocks[-1] = [f"{line}  {cell}" for line, cell in zip(blocks[-1], cells, strict=True)]
+    lines = [line for block in blocks for line in block]
+    return lines if shown == count else [*lines, f"{count - shown} more rows"]
+
+
+def _aligned(title: str, cells: Sequence[str]) -> list[str]:
+    width = max(map(len, (title, *cells)))
+    return [cell.rjust(width) for cell in (title, *cells)]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    said = "" if value is None else str(value)
+    return said if len(said) <= _WIDEST else f"{said[: _WIDEST - 3]}..."
 
 
 def _is_table(one: Field) -> bool:
@@ -92,7 +140,7 @@ def _lengths(result: Result) -> dict[str, int]:
     }
 
 
-def _add_arrays(columns: dict[str, tuple[Field, list[Any]]], result: Result, rows: str) -> None:
+def _add_arrays(columns: _Columns, result: Result, rows: str) -> None:
     """Add a column for each array over a dimension; for one with another dimension too, a numbered one per entry."""
     for one in result.schema:
         if not _numbers(one) or rows not in one.dims or getattr(result, one.name) is None:
@@ -105,7 +153,7 @@ def _add_arrays(columns: dict[str, tuple[Field, list[Any]]], result: Result, row
 
 
 def _add_records(
-    columns: dict[str, tuple[Field, list[Any]]],
+    columns: _Columns,
     record: Record,
     items: Sequence[Any],
     prefix: str,

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.colours import colours_of_map
-from grazemap.results.base import Result, counted
+from grazemap.results.base import Result, counted, outside
+from grazemap.results.curves import BifurcationCurves
+from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.schema.motions import motions_of
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from grazemap.plots.axes import LegendPlace
-    from grazemap.results.curves import BifurcationCurves
-    from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +124,8 @@ class UnfoldingMap(Verifiable, Result):
 
     def at(self, omega: float, clearance: float) -> MapPoint:
         """Return the point of the grid that is nearest to a place. Raises ValueError for a place outside the map."""
-        column = _nearest("omega", self.omega, omega)
-        row = _nearest("clearance", self.clearance, clearance)
+        column = _nearest("omega", self.omega, omega, self.units)
+        row = _nearest("clearance", self.clearance, clearance, self.units)
         place = float(self.omega[column]), float(self.clearance[row])
         kind = self.kinds[self.kind[row, column]]
         period = int(self.period[row, column])
@@ -200,11 +200,15 @@ class UnfoldingMap(Verifiable, Result):
         """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given.
 
         `motions` is the number of motions with a colour. `colours` gives colours by label or kind, such as those of
-        another map (`other.colours()`). `merge_mirror_images` is as of `motions`.
+        another map (`other.colours()`). `merge_mirror_images` is as of `motions`. Raises TypeError for other results.
         """
         from grazemap.plots.axes import drawing
         from grazemap.plots.unfolding import plot_unfolding_map
 
+        _expect("curve", curve, GrazingCurve)
+        _expect("points", points, CodimensionTwoPoints)
+        for one in curves if isinstance(curves, Sequence) else [curves]:
+            _expect("curves", one, BifurcationCurves)
         return plot_unfolding_map(
             self,
             drawing(ax, legend, labels, 10.5, 6.5),
@@ -252,10 +256,16 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
     return [replace(motion, colour=colour) for motion, colour in zip(largest, colours, strict=True)]
 
 
-def _nearest(name: str, values: FloatArray, value: float) -> int:
+def _expect(name: str, given: object, kind: type[Result]) -> None:
+    """Raise TypeError for an argument of `plot` that is not a result of its kind, or None."""
+    if not isinstance(given, kind | None):
+        raise TypeError(f"{name} is a {type(given).__name__}, and plot draws {kind.__name__} there")
+
+
+def _nearest(name: str, values: FloatArray, value: float, units: str) -> int:
     """Return the index of the nearest of increasing values. Raises ValueError outside of them."""
     if not values[0] <= value <= values[-1]:
-        raise ValueError(f"{name} = {value:g} is outside the map, which has {values[0]:g} to {values[-1]:g}")
+        raise outside("map", name, value, (float(values[0]), float(values[-1])), units)
     return int(np.abs(values - value).argmin())
 
 

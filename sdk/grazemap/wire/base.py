@@ -115,12 +115,12 @@ class Response(BaseModel):
             raise ProtocolError(f"the answer is not a {cls.__name__.lower()} of a grazemap service") from error
 
 
-def invalid(message: str, allowed: str, *at: str) -> PydanticCustomError:
+def invalid(message: str, allowed: str, *at: str, value: str = "") -> PydanticCustomError:
     """Return the error that a validator raises: what is wrong, what is allowed, and in which field below.
 
-    Neither text may contain the value that was sent.
+    Neither text may contain a value that was sent; `value` is the one that is wrong, which only a client repeats.
     """
-    context = {"reason": message, "allowed": allowed, "at": at}
+    context = {"reason": message, "allowed": allowed, "at": at, "value": value}
     return PydanticCustomError("not_allowed", "{reason} (allowed: {allowed})", context)
 
 

@@ -65,7 +65,7 @@ class BasinsRequest(PointRequest):
     initial: InitialState = InitialState()
     """All other coordinates, and the phase of the forcing."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled is unresolved."""
+    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
     max_period: MaxPeriod = 32
     """The longest period looked for, in forcing periods."""
 

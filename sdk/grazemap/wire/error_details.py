@@ -34,10 +34,12 @@ def errors_of(
     Returns
     -------
     list of ProblemError
-        At most `MAX_ERRORS`. Pointers are JSON pointers into the body, ``?name`` for a query parameter.
+        At most `MAX_ERRORS`, those of unknown fields first, as they explain missing ones. Pointers are JSON pointers
+        into the body, ``?name`` for a query parameter.
     """
     schema = schema_of(model) if model is not None else {}
-    return [_error(error, schema, naming) for error in errors[:MAX_ERRORS]]
+    ordered = sorted(errors, key=lambda error: error["type"] != "extra_forbidden")
+    return [_error(error, schema, naming) for error in ordered[:MAX_ERRORS]]
 
 
 def _error(error: Mapping[str, Any], schema: Schema, naming: bool) -> ProblemError:

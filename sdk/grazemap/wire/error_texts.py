@@ -40,6 +40,10 @@ _SENTENCES = {
     "model_type": "Input should be an object",
     "model_attributes_type": "Input should be an object",
 }
+UNITS = {"omega": "rad/s", "clearance": "m"}
+"""The units of parameters in SI."""
+ONLY_IN_FLAGS = "; units are written on the command line only"
+"""What is said of numbers that have a unit in SI."""
 # Query parameters have no schema here.
 _PARSED = {"int_parsing": "an integer"}
 
@@ -75,7 +79,7 @@ def error_text(error: Mapping[str, Any], schema: Schema, naming: bool) -> ErrorT
     schema : JSON schema
         Of the model of the body, empty without one.
     naming : bool
-        Whether an unknown field is named; the service does not repeat it.
+        Whether an unknown field, or a value of a validator, is named; the service does not repeat it.
     """
     source, *rest = error["loc"] or ("body",)
     kind = str(error["type"])
@@ -97,6 +101,10 @@ def error_text(error: Mapping[str, Any], schema: Schema, naming: bool) -> ErrorT
         detail += f" {json.dumps(unknown[:_LONGEST_NAME])}" if naming else ""
         detail += suggestion(unknown, [name for one in here for name in one.get("properties", ())])
     allowed = str(context["allowed"]) if "allowed" in context else _describe(here, schema)
+    if naming and context.get("value"):
+        detail += f", {context['value']}"
+    if kind == "float_type" and (unit := next((UNITS[part] for part in reversed(where) if part in UNITS), "")):
+        allowed += f", in {unit} in SI{ONLY_IN_FLAGS}"
     if source != "body" and not allowed:
         allowed = _allowed_of_context(context) or _PARSED.get(kind, "")
     return ErrorText(source, where, unknown, detail, allowed)

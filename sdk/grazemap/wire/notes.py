@@ -11,6 +11,7 @@ from grazemap.wire.base import Interval
 from grazemap.wire.diagrams import BifurcationDiagramsRequest
 from grazemap.wire.job import Note
 from grazemap.wire.linear import antiresonances, steady_amplitude
+from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import ProcessRequest
 
 Span = tuple[float, float]
@@ -22,12 +23,16 @@ _APART = 1.02
 _LOW = 0.5
 # Clearances above so many amplitudes may be in millimetres.
 _WIDE = 10.0
+# A damping in SI of which every mode has a smaller ratio may be a ratio itself.
+_WEAK = 1e-3
+# The damping ratio for which a note says gamma.
+_EXAMPLE = 0.02
 
 
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
     spans = {name: _span(request, name) for name in ("omega", "clearance")}
-    found = [*_lists(request)]
+    found = [*_lists(request), *_damping(request.oscillator)]
     if spans["omega"] is not None:
         found += _frequencies(request, spans["omega"])
         if spans["clearance"] is not None:
@@ -77,6 +82,29 @@ def _lists(request: ProcessRequest) -> Iterator[Note]:
         elif len(values) == 3 and values[2].is_integer() and values[2] > 10.0 * values[1]:
             detail = f"{name} has three values, the last one {values[2]:g}; {instead} and a number of points"
             yield Note(code="points-among-values", detail=detail)
+
+
+def _damping(oscillator: Oscillator) -> Iterator[Note]:
+    """Compare the damping ratios with those of a number that was meant as a ratio."""
+    if oscillator.units != "SI" or not np.any(oscillator.damping):
+        return
+    ratios, first = oscillator.damping_ratios, float(oscillator.natural_frequencies[0])
+    what = "damping is gamma in s"
+    if isinstance(oscillator.damping, list):
+        what = "a list of dampings has coefficients in N s/m"
+    gamma = (
+        f"for a ratio of {_EXAMPLE:g} in the first mode give {_EXAMPLE:g}/omega_1, the number {_EXAMPLE / first:.4g}"
+    )
+    # NaN stands for a mode that does not oscillate, or for a ratio hidden by one that does not
+    strong = int(np.count_nonzero(~(ratios < 1.0)))
+    if strong:
+        known = ratios[np.isfinite(ratios)]
+        largest = f", with damping ratios of up to {known.max():.4g}" if len(known) == len(ratios) else ""
+        detail = f"{strong} of {len(ratios)} modes do not oscillate{largest}: {what}; {gamma}"
+        yield Note(code="strong-damping", detail=detail)
+    elif 0.0 < ratios.max() < _WEAK:
+        detail = f"the damping ratios of the modes are at most {ratios.max():.2g}: {what}; {gamma}"
+        yield Note(code="weak-damping", detail=detail)
 
 
 def _frequencies(request: ProcessRequest, omega: Span) -> Iterator[Note]:

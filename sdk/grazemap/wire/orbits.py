@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from grazemap.wire.base import BranchInterval, Float, Interval, Listable, Positive, Request, invalid
+from grazemap.wire.error_texts import UNITS
 from grazemap.wire.job import motion_label
 from grazemap.wire.process import InitialState, MaxPeriod, Operation, PointRequest, ProcessRequest
 
@@ -140,7 +141,10 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
             raise invalid(f"{self.vary} is greater than 0", "start > 0", "range", "start")
         value = self.oscillator.restitution if self.vary == "restitution" else getattr(self, self.vary)
         if not self.range.start <= value <= self.range.stop:
-            raise invalid(f"the range does not contain {self.vary} of the orbit", "start <= value <= stop", "range")
+            unit = UNITS.get(self.vary, "") if self.oscillator.units == "SI" else ""
+            detail = f"the range{unit and f', in {unit},'} does not contain the {self.vary} of the orbit"
+            said = f"{value:g} {unit}".strip()
+            raise invalid(detail, f"start <= {self.vary} <= stop", "range", value=said)
         return self
 
 

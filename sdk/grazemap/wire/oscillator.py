@@ -47,9 +47,10 @@ class Oscillator(Request):
     masses, stiffnesses : sequence of N floats, each > 0
         kg and N/m in SI.
     damping : float >= 0, or a sequence of N floats >= 0
-        One number is gamma of the proportional damping ``C = 2 gamma K`` (seconds in SI). A list has one entry
-        per link: zeta_i, each link's coefficient being ``2 zeta_i`` (nondimensional), or the coefficients c_i
-        themselves in N s/m (SI).
+        One number is gamma of the proportional damping ``C = 2 gamma K`` (seconds in SI). Mode j then has the
+        damping ratio ``gamma omega_j``: for a ratio zeta in the first mode give ``zeta/omega_1``. A list has one
+        entry per link: zeta_i, each link's coefficient being ``2 zeta_i`` (nondimensional), or the coefficients
+        c_i themselves in N s/m (SI).
     forcing : sequence of N floats
         Amplitudes f; N in SI.
     restitution : float in [0, 1]

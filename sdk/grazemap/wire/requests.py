@@ -229,7 +229,7 @@ class UnfoldingMapsRequest(ProcessRequest):
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
     """Where trajectories start: at rest, at the final state of a neighbour, or at several random states."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled is unresolved."""
+    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
     max_period: MaxPeriod = 32
     """The maximum period looked for, in forcing periods."""
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the request.
@@ -282,7 +282,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     clearance: Grid
     """Clearances, the map's rows: a range, or an increasing list."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled is unresolved."""
+    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
     max_period: MaxPeriod = 32
     """The maximum period looked for, in forcing periods."""
     max_order: Order = 8

@@ -23,6 +23,10 @@ NOTHING_FOUND = (
     "no motion with these stops was met by trajectories from rest and from random states. "
     "Remedy: give its phases and velocities too, or another frequency or clearance."
 )
+NOT_PERIODIC = (
+    "the trajectory did not close within max_period forcing periods: the motion may be chaotic or quasi-periodic, or "
+    "has not settled. Remedy: give the orbit as motion, (period, stops), more transient_periods or a larger max_period."
+)
 # Fields of orbits from the equations only.
 _OF_EQUATIONS = ("kantorovich", "radius", "excess", "excess_phase")
 
@@ -50,10 +54,12 @@ def orbit_asked_for(
     oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
     """Return the requested orbit, or why there is no initial guess; `run` is the settled trajectory, if known."""
+    from grazemap_core import codes
     from grazemap_core.errors import ParameterError
     from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
     from grazemap_core.orbits.search import sequence_of_stops
+    from grazemap_core.simulation.motion import REASONS
 
     motion = request.motion
     if motion is None:
@@ -61,6 +67,8 @@ def orbit_asked_for(
         try:
             guess = impacts_of(run)
         except ParameterError as error:
+            if run.motion.reason == REASONS[codes.NOT_CLOSED]:
+                return NOT_PERIODIC
             return run.motion.reason or f"the trajectory {error.message}. {_OTHER_START}"
     elif motion.phases is not None and motion.velocities is not None:
         guess = ImpactSequence.create(motion.period, motion.stops, motion.phases, motion.velocities)

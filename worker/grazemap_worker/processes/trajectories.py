@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 # The unfolding map's default, so that both give a motion the same name.
 MAX_PERIOD = 32
+NOT_VERIFIED = (
+    "a trajectory is simulated, and no orbit is solved for. Remedy: solve for the orbit (periodic-orbits), which is "
+    "verified where that can be decided."
+)
 # Number of progress reports while a list of trajectories is computed.
 REPORTS = 20
 
@@ -54,9 +58,20 @@ def _document(found: Trajectory) -> Document:
         **fields(found, "time", "displacement", "velocity", "undecided"),
         "impacts": fields(found.impacts, "time", "period", "phase_time", "stop", "velocity", "kind"),
         "sticking": fields(found.sticking, "start", "stop_time", "stop"),
-        "motion": motion_document(found.motion),
+        "motion": _motion(found.motion),
         "final": None if found.final is None else state_document(found.final),
     }
+
+
+def _motion(found: Motion) -> Document:
+    """Return the document of the motion that a trajectory settles to; a periodic one is not verified."""
+    from grazemap_core import codes
+    from grazemap_core.simulation.motion import REASONS
+
+    document = motion_document(found)
+    if found.kind == "periodic":
+        document["reason"] = REASONS[codes.STICKS] if found.sticking else NOT_VERIFIED
+    return document
 
 
 def state_document(state: State) -> Document:
