@@ -4,6 +4,7 @@ import json
 import math
 import re
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
@@ -11,10 +12,11 @@ from sdk_documents import npz
 from sdk_fake_service import served
 
 from grazemap import cli
+from grazemap.client.request_warnings import warn_of
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.results import decode_result
-from grazemap.wire import Oscillator, canonical, notes_on, parse_request, unstated
+from grazemap.wire import Note, Oscillator, canonical, notes_on, parse_request, unstated
 from grazemap.wire.linear import matrices, steady_amplitude
 
 SI = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
@@ -263,3 +265,9 @@ def test_many_frequencies_take_little_memory():
     assert tracemalloc.get_traced_memory()[1] < 2e8
     tracemalloc.stop()
     assert amplitude[::500] == pytest.approx(steady_amplitude(chain, omega[::500]), rel=1e-10)
+
+
+def test_kernels_that_are_compiled_first_are_no_warning():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of([Note(code="compiles-first", detail="the first map compiles")])

@@ -1,4 +1,4 @@
-"""The progress display: only on a terminal or in a notebook, never back, no leaps, can be switched off."""
+"""The progress display: never back, no leaps, only long waits in a log, can be switched off."""
 
 import io
 import sys
@@ -99,6 +99,69 @@ def test_quick_work_and_a_log_get_nothing(terminal, monkeypatch, quick):
     assert terminal.getvalue() == ""
 
 
+def waiting(text: str | None) -> Event:
+    return Event("", "waiting", {"waiting_for": text})
+
+
+@pytest.fixture
+def log(terminal, monkeypatch):
+    monkeypatch.setattr(terminal, "isatty", lambda: False)
+    monkeypatch.setattr(module, "TICK_SECONDS", 0.01)
+    monkeypatch.setattr(module, "LOG_SECONDS", 0.1)
+    return terminal
+
+
+def test_a_log_gets_one_line_for_each_reason_to_wait(log):
+    with Listener("x") as listener:
+        listener(waiting("kernels, compiling for 4 s"))
+        time.sleep(0.05)
+        listener(waiting("kernels, compiling for 5 s"))
+        time.sleep(0.2)
+        for text in ("a worker", None, "kernels, compiling for 9 s"):
+            listener(waiting(text))
+            time.sleep(0.2)
+    assert log.getvalue() == (
+        "grazemap: x: waiting for kernels, compiling for 5 s\ngrazemap: x: waiting for a worker\n"
+    )
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_log_gets_nothing_of_a_short_wait_or_switched_off(log, monkeypatch, shown):
+    if shown:
+        monkeypatch.setattr(module, "LOG_SECONDS", 10.0)
+    with Listener("x", shown=shown) as listener:
+        listener(waiting("kernels, compiling for 4 s"))
+        time.sleep(0.2)
+    assert log.getvalue() == ""
+
+
+def test_a_notebook_has_no_lines_on_standard_error(log, monkeypatch):
+    shown = []
+    monkeypatch.setattr(module, "in_notebook", lambda: True)
+    monkeypatch.setattr(
+        module,
+        "NotebookBar",
+        lambda _title: SimpleNamespace(show=lambda *state: shown.append(state), close=lambda: None),
+    )
+    with Listener("x") as listener:
+        listener(waiting("a worker"))
+        time.sleep(0.2)
+    assert log.getvalue() == ""
+    assert (0.0, "a worker", "") in shown
+
+
+def test_its_clock_runs_while_no_event_arrives(terminal, monkeypatch):
+    monkeypatch.setattr(module, "TICK_SECONDS", 0.01)
+    with Listener("x") as listener:
+        listener(progress(1, eta=9.4))
+        time.sleep(0.1)
+        before = len(terminal.getvalue())
+        time.sleep(1.0)
+        written = terminal.getvalue()[before:]
+    assert written.count("25%") > 5
+    assert "about 8 s left" in written
+
+
 def test_switched_off_it_writes_nothing(terminal):
     with Listener("x", shown=False) as listener:
         time.sleep(0.05)
@@ -120,7 +183,7 @@ def test_a_notebook_has_nothing_of_it_at_the_end(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=display))
     bar = NotebookBar("<map>")
-    bar.show(0.5, "a < b")
+    bar.show(0.5, "", "a < b")
     bar.close()
     assert shown[1]["text/html"].startswith("&lt;map&gt; <progress value='0.500' max='1'>")
     assert shown[1]["text/html"].endswith("a &lt; b")

@@ -130,8 +130,8 @@ def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Sto
     worker.begin(first)
     assert waiting_for(client, first) is None
     assert waiting_for(client, third) == "a free worker, after 2 jobs submitted before"
-    store.jobs.say_waiting(first, "kernels for 2 masses, about 30 s to compile")
-    assert waiting_for(client, first) == "kernels for 2 masses, about 30 s to compile"
+    store.jobs.say_waiting(first, "kernels for 2 masses, compiling for 4 s")
+    assert waiting_for(client, first) == "kernels for 2 masses, compiling for 4 s"
     store.jobs.say_waiting(first, "")
     assert waiting_for(client, first) is None
     store.jobs.say_waiting(first, "the compilation")

@@ -249,6 +249,23 @@ def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
     assert request == UnfoldingDiagramsRequest.model_validate(window)
 
 
+def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, store: Store, worker: Any) -> None:
+    chain = {"masses": [1, 2], "stiffnesses": [1, 2], "forcing": [1, 0]}
+
+    def noted(process: str, body: dict[str, Any]) -> list[str]:
+        notes = client.post(f"/v1/{process}/estimate", json=body).json()["notes"]
+        return [note["detail"] for note in notes if note["code"] == "compiles-first"]
+
+    assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []  # nothing is known of the worker
+    store.workers.say_compiled("f00d", [3])
+    (detail,) = noted("unfolding-maps", MAP | {"oscillator": chain})
+    assert detail.startswith("the first map of a chain of 2 masses compiles kernels first, usually in about 30 s")
+    assert noted("unfolding-maps", MAP) == []
+    assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
+    store.workers.say_compiled("f00d", [2])
+    assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
+
+
 def test_an_estimate_is_that_of_the_job_and_submits_nothing(client: TestClient) -> None:
     body = MAP | {"clearance": {"start": 9.0, "stop": 10.0, "points": 64}}
     forecast = client.post("/v1/unfolding-maps/estimate", json=body)

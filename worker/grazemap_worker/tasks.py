@@ -7,6 +7,7 @@ or the failure. An entry of the queue holds no data: it is a hint that the tile 
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -19,8 +20,9 @@ from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.schema import VERSION, schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import notes_on
-from grazemap_worker.compiling import compiling_said
+from grazemap_worker.compiling import compiling_said, remember_compiled
 from grazemap_worker.numerics import Numerics
+from grazemap_worker.planning import PLANNING
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
 from grazemap_worker.settings import LEASE_SECONDS
@@ -79,8 +81,13 @@ def _run(claim: Claim, context: Context) -> int | None:
 
     store = context.store
     try:
-        with compiling_said(partial(store.jobs.say_waiting, claim.job_id), len(claim.request.oscillator.masses)):
+        masses = claim.request.oscillator.size
+        with compiling_said(partial(store.jobs.say_waiting, claim.job_id), masses):
             remaining = _compute(claim, context)
+        if PLANNING[claim.process].compiles:
+            with suppress(OSError, RedisError):  # the tile is stored; only an estimate's note needs this
+                if remember_compiled(masses):
+                    store.workers.say_compiled(context.numerics.fingerprint, [masses])
     except NotWanted:
         return None
     except JobTimeoutException:

@@ -96,7 +96,7 @@ def _arguments(process: str) -> argparse.ArgumentParser:
         "--url",
         help="address of a service (default: GRAZEMAP_URL, else one on this machine, else a temporary stack)",
     )
-    group.add_argument("--quiet", action="store_true", help="no progress bar")
+    group.add_argument("--quiet", action="store_true", help="no progress bar, and no lines on what the job waits for")
     return parser
 
 

@@ -107,7 +107,8 @@ class AsyncJobHandle:
         timeout : float, optional
             Seconds to wait; the job continues after a timeout.
         progress : bool
-            Show the progress on a terminal or below a notebook's cell.
+            Show the progress on a terminal or below a notebook's cell; elsewhere, on stderr, what the job waits
+            for longer than 5 s.
 
         Raises
         ------

@@ -150,7 +150,8 @@ class ProcessMethods:
         sequence : bool
             Whether the result has xi_m of every point, for all orders.
         progress : bool
-            Whether a bar is shown on a terminal or below a notebook's cell during the computation.
+            Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
+            on stderr for what it waits for longer than 5 s.
 
         References
         ----------
@@ -298,7 +299,8 @@ class ProcessMethods:
             Whether only periodic motions are identified, which is faster. Chaotic motions are not distinguished from
             those that have not settled, and multiplier, lyapunov and lyapunov_error are None.
         progress : bool
-            Whether a bar is shown on a terminal or below a notebook's cell during the computation.
+            Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
+            on stderr for what it waits for longer than 5 s.
         """
         return arguments.plane(omega, clearance, shape)
 

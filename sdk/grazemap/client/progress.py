@@ -1,4 +1,7 @@
-"""The progress display of a job: in a notebook below the cell, on a terminal a line of stderr, elsewhere nothing."""
+"""The progress display of a job: in a notebook below the cell, on a terminal a line of stderr.
+
+Elsewhere stderr gets a line for each reason for which a job waits long, and nothing else.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +9,29 @@ import sys
 import time
 from html import escape
 from shutil import get_terminal_size
-from threading import Lock, Timer
+from threading import Event as Flag
+from threading import Lock, Thread
 from typing import Any, Protocol
 
 from grazemap.client.events import Event
 
 QUIET_SECONDS = 0.5
 """Work that takes no longer shows nothing."""
+TICK_SECONDS = 1.0
+"""The display is refreshed so often, also while no event arrives."""
+LOG_SECONDS = 5.0
+"""What a job waits for no longer is not in a log."""
 # Weight of a new estimate of the end against the earlier ones.
 _NEW_ESTIMATE = 0.3
 
 
 class Display(Protocol):
-    """A place that shows the share of the work that is done, from 0 to 1, and a text beside it, which may be empty."""
+    """A place that shows the share of the work that is done, from 0 to 1, and a text beside it.
 
-    def show(self, share: float, text: str) -> None:
+    The text is what the job waits for; if that is empty, the time that is left, which may be empty too.
+    """
+
+    def show(self, share: float, waiting_for: str, left: str) -> None:
         """Show a state."""
 
     def close(self) -> None:
@@ -45,9 +56,9 @@ class Listener:
         self._share = 0.0
         self._end: float | None = None
         self._waiting_for = ""
-        # The timer shows the first state even if no event follows for long.
-        self._timer = Timer(QUIET_SECONDS, self._begin)
-        self._timer.daemon = True
+        # The clock shows the first state, and those that follow, even if no event arrives for long.
+        self._clock = Thread(target=self._tick, daemon=True)
+        self._ended = Flag()
         self._lock = Lock()
 
     def __call__(self, event: Event) -> None:
@@ -66,21 +77,27 @@ class Listener:
 
     def __enter__(self) -> Listener:
         if self._shown:
-            self._timer.start()
+            self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._timer.cancel()
+        self._ended.set()
         with self._lock:
             self._shown = False
             if self._display is not None:
                 self._display.close()
                 self._display = None
 
-    def _begin(self) -> None:
+    def _tick(self) -> None:
+        """Open the display, unless the work is done before, and refresh it until it is."""
+        if self._ended.wait(QUIET_SECONDS):
+            return
         with self._lock:
             if self._shown:
                 self._display = _display(self._title)
+                self._refresh()
+        while not self._ended.wait(TICK_SECONDS):
+            with self._lock:
                 self._refresh()
 
     def _estimate(self, left: float | None) -> None:
@@ -92,15 +109,15 @@ class Listener:
     def _refresh(self) -> None:
         if self._display is not None:
             left = None if self._end is None or self._share == 1.0 else max(0.0, self._end - time.monotonic())
-            self._display.show(self._share, f"waiting for {self._waiting_for}" if self._waiting_for else _left(left))
+            self._display.show(self._share, self._waiting_for, _left(left))
 
 
-def _display(title: str) -> Display | None:
-    """Return the display for where this runs; None: standard error is no terminal."""
+def _display(title: str) -> Display:
+    """Return the display for where this runs."""
     if in_notebook():
         return NotebookBar(title)
     if not sys.stderr.isatty():
-        return None
+        return WaitingLog(title)
     try:
         from tqdm import tqdm
     except ImportError:
@@ -120,6 +137,10 @@ def in_notebook() -> bool:
 
 def _left(seconds: float | None) -> str:
     return "" if seconds is None else f"about {seconds:.0f} s left"
+
+
+def _text(waiting_for: str, left: str) -> str:
+    return f"waiting for {waiting_for}" if waiting_for else left
 
 
 class NotebookDisplay:
@@ -145,9 +166,10 @@ class NotebookBar(NotebookDisplay):
         super().__init__()
         self._title = escape(title)
 
-    def show(self, share: float, text: str) -> None:
+    def show(self, share: float, waiting_for: str, left: str) -> None:
         """As `Display.show`."""
-        self.update(f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {escape(text)}")
+        text = escape(_text(waiting_for, left))
+        self.update(f"{self._title} <progress value='{share:.3f}' max='1'></progress> {share:.0%} {text}")
 
     def close(self) -> None:
         """As `Display.close`."""
@@ -160,9 +182,9 @@ class TqdmBar:
     def __init__(self, bar: Any) -> None:
         self._bar = bar
 
-    def show(self, share: float, text: str) -> None:
+    def show(self, share: float, waiting_for: str, left: str) -> None:
         """As `Display.show`."""
-        self._bar.set_postfix_str(text, refresh=False)
+        self._bar.set_postfix_str(_text(waiting_for, left), refresh=False)
         self._bar.update(share - self._bar.n)
         self._bar.refresh()
 
@@ -178,14 +200,38 @@ class PlainLine:
     def __init__(self, title: str) -> None:
         self._title = title
 
-    def show(self, share: float, text: str) -> None:
+    def show(self, share: float, waiting_for: str, left: str) -> None:
         """As `Display.show`."""
         # a text over the width of the terminal would leave lines behind
         width = get_terminal_size().columns - 1
-        sys.stderr.write(f"\r{f'{self._title}: {share:4.0%} {text}'[:width]:<{width}}")
+        line = f"{self._title}: {share:4.0%} {_text(waiting_for, left)}"
+        sys.stderr.write(f"\r{line[:width]:<{width}}")
         sys.stderr.flush()
 
     def close(self) -> None:
         """As `Display.close`."""
         sys.stderr.write("\n")
         sys.stderr.flush()
+
+
+class WaitingLog:
+    """A line for each reason for which a job waits longer than `LOG_SECONDS`, without progress."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._reason, self._since = "", 0.0
+        self._said: set[str] = set()
+
+    def show(self, share: float, waiting_for: str, left: str) -> None:
+        """As `Display.show`; the same reason may say other numbers after a comma, such as seconds."""
+        reason = waiting_for.partition(",")[0]
+        now = time.monotonic()
+        if reason != self._reason:
+            self._reason, self._since = reason, now
+        if reason and reason not in self._said and now - self._since >= LOG_SECONDS:
+            self._said.add(reason)
+            sys.stderr.write(f"grazemap: {self._title}: waiting for {waiting_for}\n")
+            sys.stderr.flush()
+
+    def close(self) -> None:
+        """As `Display.close`: the lines remain."""

@@ -10,8 +10,9 @@ from pathlib import Path
 from grazemap.errors import RequestWarning
 from grazemap.wire import Note
 
-# What is below the grazing curve are the motions with impacts, which most maps of a part are about.
-_QUIET = frozenset({"below-grazing-curve"})
+# What is below the grazing curve are the motions with impacts, which most maps of a part are about. A request whose
+# kernels are compiled first is meant, and only takes longer.
+_QUIET = frozenset({"below-grazing-curve", "compiles-first"})
 _PACKAGE = str(Path(__file__).parents[1])
 
 

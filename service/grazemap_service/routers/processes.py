@@ -11,12 +11,13 @@ import anyio
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Body, Depends, Header, Request, Response
 
-from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, ProcessRequest, Status, notes_on, unstated
+from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, Note, ProcessRequest, Status, notes_on, unstated
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import PREFIX, job_response, stored_job, submit
 from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
+from grazemap_worker.planning import COMPILING_SECONDS, PLANNING
 
 _WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
 
@@ -75,7 +76,8 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
 
     def made(context: Context, request: ProcessRequest) -> Forecast:
         planned = checked_plan(operation.process, request, context.settings)
-        return Forecast(**planned.estimate.model_dump(), notes=[*notes_on(request), *unstated(request)])
+        notes = [*notes_on(request), *unstated(request), *_compiled_first(context, operation.process, request)]
+        return Forecast(**planned.estimate.model_dump(), notes=notes)
 
     async def post(body: ProcessRequest, context: Context) -> Forecast:
         return await run_sync(made, context, body, limiter=context.threads)
@@ -83,6 +85,18 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
     post.__annotations__ = {"body": model, "context": CurrentContext, "return": Forecast}
     post.__doc__ = "Estimate the cost of a request and check it, without submitting it."
     return post
+
+
+def _compiled_first(context: Context, process: str, request: ProcessRequest) -> list[Note]:
+    """Return a note on kernels that the job would compile first (blocking)."""
+    masses = request.oscillator.size
+    if not PLANNING[process].compiles or not context.store.workers.compiles_first(masses, context.core_version):
+        return []
+    detail = (
+        f"the first map of a chain of {masses} mass{'' if masses == 1 else 'es'} compiles kernels first, usually in "
+        f"about {COMPILING_SECONDS:.0f} s, which the estimate does not contain"
+    )
+    return [Note(code="compiles-first", detail=detail)]
 
 
 router = APIRouter(route_class=JsonRoute, tags=["processes"])

@@ -11,11 +11,11 @@ from importlib import import_module
 
 from grazemap.wire import PROCESSES
 from grazemap_worker.planning.plan import Plan, Tile
-from grazemap_worker.planning.planning import Limits, Planning
+from grazemap_worker.planning.planning import COMPILING_SECONDS, Limits, Planning
 from grazemap_worker.planning.rates import TILE_SECONDS
 
 PLANNING: Mapping[str, Planning] = {
     process: import_module(f"{__name__}.{process.replace('-', '_')}").PLANNING for process in PROCESSES
 }
 
-__all__ = ["PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile"]
+__all__ = ["COMPILING_SECONDS", "PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile"]

@@ -10,6 +10,8 @@ from grazemap.wire import CoordinateRange, Grid, grid_points
 from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
+COMPILING_SECONDS = 30.0
+"""The time in which one core of a server compiles, roughly, the kernels of maps for another number of masses."""
 
 
 class Limits(NamedTuple):
@@ -52,12 +54,15 @@ class Planning:
         The cost of the longest forcing period that is simulated, as `costs.period_cost`; None: none is. Like the counts
         it is checked before the plan is made, whose numbers could overflow.
     after : callable (request) -> list of Step
+    compiles : bool
+        Whether its kernels are compiled for each number of masses.
     """
 
     plan: Callable[[Any], Plan]
     counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
     longest_period: Callable[[Any], float | None] = lambda request: None
     after: Callable[[Any], list[Step]] = lambda request: []
+    compiles: bool = False
 
 
 def of_grid(across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int) -> Count:

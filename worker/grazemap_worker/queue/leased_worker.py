@@ -20,6 +20,7 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from grazemap_worker import tasks
+from grazemap_worker.compiling import compiled_here
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.queue import entries
@@ -69,6 +70,7 @@ class LeasedWorker(Worker):
         super().heartbeat(timeout, pipeline)
         if not self.is_horse and not self._store.workers.renew(self.name, LEASE_SECONDS):
             self._store.workers.register(self.name, self._numerics.fingerprint, LEASE_SECONDS, core_version())
+            self._store.workers.say_compiled(self._numerics.fingerprint, compiled_here())
 
     def maintain_heartbeats(self, job: Job, execution: Execution) -> None:
         """Stop the work-horse when its job is no longer wanted; RQ calls this every second while it runs.

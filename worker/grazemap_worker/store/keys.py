@@ -21,6 +21,7 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
     workers             hash: name -> description
     starting            string with a time to live: what workers do that are not ready yet
+    compiled:<f>        set: the numbers of masses for which workers with these numerics have the kernels of maps
     fingerprint:<f>, version:<v>   a worker recently had these numerics, this core version
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED, PREFIX
@@ -58,6 +59,19 @@ class Workers:
         """Return what workers that are not ready yet are doing; empty if nothing is known."""
         value = self._scripts.redis.get(_STARTING)
         return value.decode() if value else ""
+
+    def say_compiled(self, fingerprint: str, masses: Collection[int]) -> None:
+        """Store for which numbers of masses workers with this fingerprint have the kernels of maps."""
+        self._scripts.redis.sadd(f"{PREFIX}compiled:{fingerprint}", *masses)
+
+    def compiles_first(self, masses: int, core_version: str) -> bool:
+        """Return whether every live worker of a core version has to compile the kernels of maps for so many masses.
+
+        False if no worker is ready, as nothing is known then.
+        """
+        found = {worker.fingerprint for worker in self.live() if worker.core_version == core_version}
+        compiled = [self._scripts.redis.smembers(f"{PREFIX}compiled:{fingerprint}") for fingerprint in found]
+        return any(compiled) and not any(str(masses).encode() in numbers for numbers in compiled)
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
         """Return whether `holder` has a role, which one process has at a time, for some seconds after each call."""
