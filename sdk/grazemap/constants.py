@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 DEFAULT_BASE_URL: Final = "http://127.0.0.1:8000"
@@ -35,3 +36,6 @@ POLL_GROWTH: Final = 1.5
 LOCAL_START_TIMEOUT: Final = 240.0
 # Seconds for the orderly stop of a local stack before it is killed.
 LOCAL_STOP_TIMEOUT: Final = 10.0
+
+# Unit and factor that engineers read, by the unit of results in SI.
+ENGINEERING_UNITS: Final = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}

@@ -71,6 +71,18 @@ def test_units_are_said_in_si():
     assert result.to_dataframe("impacts").attrs["units"]["velocity"] == "m/s"
 
 
+def test_a_table_in_si_has_hertz_and_millimetres_where_they_are_wanted():
+    result = decode_result(npz("grazing-curves"))
+    with pytest.raises(ValueError, match="nondimensional"):
+        result.to_dataframe(engineering_units=True)
+    result.meta["request"]["oscillator"]["units"] = "SI"
+    table = result.to_dataframe(engineering_units=True)
+    np.testing.assert_allclose(table["omega"], result.omega / (2.0 * np.pi))
+    np.testing.assert_allclose(table["clearance"], 1000.0 * result.clearance)
+    np.testing.assert_array_equal(table["phase"], result.phase)
+    assert (table.attrs["units"]["omega"], table.attrs["units"]["clearance"]) == ("Hz", "mm")
+
+
 @pytest.mark.parametrize("process", list(REQUESTS))
 def test_every_table_of_every_result_has_rows_for_its_records(process):
     result = decode_result(npz(process))

@@ -781,6 +781,8 @@ def test_powers_of_ten_of_a_metre_are_shown_in_millimetres():
 def test_axes_without_quantities_in_si_are_refused(draw):
     with pytest.raises(ValueError, match="in SI"):
         engineering_units(draw(new_figure(4, 3).add_subplot()))
+    with pytest.raises(TypeError, match=r"figure\.axes"):
+        engineering_units(new_figure(4, 3))
 
 
 @pytest.mark.parametrize("process", [name for name in REQUESTS if "not found" not in name])

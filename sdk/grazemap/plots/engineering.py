@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+
+from grazemap.constants import ENGINEERING_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.text import Text
 
     A = TypeVar("A", bound=Axes | Iterable[Axes])
-
-_SHOWN = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}
-"""Unit and factor by the unit of the data."""
 
 _LABEL = re.compile(r"\((rad/s|m)\)")
 _VALUE = re.compile(r"= ([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (rad/s|m)(?![\w/])")
@@ -45,8 +43,12 @@ def engineering_units(ax: A) -> A:
     ------
     ValueError
         Nothing on the axes is in SI: they have a picture of a nondimensional result, or none.
+    TypeError
+        What is given are not axes.
     """
     given: list[Axes] = np.ravel(np.array(ax, dtype=object)).tolist()
+    if not all(hasattr(one, "xaxis") for one in given):
+        raise TypeError("engineering_units takes axes; of a figure, figure.axes")
     pictures = [one for axes in given for one in (axes, *_colour_bars(axes))]
     if all(axis.units is None for one in pictures for axis in (one.xaxis, one.yaxis)):
         raise ValueError("nothing on these axes is in SI units: plot a result in SI first")
@@ -71,7 +73,7 @@ def keep_engineering_units(ax: Axes) -> None:
 
 def _convert(ax: Axes) -> None:
     for axis in (ax.xaxis, ax.yaxis):
-        if axis.units in _SHOWN:
+        if axis.units in ENGINEERING_UNITS:
             _scale_ticks(axis)
     for text in _texts(ax):
         text.set_text(_converted(text.get_text()))
@@ -82,7 +84,7 @@ def _scale_ticks(axis: Axis) -> None:
 
     from grazemap.plots.scaled_ticks import ScaledFormatter, ScaledLocator, ScaledLogFormatter
 
-    factor, locator = _SHOWN[axis.units][1], axis.get_major_locator()
+    factor, locator = ENGINEERING_UNITS[axis.units][1], axis.get_major_locator()
     if isinstance(axis.get_major_formatter(), NullFormatter):
         return  # the caller has removed the texts
     if isinstance(axis.get_major_formatter(), LogFormatter):
@@ -114,10 +116,10 @@ def _converted(text: str) -> str:
     """Return a label or a title in Hz and mm."""
     if "rad/s" in text:
         text = text.replace(_OMEGA, _FREQUENCY)
-    text = _LABEL.sub(lambda found: f"({_SHOWN[found[1]][0]})", text)
+    text = _LABEL.sub(lambda found: f"({ENGINEERING_UNITS[found[1]][0]})", text)
     return _VALUE.sub(_value, text)
 
 
 def _value(found: re.Match[str]) -> str:
-    unit, factor = _SHOWN[found[2]]
+    unit, factor = ENGINEERING_UNITS[found[2]]
     return f"= {float(found[1]) * factor:.5g} {unit}"

@@ -116,16 +116,17 @@ class Result:
 
         return dataset(self)
 
-    def to_dataframe(self, table: str | None = None) -> pandas.DataFrame:
+    def to_dataframe(self, table: str | None = None, *, engineering_units: bool = False) -> pandas.DataFrame:
         """Return a table of the result, such as its points or impacts, one row each (needs the extra "pandas").
 
         Without a name it is that of the result's own arrays, such as the points of a curve or the samples of a
         trajectory; its name is that of their dimension. A result without one gives its only table. Units are in its
-        `attrs`. Raises ValueError for other names, which names those that there are.
+        `attrs`. With `engineering_units` frequencies are in Hz and lengths in mm. Raises ValueError for other names,
+        which names those that there are, and for these units of a result that is not in SI.
         """
         from grazemap.results.tables import dataframe
 
-        return dataframe(self, table)
+        return dataframe(self, table, engineering_units)
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
         """Return the tables of `to_dataframe` that are not in the schema: lists of dataclasses by name."""

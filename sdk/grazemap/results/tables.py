@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from grazemap.constants import ENGINEERING_UNITS
 from grazemap.errors import MissingExtra
 from grazemap.schema import Field, Record
 
@@ -30,15 +31,16 @@ def tables(result: Result) -> list[str]:
     return [*([result.schema.rows] if result.schema.rows else []), *stored, *result.derived_tables()]
 
 
-def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
-    """Return a table of a result.
+def dataframe(result: Result, name: str | None, engineering_units: bool) -> pandas.DataFrame:
+    """Return a table of a result, with frequencies in Hz and lengths in mm where `engineering_units` are wanted.
 
     Raises
     ------
     MissingExtra
         pandas is not installed.
     ValueError
-        The result has no such table; or `name` is None, and there is none of its arrays, and not exactly one other.
+        The result has no such table; or `name` is None, and there is none of its arrays, and not exactly one other; or
+        engineering units are wanted of a result that is not in SI.
     """
     try:
         import pandas
@@ -49,7 +51,11 @@ def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
         name = found[0]
     if name is None or name not in found:
         raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(found) or 'none'}")
+    if engineering_units and result.units != "SI":
+        raise ValueError("engineering_units: a nondimensional result has neither Hz nor mm")
     shown = columns(result, name)
+    if engineering_units:
+        shown = {key: _in_engineering_units(one) for key, one in shown.items()}
     table = pandas.DataFrame({key: pandas.Series(one.values, dtype=one.dtype) for key, one in shown.items()})
     table.attrs["units"] = {key: one.unit for key, one in shown.items() if one.unit}
     return table
@@ -61,6 +67,13 @@ class Column(NamedTuple):
     values: list[Any]
     dtype: str | None = None
     unit: str = ""
+
+
+def _in_engineering_units(column: Column) -> Column:
+    unit, factor = ENGINEERING_UNITS.get(column.unit, (column.unit, 1.0))
+    if factor == 1.0:
+        return column
+    return Column([None if value is None else factor * value for value in column.values], column.dtype, unit)
 
 
 def columns(result: Result, name: str) -> dict[str, Column]:

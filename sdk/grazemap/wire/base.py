@@ -26,11 +26,15 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic._internal._model_construction import ModelMetaclass
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from grazemap.errors import ProtocolError
 from grazemap.wire.error_texts import error_text, schema_of
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:  # its public way
+    ModelMetaclass = type(BaseModel)
 
 SMALLEST_NUMBER = 1e-60
 LARGEST_NUMBER = 1e60
