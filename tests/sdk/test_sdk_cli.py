@@ -209,6 +209,22 @@ def test_plot_draws_beside_the_result(tmp_path, capsys):
     assert cli.main(["plot", str(tmp_path / "none.npz")]) == 1
 
 
+def test_plot_draws_curves_and_points_over_a_map(tmp_path, capsys):
+    saved = {}
+    for process in ("unfolding-maps", "grazing-curves", "codimension-two-points", "bifurcation-curves", "basins"):
+        saved[process] = tmp_path / f"{process}.npz"
+        saved[process].write_bytes(npz(process))
+    picture, plain = tmp_path / "over.svg", tmp_path / "plain.svg"
+    over = [word for name in list(saved)[1:4] for word in ("--over", str(saved[name]))]
+    assert cli.main(["plot", str(saved["unfolding-maps"]), "-o", str(picture), *over]) == 0
+    assert cli.main(["plot", str(saved["unfolding-maps"]), "-o", str(plain)]) == 0
+    assert picture.read_text().count("<path") > plain.read_text().count("<path")
+    assert cli.main(["plot", str(saved["unfolding-maps"]), "--over", str(saved["basins"])]) == 2
+    assert "allowed: grazing-curves" in capsys.readouterr().err
+    assert cli.main(["plot", str(saved["basins"]), *over]) == 2
+    assert "over an unfolding map" in capsys.readouterr().err
+
+
 def test_plot_of_something_else_gives_1(tmp_path, capsys):
     path = tmp_path / "text.npz"
     path.write_text("hello")

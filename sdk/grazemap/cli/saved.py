@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
 from grazemap.cli.outcome import DONE, InvalidCommand
-from grazemap.results import Result, load
+from grazemap.plots import save_picture
+from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, Result, UnfoldingMap, load
 from grazemap.results.tables import columns, tables, text
 from grazemap.wire import PROCESSES
 
@@ -24,6 +26,14 @@ def add_commands(commands: Any) -> None:
     plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
     plot.add_argument(
         "--engineering-units", action="store_true", help="Hz and mm in place of rad/s and m; for a result in SI"
+    )
+    plot.add_argument(
+        "--over",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a grazing curve, its points or bifurcation curves, drawn over a map; may be given again",
     )
     plot.set_defaults(command=_plot)
 
@@ -56,8 +66,32 @@ def _plot(options: argparse.Namespace) -> int:
         result = load(options.result)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
-    files.write("the picture", output, result, options.engineering_units)
+    over = _drawn_over(result, options.over)
+    with files.named("the picture", output):
+        save_picture(result, output, options.engineering_units, **over)
+    print(output)
     return DONE
+
+
+def _drawn_over(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
+    """Return the results in files as arguments of a map's `plot`."""
+    if paths and not isinstance(result, UnfoldingMap):
+        raise InvalidCommand(f"--over draws over an unfolding map, and {result.process} is none")
+    drawn: dict[str, Any] = {}
+    for path in paths:
+        with files.named("the result", path):
+            one = load(path)
+        if isinstance(one, BifurcationCurves):
+            drawn["curves"] = [*drawn.get("curves", ()), one]
+        elif isinstance(one, GrazingCurve):
+            drawn["curve"] = one
+        elif isinstance(one, CodimensionTwoPoints):
+            drawn["points"] = one
+        else:
+            raise InvalidCommand(
+                f"--over {path} has {one.process} (allowed: grazing-curves, codimension-two-points, bifurcation-curves)"
+            )
+    return drawn
 
 
 def _show(options: argparse.Namespace) -> int:

@@ -19,12 +19,13 @@ if TYPE_CHECKING:
     from grazemap.results import Result
 
 
-def save_picture(result: Result, path: str | PathLike[str], engineering: bool = False) -> None:
+def save_picture(result: Result, path: str | PathLike[str], engineering: bool = False, **options: Any) -> None:
     """Draw a result by itself and write it as a picture; the ending of the path gives the format.
 
-    With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI.
+    With `engineering` frequencies are in Hz and lengths in mm, where the result is in SI. `options` are those of its
+    `plot`.
     """
-    figure = draw_apart(result)
+    figure = draw_apart(result, **options)
     if engineering:
         convert_figure(figure)
     figure.savefig(path)
