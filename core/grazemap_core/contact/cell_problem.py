@@ -11,15 +11,13 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact import tolerances
 from grazemap_core.contact.held_problem import (
     HeldModel,
-    half_period_phases,
     held_at_phase,
     held_problem,
-    real_and_imaginary,
-    whole_period,
 )
 from grazemap_core.contact.kernels.cell_factors import cell_length, shortfall, tabulate_flow
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.reference_motion import reference_motion
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
@@ -74,14 +72,15 @@ def cell_problem(
     ----------
     models : HeldModel
         From `trajectory_models`.
-    steady : complex, shape (N,)
-        Steady response of every mass: its motion is ``Im(steady exp(i (omega t + phase)))``.
+    steady : complex, shape (2, N)
+        From `reference_response`: amplitudes of the displacements, and of the velocities divided by i omega. (N,) if
+        both are equal. The motion is ``Im(steady exp(i (omega t + phase)))``.
     omega : float
         Forcing frequency.
     phase : float
         Forcing phase at t = 0.
     """
-    model = models.free
+    model, steady = models.free, displacement_and_velocity(steady)
     count = model.size
     cells = cells_per_period([model] if models.held is None else [model, models.held], omega)
     step = cell_length(omega, cells)
@@ -111,8 +110,9 @@ def cell_problem(
         displacement_scale=np.stack([size, size / frequency], axis=1),
         cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
         flow_table=flow_table,
-        steady_table=_steady_table(steady, cells, phase),
-        steady_bound=float(abs(steady[0])),
+        **reference_motion(
+            models.oscillator, model, steady, omega, step[0], cells, phase, output_row
+        )._asdict(),
         omega=float(omega),
         step=step[0],
         restitution=models.oscillator.restitution,
@@ -130,15 +130,19 @@ def at_phase(
 
     Mass 1 does not rest. Arrays that kernels change in place are new.
     """
+    steady = displacement_and_velocity(steady)
+    reference = reference_motion(
+        models.oscillator, models.free, steady, problem.omega, problem.step, problem.cells, phase, problem.output_row
+    )
     return (
-        problem._replace(steady_table=_steady_table(steady, problem.cells, phase)),
+        problem._replace(**reference._asdict()),
         held_at_phase(held, models, problem.omega, problem.cells, phase),
     )
 
 
-def _steady_table(steady: Complexes, cells: int, phase: float) -> Floats:
-    """Return the steady motion of mass 1 at the boundaries of the cells, as (real, imaginary), shape (cells + 1, 2)."""
-    return real_and_imaginary(whole_period(steady[0] * np.exp(1j * phase) * half_period_phases(cells)))
+def displacement_and_velocity(steady: Complexes) -> Complexes:
+    """Return amplitudes of displacements, and of velocities divided by i omega, (2, N); (N,) if both are equal."""
+    return np.broadcast_to(steady, (2, steady.shape[-1]))
 
 
 def followed_chatter_impacts(restitution: float, cells: int) -> float:
@@ -175,7 +179,10 @@ def free_state(
     velocity: Floats,
     phase: float,
 ) -> Floats:
-    """Return a physical state minus the steady motion at this phase, in block coordinates, shape (N, 2)."""
-    at_phase = steady * np.exp(1j * phase)
-    rest = np.concatenate([displacement - at_phase.imag, velocity - omega * at_phase.real])
+    """Return a physical state minus the reference motion at this phase, in block coordinates, shape (N, 2).
+
+    `steady` is that of `cell_problem`; resonant modes are at rest in the reference motion at this moment.
+    """
+    at_phase = displacement_and_velocity(steady) * np.exp(1j * phase)
+    rest = np.concatenate([displacement - at_phase[0].imag, velocity - omega * at_phase[1].real])
     return np.ascontiguousarray((model.to_modal @ rest).reshape(model.size, 2))

@@ -12,6 +12,8 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.model.harmonic_response import held_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import resonant_modes
+from grazemap_core.model.tolerances import HELD_RESONANT_GAIN
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +40,8 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
     Parameters
     ----------
     model : HeldModel
-    free_steady : complex, shape (N,)
-        Steady response of every mass of the whole chain.
+    free_steady : complex, shape (2, N)
+        That of the whole chain, from `reference_response`.
     omega, phase : float
         Forcing frequency, and forcing phase at t = 0.
     cells : int
@@ -57,7 +59,8 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
         chain = oscillator.held_chain
         assert chain is not None
         response, found = held_response(chain, oscillator.forcing[1:].copy(), np.array([omega]))
-        steady, exists = response[0], bool(found[0])
+        steady = response[0]
+        exists = bool(found[0]) and not bool(np.any(resonant_modes(model.held, omega, HELD_RESONANT_GAIN)))
     phase_factors = _phase_factors(cells, phase)
     blocks = model.held
     output_row = np.zeros((count, 4))
@@ -81,7 +84,7 @@ def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: 
         profile=np.ascontiguousarray(profile),
         phase_factors=real_and_imaginary(phase_factors),
         steady=real_and_imaginary(steady),
-        free_steady=real_and_imaginary(free_steady),
+        free_steady=real_and_imaginary(free_steady.ravel()),
         to_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.to_modal),
         from_blocks=square_empty if blocks is None else np.ascontiguousarray(blocks.from_modal),
         to_free=np.ascontiguousarray(model.free.to_modal),

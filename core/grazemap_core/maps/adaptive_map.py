@@ -19,7 +19,6 @@ from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Indices, Labels, 
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import COARSEST_SPACING, MOST_CONTRACTION
 from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, REASONS
 
@@ -161,7 +160,7 @@ class _Points:
         self._settler = Settler(oscillator, task)
         self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
         self._at_rest = np.zeros((2, oscillator.size))
-        self._steady = forced_response(oscillator, omega)
+        self._steady = self._settler.steady(omega)
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
         self._done: list[tuple[Indices, Indices, Arrays]] = []

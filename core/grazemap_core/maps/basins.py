@@ -18,7 +18,6 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import forced_chain
@@ -132,7 +131,7 @@ def basin_tile(
     state = _checked_state(oscillator.size, displacement, velocity)
     scaled = _scaled_states(state, clearance, horizontal, vertical)
     settler = Settler(oscillator, Settling(max_periods, max_period))
-    steady = forced_response(oscillator, np.array([omega]))[0]
+    steady = settler.steady(np.array([omega]))[0]
     codes, figures = settler.run(
         float(omega), steady, np.array([clearance]), state, scaled.reshape(-1, 2, oscillator.size), float(phase)
     )

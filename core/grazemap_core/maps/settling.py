@@ -19,10 +19,11 @@ from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tang
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import lanes
 from grazemap_core.maps.tolerances import GROWTH_SKIPPED, MOST_GROWTH_PERIODS
-from grazemap_core.model.harmonic_response import forced_response, hidden_by_rounding
+from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
 
@@ -78,6 +79,10 @@ class Settler:
             "final_state": np.zeros((size, 2)),
         }
 
+    def steady(self, omega: Floats) -> Complexes:
+        """Return the amplitudes of the reference motions at frequencies (m,), shape (m, 2, N)."""
+        return reference_response(self._models.oscillator, self._models.free, omega)
+
     def run(
         self,
         omega: float,
@@ -91,8 +96,8 @@ class Settler:
 
         Parameters
         ----------
-        steady : complex (N,)
-            `forced_response` at omega.
+        steady : complex (2, N)
+            `Settler.steady` at omega.
         clearances : (n,)
         states, scaled : (2, N) and (s, 2, N)
             Trajectories of clearance b begin at the displacements and velocities ``states + b scaled``.
@@ -121,13 +126,16 @@ class Settler:
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
         )
         model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
-        settle_column(self._masses, Column(model, self._blocks, task, results, **self._scratch))
+        # the equations of verification contain the steady motions of all modes
+        verifiable = self._blocks.verifiable and problem.reference_series.size == 0
+        blocks = self._blocks._replace(verifiable=verifiable)
+        settle_column(self._masses, Column(model, blocks, task, results, **self._scratch))
         shape = (len(clearances), len(scaled))
         codes, figures = (
             results.codes.reshape(*shape, lane_state.CODES),
             results.figures.reshape(*shape, lane_state.FIGURES),
         )
-        hidden = hidden_by_rounding(steady[:1], np.asarray(clearances))[:, 0]
+        hidden = hidden_by_rounding(problem.steady_bound, np.asarray(clearances))
         codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
         codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
@@ -163,7 +171,7 @@ def settle_grid(oscillator: Oscillator, omega: Floats, clearance: Floats, task: 
     m frequencies, n clearances in the order in which they are to be followed, s initial states.
     """
     settler = Settler(oscillator, task)
-    steady = forced_response(oscillator, omega)
+    steady = settler.steady(omega)
     at_rest = np.zeros((2, oscillator.size))
     starts = np.zeros((1, 2, oscillator.size)) if task.starts is None else task.starts
     shape = (len(clearance), len(omega), len(starts))

@@ -123,17 +123,6 @@ def held_response(chain: Chain, forcing: Floats, omega: ArrayLike) -> tuple[Comp
     return amplitudes, status != RESONANT
 
 
-def hidden_by_rounding(steady: Complexes, clearance: Floats) -> Booleans:
-    """Return where round-off of the steady motion is too large against the clearance.
-
-    Parameters
-    ----------
-    steady : ndarray of complex, shape (m,)
-        Steady amplitudes of mass 1.
-    clearance : ndarray of shape (n,)
-
-    Returns
-    -------
-    ndarray of bool, shape (n, m)
-    """
-    return EPSILON * np.abs(steady) > RESONANCE_ROUNDING * clearance[:, None]
+def hidden_by_rounding(amplitude: float, clearance: Floats) -> Booleans:
+    """Return where round-off of the reference motion of mass 1, of this amplitude, is too large against a clearance."""
+    return EPSILON * amplitude > RESONANCE_ROUNDING * clearance

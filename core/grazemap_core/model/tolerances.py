@@ -35,6 +35,17 @@ RESONANCE_ROUNDING: Final = 1e-6
 """Round-off of the steady motion of mass 1, in units of the clearance, above which motions are unresolved: states are
 relative to the steady motion, which is unbounded toward a resonance without damping."""
 
+RESONANT_GAIN: Final = 1e3
+"""Steady motion of a mode, in units of its response within half a forcing period, above which it is resonant.
+
+A smaller steady motion costs at most three digits, so that impact times have errors of 1e-13 periods. A mode with a
+damping ratio above 1/(2 pi RESONANT_GAIN) = 1.6e-4 is never resonant.
+"""
+
+HELD_RESONANT_GAIN: Final = 1e6
+"""The same for the chain that moves while mass 1 rests on a stop: there trajectories end that come to rest, as larger
+steady motions would cost more than six digits."""
+
 STEADY_REFINEMENT_STEPS: Final = 10
 """Maximum number of refinement steps of a linear solve; one is usual, a resonance with decay/frequency < 1e-8 needs
 more."""

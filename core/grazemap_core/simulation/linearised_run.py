@@ -31,9 +31,9 @@ class LinearisedRun:
     problem, held : CellProblem, HeldProblem
         Arguments of the kernels that describe the oscillator.
     state : (N, 2)
-        Current state, in block coordinates and minus the steady motion.
+        Current state, in block coordinates and minus the reference motion.
     steady : (2 N,)
-        Displacements, then velocities, of the steady motion at the phase of the start.
+        Displacements, then velocities, of the reference motion at the phase of the start.
     clearance : float
     halves : int
         Number of half periods completed.
@@ -113,7 +113,7 @@ def linearised_run(
         problem=begun.problem,
         held=begun.held,
         state=begun.u,
-        steady=np.concatenate([begun.steady.imag, omega * begun.steady.real]),
+        steady=np.concatenate([begun.steady[0].imag, omega * begun.steady[1].real]),
         clearance=clearance,
         halves=0,
         work=begun.work,

@@ -61,8 +61,8 @@ class Record:
     problem, held : CellProblem, HeldProblem
     shape : (N, N, 2)
         As in `ModalModel`.
-    steady : complex (N,)
-        Steady response of every mass, the initial phase included.
+    steady : complex (2, N)
+        From `reference_response`, the initial phase included.
     clearance : float
     rows : (1 + events, EVENT_COLUMNS + 2 N)
         The start of the record, then every event, as `kernels.sampling` takes them.

@@ -12,14 +12,14 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import check_point
 from grazemap_core.contact.cell_problem import at_phase, cell_problem, free_state, trajectory_models
 from grazemap_core.contact.held_problem import HeldModel
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.cells import CellProblem, reference_at
 from grazemap_core.contact.kernels.event_loop import impact_at_stop
 from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
 from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ROOTS, Workspace, workspace
 from grazemap_core.errors import ParameterError
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import reference_response
 
 EVENTS = 64
 """Initial capacity of the record of a run, in events."""
@@ -43,8 +43,8 @@ class ForcedChain:
     oscillator : Oscillator
     omega, clearance : float
     models : HeldModel
-    steady : complex (N,)
-        Steady response of every mass at phase 0.
+    steady : complex (2, N)
+        From `reference_response`.
     """
 
     oscillator: Oscillator
@@ -69,8 +69,8 @@ class Start:
     Attributes
     ----------
     problem, held : CellProblem, HeldProblem
-    steady : complex (N,)
-        Steady response of every mass, the initial phase included.
+    steady : complex (2, N)
+        From `reference_response`, the initial phase included.
     u : (N, 2)
         Free state; the kernels change it in place, as well as `held` and `work`.
     work : Workspace
@@ -93,13 +93,13 @@ def forced_chain(oscillator: Oscillator, omega: float, clearance: float) -> Forc
     Raises
     ------
     ParameterError
-        A number is out of range, or there is no steady motion.
+        A number is out of range.
     ConditioningError
         The modal model is ill-conditioned.
     """
     check_point(omega, clearance)
     models = trajectory_models(oscillator)
-    steady = forced_response(oscillator, np.array([omega]))[0]
+    steady = reference_response(oscillator, models.free, np.array([omega]))[0]
     return ForcedChain(oscillator, omega, clearance, models, steady)
 
 
@@ -158,7 +158,7 @@ def _start_on_stop(
     if v1 == 0.0:
         return start_on_stop(problem, held, u, clearance, stop, work)
     if v1 * stop > 0.0:
-        if impact_at_stop(problem, u, stop, v1, problem.steady_table[0, 1], 0, 0.0, work):
+        if impact_at_stop(problem, u, stop, v1, reference_at(problem, 0, 0.0)[2], 0, 0.0, work):
             return int(rest_after_impact(problem, held, u, clearance, 0, 0.0, 0, work))
         return OK
     work.cursor[ANCHOR], work.cursor[ROOTS] = stop, 1
@@ -188,7 +188,7 @@ def state_at(chain: ForcedChain, run: Start, phase: float) -> State:
         held_motion(run.held, run.held.state, x1, chain.omega, math.cos(phase), math.sin(phase), physical)
         return State(physical[:count], physical[count:], phase)
     at_phase = chain.steady * np.exp(1j * phase)
-    steady = np.concatenate([at_phase.imag, chain.omega * at_phase.real])
+    steady = np.concatenate([at_phase[0].imag, chain.omega * at_phase[1].real])
     physical = np.asarray(run.held.from_free @ run.u.ravel() + steady)
     x, v = physical[:count], physical[count:]
     if anchor != 0:

@@ -11,7 +11,7 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.kernels.cells import bounds
+from grazemap_core.contact.kernels.cells import bounds, forced_part, lasting_reach
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
 from grazemap_core.contact.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, RECORD_FULL, ROWS, TIME, UNDECIDED
 from grazemap_core.model.harmonic_response import hidden_by_rounding
@@ -261,7 +261,9 @@ def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State 
     if run.status == NOT_FINITE:
         return None
     if run.status != OK:  # it ended at its last event
-        phase = wrapped(phase + rows[-1, HALF] % 2 * math.pi + chain.omega * rows[-1, TIME])
+        half, time = int(rows[-1, HALF]), float(rows[-1, TIME])
+        phase = wrapped(phase + half % 2 * math.pi + chain.omega * time)
+        forced_part(run.problem, run.u, half, time, 1.0)
     return state_at(chain, run, phase)
 
 
@@ -270,10 +272,10 @@ def _motion(chain: ForcedChain, run: Start, ring: StroboscopicHistory, halves: i
     if run.status != OK:
         return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
     problem, clearance = run.problem, chain.clearance
-    if hidden_by_rounding(chain.steady[:1], np.array([clearance]))[0, 0]:
+    if hidden_by_rounding(problem.steady_bound, np.array([clearance]))[0]:
         return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
     reach, _ = bounds(problem, run.u)
-    if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
+    if is_free_for_ever(problem, lasting_reach(problem, run.u, halves), int(run.work.cursor[ANCHOR]), clearance):
         return motion_from_codes(codes.RESOLVED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
         problem, ring, 0, halves, max_period, clearance, halves, reach

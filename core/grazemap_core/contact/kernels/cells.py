@@ -4,6 +4,10 @@ Time is cut into cells, an even number per forcing period. A state is the pair (
 model *minus the steady motion*, which is tabulated over the cells of one period. A state therefore decays between
 impacts, and no phase is accumulated. Functions take a `CellProblem`, built by `grazemap_core.contact.cell_problem`, and
 a state of shape (N, 2); docstrings state which arguments are changed in place.
+
+The steady motion of a resonant mode (`model.resonant_modes`) is not subtracted. In its place stands the response of the
+mode to the forcing from rest at the start of the half period. The *reference motion* that is tabulated is the sum of
+these responses and the steady motion of all other modes. It begins anew with every half period: `begin_half_period`.
 """
 
 from __future__ import annotations
@@ -13,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
@@ -47,9 +52,23 @@ class CellProblem(NamedTuple):
     flow_table : (n, N, 8)
         Flow over 0, 1, .. n - 1 cells, row by row, followed by the rounding errors of the entries.
     steady_table : (cells + 1, 2)
-        G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part.
-    steady_bound : float
-        |G|, the amplitude of the steady motion of mass 1.
+        G exp(i phase) at the cell boundaries as (real, imaginary): the steady motion is its imaginary part. With
+        resonant modes the reference motion, as (velocity/omega, displacement); at the end of a half period that of
+        this half period, not of the next.
+    steady_bound, steady_fourth : float
+        Bounds of the reference motion of mass 1 and of its fourth derivative: |G| and omega^4 |G|.
+    reference_series : (cells, TAYLOR_DEGREE + 1) or (0, TAYLOR_DEGREE + 1)
+        Series of the reference motion of mass 1 over each cell, scaled to t in [0, 1]; empty without resonant modes.
+    reference_rest : float
+        Bound of the remainder of these series.
+    resonant_forcing : complex (N, 2) or (0, 2)
+        Forcing of the equations of u and u' of the resonant modes, the phase at t = 0 included; 0 for other modes.
+    half_jump : (N, 2) or (0, 2)
+        Their response at the end of the first half period.
+    resonant_steady : (N, 2) or (0, 2)
+        Their steady motion at t = 0.
+    lasting_bound : float
+        Amplitude of the steady motion of mass 1, all modes included; infinite if there is none.
     omega, step, restitution : float
         Forcing frequency, length of a cell, and R.
     cells : int
@@ -74,6 +93,13 @@ class CellProblem(NamedTuple):
     flow_table: Floats
     steady_table: Floats
     steady_bound: float
+    steady_fourth: float
+    reference_series: Floats
+    reference_rest: float
+    resonant_forcing: Complexes
+    half_jump: Floats
+    resonant_steady: Floats
+    lasting_bound: float
     omega: float
     step: float
     restitution: float
@@ -141,15 +167,72 @@ def first_mass(problem: CellProblem, u: Floats, steady_real: float, steady_imag:
 
 
 @kernel
-def steady_motion_at(problem: CellProblem, cell: int, offset: float) -> tuple[float, float]:
-    """Return the complex steady motion of mass 1 a time `offset` after the start of a cell, as (real, imaginary)."""
-    return rotated_entry(problem.steady_table, cell, problem.omega * offset)
+def reference_at_half(problem: CellProblem, half: int) -> tuple[float, float]:
+    """Return the reference motion of mass 1 at the start of a half period, as (velocity/omega, displacement)."""
+    sign = 1.0 if half % 2 == 0 else -1.0
+    return sign * problem.steady_table[0, 0], sign * problem.steady_table[0, 1]
 
 
 @kernel
-def first_acceleration(problem: CellProblem, u: Floats, steady_imag: float) -> float:
-    """Return the acceleration of mass 1 in a state; `steady_imag` is its steady displacement."""
-    a = -problem.omega * problem.omega * steady_imag
+def reference_at(problem: CellProblem, cell: int, offset: float) -> tuple[float, float, float]:
+    """Return velocity/omega, displacement and acceleration of the reference motion of mass 1.
+
+    The time is `offset` after the start of a cell, and in the same half period.
+    """
+    if problem.reference_series.shape[0] == 0:
+        real, imag = rotated_entry(problem.steady_table, cell, problem.omega * offset)
+        return real, imag, -problem.omega * problem.omega * imag
+    later = min(int(offset / problem.step), problem.cells // 2 - 1 - cell % (problem.cells // 2))
+    series, t = problem.reference_series[cell + later], offset / problem.step - later
+    value, slope, half_bend = 0.0, 0.0, 0.0
+    for k in range(TAYLOR_DEGREE, -1, -1):
+        half_bend = half_bend * t + slope
+        slope = slope * t + value
+        value = value * t + series[k]
+    return (
+        slope / (problem.step * problem.omega),
+        value,
+        2.0 * half_bend / (problem.step * problem.step),
+    )
+
+
+@kernel
+def forced_part(problem: CellProblem, u: Floats, half: int, time: float, sign: float) -> None:
+    """Add `sign` times the response of the resonant modes to a state, in place.
+
+    Parameters
+    ----------
+    half : int
+        The half period in which the response begins.
+    time : float
+        Since its start; it may be later than its end.
+    """
+    if half % 2 == 1:
+        sign = -sign
+    for j in range(problem.resonant_forcing.shape[0]):
+        first, second = problem.resonant_forcing[j, 0], problem.resonant_forcing[j, 1]
+        if first == 0.0 and second == 0.0:
+            continue
+        displacement, velocity = forced_block(
+            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], first, second, problem.omega, time
+        )
+        u[j, 0] += sign * displacement.imag
+        u[j, 1] += sign * velocity.imag
+
+
+@kernel
+def begin_half_period(problem: CellProblem, u: Floats, half: int) -> None:
+    """Convert a state at the end of the half period before `half` to the reference motion of `half`, in place."""
+    sign = 1.0 if half % 2 == 1 else -1.0
+    for j in range(problem.half_jump.shape[0]):
+        u[j, 0] += sign * problem.half_jump[j, 0]
+        u[j, 1] += sign * problem.half_jump[j, 1]
+
+
+@kernel
+def first_acceleration(problem: CellProblem, u: Floats, reference: float) -> float:
+    """Return the acceleration of mass 1 in a state; `reference` is that of the reference motion."""
+    a = reference
     for j in range(u.shape[0]):
         second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
         a += problem.output_row[j, 2] * u[j, 1] + problem.output_row[j, 3] * second
@@ -158,15 +241,62 @@ def first_acceleration(problem: CellProblem, u: Floats, steady_imag: float) -> f
 
 @kernel
 def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
-    """Return bounds of |x1| and |x1''''| for all later times until the next impact."""
+    """Return bounds of |x1| and |x1''''| for all later times until the next impact.
+
+    With resonant modes, until the end of the half period.
+    """
     reach = problem.steady_bound
-    omega_squared = problem.omega * problem.omega
-    fourth = problem.steady_bound * omega_squared * omega_squared
+    fourth = problem.steady_fourth
     for j in range(u.shape[0]):
         envelope = problem.frequency[j] * abs(u[j, 0]) + abs(u[j, 1])
         reach += problem.reach[j] * envelope
         fourth += problem.fourth[j] * envelope
     return reach, fourth
+
+
+@kernel
+def lasting_reach(problem: CellProblem, u: Floats, half: int) -> float:
+    """Return a bound of |x1| for all time to come without impacts, from the state at the start of a half period.
+
+    Without damping of a resonant mode it holds until the end of the half period.
+    """
+    if problem.lasting_bound == np.inf:
+        return bounds(problem, u)[0]
+    reach = problem.lasting_bound
+    sign = 1.0 if half % 2 == 0 else -1.0
+    for j in range(u.shape[0]):
+        first, second = u[j, 0], u[j, 1]
+        if problem.resonant_steady.shape[0] > 0:
+            first -= sign * problem.resonant_steady[j, 0]
+            second -= sign * problem.resonant_steady[j, 1]
+        reach += problem.reach[j] * (problem.frequency[j] * abs(first) + abs(second))
+    return reach
+
+
+@kernel
+def add_reference_series(
+    problem: CellProblem, cell: int, offset: float, length: float, taylor: Floats, series: Floats
+) -> tuple[float, float]:
+    """Add the series of the reference motion of resonant modes over the next `length` to that of `expand`, in place.
+
+    The time is `offset` after the start of the cell; series (TAYLOR_DEGREE + 1,) is scratch. Returns the sum of the
+    moduli of all terms, and of those of degree two and higher.
+    """
+    t = offset / problem.step
+    for k in range(TAYLOR_DEGREE + 1):
+        series[k] = problem.reference_series[cell, k]
+    if t > 0.0:
+        for lowest in range(TAYLOR_DEGREE):
+            for k in range(TAYLOR_DEGREE - 1, lowest - 1, -1):
+                series[k] += t * series[k + 1]
+    power, size, tail = 1.0, 0.0, 0.0
+    for k in range(TAYLOR_DEGREE + 1):
+        term = power * series[k]
+        taylor[k] += term
+        size += abs(term)
+        tail += abs(term) if k > 1 else 0.0
+        power *= length / problem.step
+    return size, tail
 
 
 @kernel

@@ -13,12 +13,13 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
+    add_reference_series,
     advance_cell,
     expand,
     first_acceleration,
     first_mass,
     flow_state,
-    steady_motion_at,
+    reference_at,
 )
 from grazemap_core.contact.kernels.first_contact import first_contact, gap_and_rate
 from grazemap_core.contact.kernels.workspace import Workspace, record_event
@@ -46,15 +47,15 @@ def impact_at_stop(
     u: Floats,
     stop: int,
     velocity: float,
-    steady_imag: float,
+    acceleration: float,
     half: int,
     time: float,
     work: Workspace,
 ) -> bool:
     """Apply the impact law to mass 1 on a stop, and return whether it may come to rest there.
 
-    The state is changed in place, the impact recorded in tally and events. `steady_imag` is the steady motion of mass 1
-    at this moment.
+    The state is changed in place, the impact recorded in tally and events. `acceleration` is that of the
+    reference motion of mass 1.
     """
     jump = -(1.0 + problem.restitution) * velocity
     for j in range(u.shape[0]):
@@ -69,7 +70,7 @@ def impact_at_stop(
     work.near[0] = 0.0
     work.near[1] = problem.restitution * abs(velocity)
     work.cursor[workspace.ROOTS] = 1 if work.near[1] > 0.0 else 2
-    contact_acceleration = stop * first_acceleration(problem, u, steady_imag)
+    contact_acceleration = stop * first_acceleration(problem, u, acceleration)
     if contact_acceleration <= 0.0:
         work.tally[workspace.MIN_UNPRESSED_SPEED] = min(work.tally[workspace.MIN_UNPRESSED_SPEED], abs(velocity))
     return may_rest(problem.restitution, problem.step, contact_acceleration, work.near[1])
@@ -102,16 +103,20 @@ def run_cell(
         work.near[2] = offset
         return workspace.AT_STOP
     before = problem.step * (cell % (problem.cells // 2))
-    steady_real, steady_imag = problem.steady_table[cell, 0], problem.steady_table[cell, 1]
-    if offset > 0.0:
-        steady_real, steady_imag = steady_motion_at(problem, cell, offset)
+    resonant = problem.reference_series.shape[0] > 0
+    real, imag = problem.steady_table[cell, 0], problem.steady_table[cell, 1]
+    if resonant:
+        real, imag = 0.0, 0.0  # `add_reference_series` has them
+    elif offset > 0.0:
+        real, imag, _ = reference_at(problem, cell, offset)
     while True:
         length = problem.step - offset
         if length <= 0.0:
             return workspace.OK
-        size, tail, rest = expand(
-            problem, u, problem.omega, (steady_real, steady_imag), length, work.taylor, work.terms
-        )
+        size, tail, rest = expand(problem, u, problem.omega, (real, imag), length, work.taylor, work.terms)
+        if resonant:
+            more, more_tail = add_reference_series(problem, cell, offset, length, work.taylor, work.distance)
+            size, tail, rest = size + more, tail + more_tail, rest + problem.reference_rest
         if not np.isfinite(size):
             return workspace.NOT_FINITE
         if work.tally[workspace.FOLLOWED] > HALF_PERIOD_IMPACTS + problem.chatter_impacts:
@@ -137,14 +142,16 @@ def run_cell(
         passed = t * length
         flow_state(problem, u, passed)
         offset += passed
-        steady_real, steady_imag = steady_motion_at(problem, cell, offset)
+        real, imag, acceleration = reference_at(problem, cell, offset)
         if stop == anchor:
             _, rate = gap_and_rate(work.taylor, work.near, work.cursor[workspace.ROOTS], stop, length, t)
             velocity = -stop * rate
         else:
-            _, velocity = first_mass(problem, u, steady_real, steady_imag)
+            _, velocity = first_mass(problem, u, real, imag)
         if velocity * stop < 0.0:
             velocity = 0.0  # a graze to within round-off
-        if impact_at_stop(problem, u, stop, velocity, steady_imag, half, before + offset, work):
+        if impact_at_stop(problem, u, stop, velocity, acceleration, half, before + offset, work):
             work.near[2] = offset
             return workspace.AT_STOP
+        if resonant:
+            real, imag = 0.0, 0.0

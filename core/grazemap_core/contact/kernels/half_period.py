@@ -8,7 +8,16 @@ from __future__ import annotations
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import NO_STICKING_FLOW, OVERFLOW, TOO_MANY_IMPACTS
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, advance_cell, bounds, carry, first_mass, flow_state
+from grazemap_core.contact.kernels.cells import (
+    CellProblem,
+    advance_cell,
+    begin_half_period,
+    bounds,
+    carry,
+    first_mass,
+    flow_state,
+    reference_at_half,
+)
 from grazemap_core.contact.kernels.event_loop import run_cell
 from grazemap_core.contact.kernels.first_contact import is_clear
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
@@ -56,7 +65,7 @@ def run_half(problem: CellProblem, held: HeldProblem, u: Floats, clearance: floa
     longest = problem.flow_table.shape[0] - 1
     since = first  # at the start of this cell the state was work.saved
     copy_matrix(work.saved, u)
-    x, v = first_mass(problem, u, problem.steady_table[first, 0], problem.steady_table[first, 1])
+    x, v = first_mass(problem, u, *reference_at_half(problem, half))
     reach, fourth = bounds(problem, u)
     limit = clearance - CONTACT_ROUNDING * (reach + clearance)
     clear_tally(work.tally)
@@ -87,6 +96,7 @@ def run_half(problem: CellProblem, held: HeldProblem, u: Floats, clearance: floa
             carry(problem, work.saved, longest, work.saved)
             since = cell + 1
     carry(problem, work.saved, first + cells - since, u)
+    begin_half_period(problem, u, half + 1)
     if work.cursor[workspace.HELD] != 0:
         write_free_state(problem, held, u, clearance, first + cells, 0.0, work)
     return workspace.OK

@@ -23,7 +23,14 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, expand, first_acceleration, flow_state, steady_motion_at
+from grazemap_core.contact.kernels.cells import (
+    CellProblem,
+    expand,
+    first_acceleration,
+    flow_state,
+    forced_part,
+    reference_at,
+)
 from grazemap_core.contact.kernels.event_loop import run_cell
 from grazemap_core.contact.kernels.sticking_flow import (
     HeldProblem,
@@ -78,7 +85,7 @@ def begin_rest(
     Parameters
     ----------
     u : (N, 2)
-        Free state on the stop; not changed.
+        Free state on the stop; changed by round-off only.
     cell, offset, half
         Cell of the forcing period, time since its start, and index of the half period.
     work : Workspace
@@ -93,7 +100,9 @@ def begin_rest(
     stop, leaving = work.cursor[workspace.ANCHOR], work.near[1]
     time = problem.step * (cell % (problem.cells // 2)) + offset
     angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
+    forced_part(problem, u, half, time, 1.0)
     held_from_free(held, u, stop * clearance, problem.omega, angle_real, angle_imag, held.physical, held.state)
+    forced_part(problem, u, half, time, -1.0)
     error = expand_contact_acceleration(problem, held, clearance, stop, cell, offset, problem.step, work)
     contact_acceleration = work.distance[0]
     delay = 0.0
@@ -139,8 +148,8 @@ def rest_after_impact(
     """Bring mass 1 to rest after an impact if the remaining impacts may be summed. Returns OK or NO_HELD_FLOW."""
     stop, leaving = work.cursor[workspace.ANCHOR], work.near[1]
     if not held.exists:
-        _, steady_imag = steady_motion_at(problem, cell, offset)
-        return workspace.NO_HELD_FLOW if stop * first_acceleration(problem, u, steady_imag) > 0.0 else workspace.OK
+        _, _, acceleration = reference_at(problem, cell, offset)
+        return workspace.NO_HELD_FLOW if stop * first_acceleration(problem, u, acceleration) > 0.0 else workspace.OK
     rests, delay = begin_rest(problem, held, u, clearance, cell, offset, half, work)
     if not rests:
         return workspace.OK
@@ -207,6 +216,8 @@ def write_free_state(
     angle_real, angle_imag = rotated_entry(held.phase_factors, cell, problem.omega * offset)
     place = work.cursor[workspace.HELD] * clearance
     free_from_held(held, held.state, place, problem.omega, angle_real, angle_imag, held.physical, u)
+    half = cell // (problem.cells // 2)
+    forced_part(problem, u, half, problem.step * (cell - half * (problem.cells // 2)) + offset, -1.0)
 
 
 @kernel
@@ -219,8 +230,8 @@ def start_on_stop(
     work.near[0] = 0.0
     work.near[1] = 0.0
     if not held.exists:
-        acceleration = stop * first_acceleration(problem, u, problem.steady_table[0, 1])
-        return workspace.NO_HELD_FLOW if acceleration > 0.0 else workspace.OK
+        _, _, acceleration = reference_at(problem, plain(0), 0.0)
+        return workspace.NO_HELD_FLOW if stop * first_acceleration(problem, u, acceleration) > 0.0 else workspace.OK
     begin_rest(problem, held, u, clearance, plain(0), 0.0, plain(0), work)
     return workspace.OK
 

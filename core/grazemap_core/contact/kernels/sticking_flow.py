@@ -33,8 +33,9 @@ class HeldProblem(NamedTuple):
         Displacement of masses 2 .. N at equilibrium, per unit displacement of mass 1.
     phase_factors : (cells + 1, 2)
         exp(i phase) at the cell boundaries.
-    steady, free_steady : (n, 2), (N, 2)
-        Amplitudes of the steady motion of masses 2 .. N with mass 1 at rest, and of all masses with mass 1 free. The
+    steady, free_steady : (n, 2), (2 N, 2)
+        Amplitudes of the steady motion of masses 2 .. N with mass 1 at rest, and of all masses with mass 1 free: of the
+        latter those of the displacements, then those of the velocities divided by i omega, without resonant modes. The
         displacement is the imaginary part of amplitude times exp(i phase).
     to_blocks, from_blocks : (2 n, 2 n)
         Conversions between displacements and velocities of masses 2 .. N and the blocks of the held chain.
@@ -137,7 +138,7 @@ def held_from_free(
         x = problem.free_steady[1 + i, 1] * cosine + problem.free_steady[1 + i, 0] * sine
         x -= problem.steady[i, 1] * cosine + problem.steady[i, 0] * sine
         x -= place * problem.profile[i]
-        v = omega * (problem.free_steady[1 + i, 0] * cosine - problem.free_steady[1 + i, 1] * sine)
+        v = omega * (problem.free_steady[count + 1 + i, 0] * cosine - problem.free_steady[count + 1 + i, 1] * sine)
         v -= omega * (problem.steady[i, 0] * cosine - problem.steady[i, 1] * sine)
         for j in range(count):
             for k in range(2):
@@ -169,7 +170,9 @@ def free_from_held(
     held_motion(problem, held, place, omega, cosine, sine, physical)
     for i in range(count):
         physical[i] -= problem.free_steady[i, 1] * cosine + problem.free_steady[i, 0] * sine
-        physical[count + i] -= omega * (problem.free_steady[i, 0] * cosine - problem.free_steady[i, 1] * sine)
+        physical[count + i] -= omega * (
+            problem.free_steady[count + i, 0] * cosine - problem.free_steady[count + i, 1] * sine
+        )
     for j in range(count):
         for k in range(2):
             value = 0.0

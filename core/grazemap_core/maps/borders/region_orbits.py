@@ -23,7 +23,6 @@ from grazemap_core.maps.borders.region import Equations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
@@ -112,7 +111,7 @@ class Regions:
         self._searched += _RANDOM_STATES * self._longest
         omega, clearance = self.grid.place(point)
         states = self._starts * np.array([1.0, omega])[:, None]
-        steady = forced_response(self.grid.oscillator, np.array([omega]))[0]
+        steady = self._settler.steady(np.array([omega]))[0]
         rest = np.zeros((2, self.grid.oscillator.size))
         codes, _ = self._settler.run(omega, steady, np.array([clearance]), rest, states)
         there = [k for k, code in enumerate(codes[0]) if name_of(code) == name]

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import first_mass
+from grazemap_core.contact.kernels.cells import first_mass, reference_at_half
 from grazemap_core.contact.kernels.half_period import counted
 from grazemap_core.contact.tolerances import CLEARED
 from grazemap_core.maps.kernels import lane_state
@@ -126,7 +126,7 @@ def _start_at_final_state(column: Column, lane: int, clearance: float, rested: b
     overwritten.
     """
     problem, held, group, u = column.model.problem, column.model.held, column.group, column.u
-    x, v = first_mass(problem, u, problem.steady_table[0, 0], problem.steady_table[0, 1])
+    x, v = first_mass(problem, u, *reference_at_half(problem, 0))
     if abs(x) < clearance:
         start_lane(group, lane, problem, u, clearance)
         return

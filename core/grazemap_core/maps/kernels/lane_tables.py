@@ -19,6 +19,7 @@ from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_ent
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
@@ -28,7 +29,7 @@ HERMITE_DIVISOR = 384.0
 
 # entries of `scalars`
 STEP, RESTITUTION, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
-"""Length h of a cell; R; C_11/m_1; bound |G| of the steady motion; h^4/384 |G| omega^4; contributions of a unit of
+"""Length h of a cell; R; C_11/m_1; bounds of the reference motion, and of h^4/384 times its fourth derivative; contributions of a unit of
 velocity given to mass 1 to the bounds of |x1| and of h^4/384 |x1''''|; round-off of a gap relative to the sum of its
 terms."""
 SCALARS = 8
@@ -42,13 +43,13 @@ class LaneTables(NamedTuple):
     flow, output_row : (N, 4)
         As in `cells.CellProblem`.
     steady_table : (cells + 1, 2)
-        Steady motion of mass 1 at the cell boundaries: position and velocity.
+        Reference motion of mass 1 at the cell boundaries, at the ends of cells: position and velocity.
     bound : (N, 3)
         Frequency of a block, and contributions of a unit of its envelope to the bounds of |x1| and of h^4/384 |x1''''|.
     series : (TERMS, 2 N)
         Coefficients in z of x1 over a cell, per component of the state at the start of the cell.
     forcing : (cells, TERMS)
-        Coefficients in z of the steady motion of mass 1 over each cell.
+        Coefficients in z of the reference motion of mass 1 over each cell.
     unit_impulse : (2 N, TERMS)
         Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to mass 1 at z.
     response : (TERMS,)
@@ -80,7 +81,15 @@ def _steady_tables(problem: CellProblem) -> tuple[Floats, Floats]:
     """Return `LaneTables.forcing` and `LaneTables.steady_table`."""
     cells, half = problem.cells, 0.5 * problem.step
     forcing = np.empty((cells, TERMS))
-    for cell in range(cells // 2):
+    for cell in range(problem.reference_series.shape[0]):
+        series, power = problem.reference_series[cell].copy(), 1.0
+        for lowest in range(TAYLOR_DEGREE):  # expanded about the middle
+            for k in range(TAYLOR_DEGREE - 1, lowest - 1, -1):
+                series[k] += 0.5 * series[k + 1]
+        for n in range(TERMS):
+            forcing[cell, n] = power * series[n]
+            power *= 0.5
+    for cell in range(cells // 2 if problem.reference_series.shape[0] == 0 else 0):
         real, imag = rotated_entry(problem.steady_table, cell, problem.omega * half)
         for n in range(TERMS):
             forcing[cell, n] = imag
@@ -141,7 +150,7 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     scalars[RESTITUTION] = problem.restitution
     scalars[VISCOUS_TERM] = viscous_term
     scalars[STEADY] = problem.steady_bound
-    scalars[STEADY_FOURTH] = problem.steady_bound * problem.omega**4 * quartic
+    scalars[STEADY_FOURTH] = problem.steady_fourth * quartic
     scalars[IMPULSE_REACH] = impulse_reach
     scalars[IMPULSE_FOURTH] = impulse_fourth
     scalars[MARGIN] = CONTACT_ROUNDING

@@ -22,11 +22,15 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
+    begin_half_period,
     bounds,
     first_acceleration,
     first_mass,
     flow_state,
-    steady_motion_at,
+    forced_part,
+    lasting_reach,
+    reference_at,
+    reference_at_half,
 )
 from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
@@ -192,14 +196,13 @@ def _limit(problem: CellProblem, u: Floats, clearance: float) -> float:
 def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: int) -> None:
     """Set the state u (N, 2) of a lane, between the stops, at the start of a half period."""
     blocks = u.shape[0]
-    boundary = half % 2 * (problem.cells // 2)
-    x, v = first_mass(problem, u, problem.steady_table[boundary, 0], problem.steady_table[boundary, 1])
+    x, v = first_mass(problem, u, *reference_at_half(problem, half))
     for j in range(blocks):
         group.even[2 * j * LANES + lane] = u[j, 0]
         group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
     group.even[2 * blocks * LANES + lane] = x
     group.even[(2 * blocks + 1) * LANES + lane] = v
-    group.reach[lane] = bounds(problem, u)[0]
+    group.reach[lane] = lasting_reach(problem, u, half)
     group.limit[lane] = _limit(problem, u, group.clearance[lane])
 
 
@@ -220,9 +223,10 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearan
 def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float, stop: int) -> None:
     """Start a trajectory with mass 1 on a stop in a lane, not moving into it, at the start of an even half period."""
     start_lane(group, lane, problem, u, clearance)
-    _, v = first_mass(problem, u, problem.steady_table[0, 0], problem.steady_table[0, 1])
+    _, v = first_mass(problem, u, *reference_at_half(problem, plain(0)))
     leaving = max(0.0, -stop * v)
-    contact_acceleration = stop * first_acceleration(problem, u, problem.steady_table[0, 1])
+    _, _, acceleration = reference_at(problem, plain(0), 0.0)
+    contact_acceleration = stop * first_acceleration(problem, u, acceleration)
     group.cursor[lane, workspace.ANCHOR] = stop
     group.cursor[lane, workspace.ROOTS] = 1 if leaving > 0.0 else 2
     group.near[lane, 0] = 0.0
@@ -583,8 +587,9 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
             group.events[lane, row, c] = work.events[row, c]
         if work.events[row, workspace.KIND] == workspace.IMPACT and row >= before:
             after = work.events[row, workspace.EVENT_COLUMNS :].reshape(u.shape)
-            _, gain_imag = steady_motion_at(problem, half % 2 * (problem.cells // 2), work.events[row, workspace.TIME])
-            contact_acceleration = work.events[row, workspace.STOP] * first_acceleration(problem, after, gain_imag)
+            first_cell, time = half % 2 * (problem.cells // 2), work.events[row, workspace.TIME]
+            _, _, acceleration = reference_at(problem, first_cell, time)
+            contact_acceleration = work.events[row, workspace.STOP] * first_acceleration(problem, after, acceleration)
             group.events[lane, row, CONTACT_ACCELERATION] = contact_acceleration
     if (
         status == workspace.OK
@@ -592,6 +597,7 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
         and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2)
     ):
         write_free_state(problem, held, u, clearance, cell + 1, 0.0, work)
+        begin_half_period(problem, u, half)  # back from the reference motion of the next half period
     _copy_back(model, group, lane, step, u, status, work)
 
 
@@ -622,10 +628,27 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
+    _begin_half_period(model.problem, group, half + 1, used)
     update_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             group.limit[lane] = -np.inf
+    if model.problem.reference_series.shape[0] > 0:
+        for lane in range(used):
+            for j in range(u.shape[0]):
+                u[j, 0] = group.even[2 * j * LANES + lane]
+                u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+            group.reach[lane] = lasting_reach(model.problem, u, half + 1)
+
+
+@kernel
+def _begin_half_period(problem: CellProblem, group: Lanes, half: int, used: int) -> None:
+    """Convert the states of all lanes to the reference motion of a half period, as `cells.begin_half_period`."""
+    sign, even = 1.0 if half % 2 == 1 else -1.0, group.even
+    for j in range(problem.half_jump.shape[0]):
+        for c in range(2):
+            for lane in range(used):
+                even[(2 * j + c) * LANES + lane] += sign * problem.half_jump[j, c]
 
 
 @kernel

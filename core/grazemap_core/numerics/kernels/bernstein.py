@@ -240,9 +240,10 @@ def first_negative(
             crossing = last_positive + (first_negative_at - last_positive) * piece[last_positive] / fall
             low, high = start[top], start[top] + width[top]
             return CONTACT, _polished_root(taylor, degree, low, high, low + width[top] * crossing / short)
-        if not whole and top >= SHORT_DEPTH:
-            return GRAZE_UNDECIDED, 1.0
-        if largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= tolerances.MIN_WIDTH:
+        unresolved = largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= tolerances.MIN_WIDTH
+        if not whole and (unresolved or top >= SHORT_DEPTH):
+            return GRAZE_UNDECIDED, 1.0  # even at the end, as the omitted terms are far larger than round-off
+        if unresolved:
             ends = start[top] + width[top] >= 1.0
             if undecided < 0.0 and not (ends and _arrives(taylor, degree, error)):
                 undecided = start[top] + 0.5 * width[top]

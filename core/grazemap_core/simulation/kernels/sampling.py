@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.contact.kernels.cells import CellProblem, flow_state
+from grazemap_core.contact.kernels.cells import CellProblem, flow_state, forced_part
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion, rotated_entry
 from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 from grazemap_core.numerics.kernels.double_double import two_prod
@@ -96,8 +96,8 @@ def sample_motion(
     ----------
     shape : (N, N, 2)
         As in `ModalModel`.
-    steady : complex (N,)
-        Steady response of every mass, the initial phase included.
+    steady : complex (2, N)
+        From `reference_response`, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)
         The start of the record, then every event, with the states after them; increasing in time. After an event of a
         kind other than IMPACT, GRAZE and RELEASE mass 1 is at rest; the summed impacts of a chatter count as rest.
@@ -131,9 +131,10 @@ def sample_motion(
             u[j, 0] = event[EVENT_COLUMNS + 2 * j]
             u[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
         flow_state(problem, u, passed)
+        forced_part(problem, u, int(event[HALF]), passed + event[TIME], 1.0)
         for i in range(count):
-            x[i, n] = steady[i].imag * c + steady[i].real * s
-            v[i, n] = problem.omega * (steady[i].real * c - steady[i].imag * s)
+            x[i, n] = steady[0, i].imag * c + steady[0, i].real * s
+            v[i, n] = problem.omega * (steady[1, i].real * c - steady[1, i].imag * s)
             for j in range(count):
                 a, b = shape[i, j, 0], shape[i, j, 1]
                 second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]

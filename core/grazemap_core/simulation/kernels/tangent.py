@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, steady_motion_at
+from grazemap_core.contact.kernels.cells import CellProblem, first_acceleration, reference_at
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import Workspace
@@ -180,8 +180,8 @@ def carry_tangent(
             after = work.events[row, workspace.EVENT_COLUMNS : workspace.EVENT_COLUMNS + 2 * blocks].reshape(
                 (blocks, 2)
             )
-            _, steady_imag = steady_motion_at(problem, first_cell, time)
-            acceleration = first_acceleration(problem, after, steady_imag)
+            _, _, acceleration = reference_at(problem, first_cell, time)
+            acceleration = first_acceleration(problem, after, acceleration)
             acceleration -= (
                 held.viscous_term * (1.0 + problem.restitution) * velocity
             )  # the viscous term before the impact
