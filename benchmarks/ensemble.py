@@ -13,8 +13,8 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES
 from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, lanes, run_halves, start_lane
-from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.resonant_modes import reference_response
 
 Floats = NDArray[np.float64]
 
@@ -89,8 +89,8 @@ def first_impacts(
     clearance = np.asarray(clearance, dtype=np.float64)
     if not np.all(abs(x[0]) < clearance):
         raise ParameterError("clearance", "must be greater than the first displacement in size")
-    steady = forced_response(oscillator, np.array([omega]))[0]
     models = trajectory_models(oscillator)
+    steady = reference_response(oscillator, models.free, np.array([omega]))[0]
     problem, held = cell_problem(models, steady, omega, phase)
     model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
     u = free_state(models.free, steady, omega, x, v, phase)
