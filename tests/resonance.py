@@ -3,7 +3,8 @@
 Chains without damping, or with hardly any, are forced at a natural frequency, or beside one. Every impact of 50 forcing
 periods from rest, of a trajectory and of the lockstep kernel of maps, is compared with `resonance_oracle`. Most of
 these motions are chaotic. So the errors are compared with the change of the exact times by a relative change of every
-input by EPSILON, and an impact counts as predictable as long as these changes are small.
+input by EPSILON, and an impact counts as predictable as long as these changes are small. Nothing is compared after a
+complete chatter begins, as its impacts are not listed one by one.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from oracles import digits
 from resonance_oracle import SLOWEST, ResonanceOracle
 
 from benchmarks.ensemble import first_impacts
+from grazemap_core.contact.kernels.workspace import CHATTER
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.trajectories import trajectory
@@ -44,10 +46,9 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Impacts of one case: how many are compared and predictable, and the largest errors.
+    """Impacts of one run, and those that are compared; the largest error, in forcing periods and over that allowed.
 
-    `error` is in forcing periods and over the error that is allowed; `missed`: impacts on a wrong stop, or with an
-    error larger than is allowed; `grazes`: undecided contacts.
+    `wrong` impacts have a larger error or another stop, or are missed or false; `grazes` are undecided contacts.
     """
 
     impacts: int
@@ -108,24 +109,26 @@ def compare(case: Case, lockstep: bool, exact: ResonanceOracle, changes: np.ndar
     if lockstep:
         lanes = first_impacts(oscillator, omega, np.array([clearance]), PERIODS, MOST_IMPACTS)
         count = int(np.count_nonzero(lanes.half[0] >= 0))
-        halves, times, stops, grazes = lanes.half[0, :count], lanes.time[0], lanes.stop[0], 0
+        halves, times, stops, grazes = lanes.half[0], lanes.time[0], lanes.stop[0], 0
+        chatters = np.flatnonzero(lanes.kind[0, :count] == CHATTER)
     else:
         found = trajectory(oscillator, omega, clearance, periods=PERIODS, samples_per_period=1).impacts
         halves, times, stops = 2 * found.period, found.phase_time, found.stop
         count, grazes = len(times), int(np.count_nonzero(found.kind == "graze"))
+        chatters = np.flatnonzero(found.kind == "chatter")
     with digits(60):
         period = 2 * arb.pi() / arb(omega)
         inside = [time for time in exact.times if time < PERIODS * period]
-        slow = bool(inside) and abs(float(exact.speeds[-1])) <= SLOWEST * omega * clearance
+        ends = len(chatters) > 0 or (bool(inside) and abs(float(exact.speeds[-1])) <= SLOWEST * omega * clearance)
         unit = float(period)
         allowed = np.maximum(ACCURACY, ROUNDINGS * changes[: len(inside)] / unit)
-        compared = int(np.count_nonzero(allowed < PREDICTABLE))
+        compared = min([int(np.count_nonzero(allowed < PREDICTABLE)), *(chatters[:1] + 1).tolist()])
         error = np.full(compared, np.inf)
         for k in range(min(compared, count)):
             error[k] = abs(float((arb(float(times[k])) + int(halves[k]) * period / 2 - exact.times[k]) / period))
     right = (error <= allowed[:compared]) & (np.resize(stops[:count], compared) == exact.stops[:compared])
     wrong = int(np.count_nonzero(~right))
-    if compared == len(inside) and not slow:  # there are no more
+    if compared == len(inside) and not ends:  # there are no more
         wrong += abs(count - compared)
     share = float(np.max(error / allowed[:compared], initial=0.0))
     return Outcome(count, compared, float(np.max(error, initial=0.0)), share, wrong, grazes)

@@ -110,9 +110,7 @@ def cell_problem(
         displacement_scale=np.stack([size, size / frequency], axis=1),
         cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
         flow_table=flow_table,
-        **reference_motion(
-            models.oscillator, model, steady, omega, step[0], cells, phase, output_row
-        )._asdict(),
+        **reference_motion(models.oscillator, model, steady, omega, step[0], cells, phase, output_row)._asdict(),
         omega=float(omega),
         step=step[0],
         restitution=models.oscillator.restitution,

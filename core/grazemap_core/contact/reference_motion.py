@@ -30,6 +30,7 @@ class ReferenceMotion(NamedTuple):
     resonant_forcing: Complexes
     half_jump: Floats
     resonant_steady: Floats
+    lasting_steady: complex
     lasting_bound: float
 
 
@@ -62,7 +63,7 @@ class _ResonantMode:
     force, rate : complex
     states : complex (cells/2 + 1, 2)
         u and u' at the cell boundaries.
-    y, slope : complex (cells/2 + 1,)
+    place, slope : complex (cells/2 + 1,)
         y and its derivative there.
     """
 
@@ -71,7 +72,7 @@ class _ResonantMode:
     force: complex
     rate: complex
     states: Complexes
-    y: Complexes
+    place: Complexes
     slope: Complexes
 
     @classmethod
@@ -81,12 +82,14 @@ class _ResonantMode:
         first, second = complex(forcing[0]), complex(forcing[1])
         times = (k * grid.step for k in range(len(grid.phases)))
         states = np.array(
-            [forced_block(decay, float(model.discriminant[j]), square, first, second, grid.omega, t) for t in times]
+            [forced_block(decay, float(model.discriminant[j]), square, first, second, grid.omega, t) for t in times],
+            dtype=np.complex128,
         )
         rate = complex(row[:2] @ forcing)
         force = complex(row[2:] @ forcing) + (2.0 * decay + 1j * grid.omega) * rate
-        slope = states @ row[2:] + rate * grid.phases
-        return cls(decay, square, force, rate, states, states @ row[:2], slope)
+        place = np.asarray(states @ row[:2])
+        slope = np.asarray(states @ row[2:] + rate * grid.phases)
+        return cls(decay, square, force, rate, states, place, slope)
 
     def bound(self, order: int, omega: float) -> float:
         """Return a bound of the derivative of y of this order within half a forcing period.
@@ -106,7 +109,7 @@ class _ResonantMode:
         step = grid.step
         forced = grid.series(self.force * step * step * grid.phases[:-1])
         terms = np.empty_like(forced)
-        terms[:, 0], terms[:, 1] = self.y[:-1], self.slope[:-1] * step
+        terms[:, 0], terms[:, 1] = self.place[:-1], self.slope[:-1] * step
         for k in range(_TERMS - 2):
             free = 2.0 * self.decay * step * (k + 1) * terms[:, k + 1] + self.frequency_squared * step**2 * terms[:, k]
             terms[:, k + 2] = (forced[:, k] - free) / ((k + 1) * (k + 2))
@@ -145,9 +148,17 @@ def reference_motion(
     if not np.any(resonant):
         square, none = omega * omega, np.zeros((0, 2))
         table = real_and_imaginary(whole_period(steady[0, 0] * turn * phases))
-        series = np.zeros((0, _TERMS))
         return ReferenceMotion(
-            table, bound, bound * square * square, series, 0.0, none.astype(np.complex128), none, none, bound
+            steady_table=table,
+            steady_bound=bound,
+            steady_fourth=bound * square * square,
+            reference_series=np.zeros((0, _TERMS)),
+            reference_rest=0.0,
+            resonant_forcing=none.astype(np.complex128),
+            half_jump=none,
+            resonant_steady=none,
+            lasting_steady=complex(table[0, 0], table[0, 1]),
+            lasting_bound=bound,
         )
     grid = _Grid(omega, step, np.append(phases, -1.0))
     forcing = np.where(resonant[:, None], modal_forcing(oscillator, model), 0.0)
@@ -168,7 +179,8 @@ def reference_motion(
         resonant_forcing=forcing * turn,
         half_jump=np.ascontiguousarray((jump * turn).imag),
         resonant_steady=np.ascontiguousarray((resonant_steady * turn).imag),
-        lasting_bound=lasting,
+        lasting_steady=complex(lasting * turn),
+        lasting_bound=abs(lasting),
     )
 
 
@@ -176,7 +188,7 @@ def _boundaries(modes: dict[int, _ResonantMode], steady: complex, grid: _Grid, t
     """Return `CellProblem.steady_table` with resonant modes; the second half period mirrors the first."""
     place, velocity = steady * grid.phases, 1j * grid.omega * steady * grid.phases
     for mode in modes.values():
-        place, velocity = place + mode.y, velocity + mode.slope
+        place, velocity = place + mode.place, velocity + mode.slope
     half = np.stack([(velocity * turn).imag / grid.omega, (place * turn).imag], axis=1)
     return np.concatenate([half, -half[1:]])
 
@@ -188,9 +200,9 @@ def _lasting(
     omega: float,
     resonant: Booleans,
     output_row: Floats,
-) -> tuple[Complexes, float]:
+) -> tuple[Complexes, complex]:
     """Return the steady amplitudes of the resonant modes at phase 0, and the amplitude of mass 1 with all modes."""
     if np.any(model.undamped):
-        return np.zeros((0, 2), dtype=np.complex128), math.inf
+        return np.zeros((0, 2), dtype=np.complex128), complex(math.inf)
     amplitudes = np.where(resonant[:, None], modal_steady(oscillator, model, omega), 0.0)
-    return amplitudes, float(abs(steady + np.sum(amplitudes * output_row[:, :2])))
+    return amplitudes, complex(steady + np.sum(amplitudes * output_row[:, :2]))

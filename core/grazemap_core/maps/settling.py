@@ -126,10 +126,7 @@ class Settler:
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
         )
         model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
-        # the equations of verification contain the steady motions of all modes
-        verifiable = self._blocks.verifiable and problem.reference_series.size == 0
-        blocks = self._blocks._replace(verifiable=verifiable)
-        settle_column(self._masses, Column(model, blocks, task, results, **self._scratch))
+        settle_column(self._masses, Column(model, self._blocks, task, results, **self._scratch))
         shape = (len(clearances), len(scaled))
         codes, figures = (
             results.codes.reshape(*shape, lane_state.CODES),

@@ -35,11 +35,11 @@ RESONANCE_ROUNDING: Final = 1e-6
 """Round-off of the steady motion of mass 1, in units of the clearance, above which motions are unresolved: states are
 relative to the steady motion, which is unbounded toward a resonance without damping."""
 
-RESONANT_GAIN: Final = 1e3
+RESONANT_GAIN: Final = 30.0
 """Steady motion of a mode, in units of its response within half a forcing period, above which it is resonant.
 
-A smaller steady motion costs at most three digits, so that impact times have errors of 1e-13 periods. A mode with a
-damping ratio above 1/(2 pi RESONANT_GAIN) = 1.6e-4 is never resonant.
+The rounding of a smaller steady motion adds no more to the error of impact times than that of the inputs does. A mode
+with a damping ratio above 1/(2 pi RESONANT_GAIN) = 0.0053 is never resonant.
 """
 
 HELD_RESONANT_GAIN: Final = 1e6

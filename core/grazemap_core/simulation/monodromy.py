@@ -10,7 +10,7 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.kernels.cells import bounds, lasting_reach
+from grazemap_core.contact.kernels.cells import reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever
 from grazemap_core.contact.kernels.workspace import ANCHOR
 from grazemap_core.errors import LinearisationError
@@ -136,8 +136,8 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     for _ in range(2 * max_periods):
         run.advance(1, nothing)
         period_detection.record_half_period(ring, run.halves, run.state, run.work)
-        reach, _ = bounds(problem, run.state)
-        if is_free_for_ever(problem, lasting_reach(problem, run.state, run.halves), int(run.work.cursor[ANCHOR]), run.clearance):
+        reach = reach_from(problem, run.state, run.halves, run.clearance)
+        if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), run.clearance):
             reason, period = codes.RESOLVED, 1
         else:
             halves = run.halves

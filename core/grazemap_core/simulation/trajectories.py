@@ -11,7 +11,7 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.kernels.cells import bounds, forced_part, lasting_reach
+from grazemap_core.contact.kernels.cells import forced_part, reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
 from grazemap_core.contact.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, RECORD_FULL, ROWS, TIME, UNDECIDED
 from grazemap_core.model.harmonic_response import hidden_by_rounding
@@ -274,8 +274,8 @@ def _motion(chain: ForcedChain, run: Start, ring: StroboscopicHistory, halves: i
     problem, clearance = run.problem, chain.clearance
     if hidden_by_rounding(problem.steady_bound, np.array([clearance]))[0]:
         return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
-    reach, _ = bounds(problem, run.u)
-    if is_free_for_ever(problem, lasting_reach(problem, run.u, halves), int(run.work.cursor[ANCHOR]), clearance):
+    reach = reach_from(problem, run.u, halves, clearance)
+    if is_free_for_ever(problem, reach, int(run.work.cursor[ANCHOR]), clearance):
         return motion_from_codes(codes.RESOLVED, 1, -1, -1, True, False)
     reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
         problem, ring, 0, halves, max_period, clearance, halves, reach

@@ -67,8 +67,10 @@ class CellProblem(NamedTuple):
         Their response at the end of the first half period.
     resonant_steady : (N, 2) or (0, 2)
         Their steady motion at t = 0.
+    lasting_steady : complex
+        G exp(i phase) at t = 0, with all modes; infinite if a mode is resonant and undamped.
     lasting_bound : float
-        Amplitude of the steady motion of mass 1, all modes included; infinite if there is none.
+        Its modulus.
     omega, step, restitution : float
         Forcing frequency, length of a cell, and R.
     cells : int
@@ -99,6 +101,7 @@ class CellProblem(NamedTuple):
     resonant_forcing: Complexes
     half_jump: Floats
     resonant_steady: Floats
+    lasting_steady: complex
     lasting_bound: float
     omega: float
     step: float
@@ -255,22 +258,21 @@ def bounds(problem: CellProblem, u: Floats) -> tuple[float, float]:
 
 
 @kernel
-def lasting_reach(problem: CellProblem, u: Floats, half: int) -> float:
-    """Return a bound of |x1| for all time to come without impacts, from the state at the start of a half period.
+def reach_from(problem: CellProblem, u: Floats, half: int, clearance: float) -> float:
+    """Return a bound of |x1| until the end of the half period without impacts, from the state at its start.
 
-    Without damping of a resonant mode it holds until the end of the half period.
+    A bound below the clearance holds for all time to come: then the state minus the steady motion of all modes shows
+    that no impact follows.
     """
-    if problem.lasting_bound == np.inf:
-        return bounds(problem, u)[0]
-    reach = problem.lasting_bound
+    reach, _ = bounds(problem, u)
+    if problem.resonant_forcing.shape[0] == 0:
+        return reach
     sign = 1.0 if half % 2 == 0 else -1.0
-    for j in range(u.shape[0]):
-        first, second = u[j, 0], u[j, 1]
-        if problem.resonant_steady.shape[0] > 0:
-            first -= sign * problem.resonant_steady[j, 0]
-            second -= sign * problem.resonant_steady[j, 1]
-        reach += problem.reach[j] * (problem.frequency[j] * abs(first) + abs(second))
-    return reach
+    lasting = problem.lasting_bound
+    for j in range(problem.resonant_steady.shape[0]):
+        first, second = u[j, 0] - sign * problem.resonant_steady[j, 0], u[j, 1] - sign * problem.resonant_steady[j, 1]
+        lasting += problem.reach[j] * (problem.frequency[j] * abs(first) + abs(second))
+    return lasting if lasting < clearance else max(reach, clearance)
 
 
 @kernel

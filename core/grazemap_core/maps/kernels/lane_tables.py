@@ -29,9 +29,9 @@ HERMITE_DIVISOR = 384.0
 
 # entries of `scalars`
 STEP, RESTITUTION, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH, MARGIN = 0, 1, 2, 3, 4, 5, 6, 7
-"""Length h of a cell; R; C_11/m_1; bounds of the reference motion, and of h^4/384 times its fourth derivative; contributions of a unit of
-velocity given to mass 1 to the bounds of |x1| and of h^4/384 |x1''''|; round-off of a gap relative to the sum of its
-terms."""
+"""Length h of a cell; R; C_11/m_1; bounds of the reference motion, and of h^4/384 times its fourth derivative;
+contributions of a unit of velocity given to mass 1 to the bounds of |x1| and of h^4/384 |x1''''|; round-off of a gap
+relative to the sum of its terms."""
 SCALARS = 8
 
 

@@ -27,8 +27,7 @@ from grazemap_core.contact.kernels.cells import (
     first_acceleration,
     first_mass,
     flow_state,
-    forced_part,
-    lasting_reach,
+    reach_from,
     reference_at,
     reference_at_half,
 )
@@ -202,7 +201,7 @@ def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: in
         group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
     group.even[2 * blocks * LANES + lane] = x
     group.even[(2 * blocks + 1) * LANES + lane] = v
-    group.reach[lane] = lasting_reach(problem, u, half)
+    group.reach[lane] = reach_from(problem, u, half, group.clearance[lane])
     group.limit[lane] = _limit(problem, u, group.clearance[lane])
 
 
@@ -638,7 +637,7 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
             for j in range(u.shape[0]):
                 u[j, 0] = group.even[2 * j * LANES + lane]
                 u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-            group.reach[lane] = lasting_reach(model.problem, u, half + 1)
+            group.reach[lane] = reach_from(model.problem, u, half + 1, group.clearance[lane])
 
 
 @kernel

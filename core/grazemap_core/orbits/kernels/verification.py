@@ -160,7 +160,7 @@ def _not_verified(reason: int) -> Verification:
 @kernel
 def unit_of_speeds(problem: CellProblem, clearance: float) -> float:
     """Return the unit of displacements; that of velocities is omega times it."""
-    return max(problem.steady_bound, clearance)
+    return max(problem.lasting_bound, clearance)
 
 
 @kernel
@@ -462,8 +462,8 @@ def _orbit_problem(
         scratch.periodic_impulse,
         scratch.unused,
         scratch.unused,
-        problem.steady_table[0, 0] / unit,
-        problem.steady_table[0, 1] / unit,
+        problem.lasting_steady.real / unit,
+        problem.lasting_steady.imag / unit,
         0.0,
         0.0,
         problem.omega,

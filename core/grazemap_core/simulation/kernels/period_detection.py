@@ -266,6 +266,8 @@ def mean_section(
 ) -> tuple[float, float]:
     """Return the mean position and velocity of mass 1, minus its steady motion, at phase 0 of the forcing.
 
+    The steady motion is that of all modes but undamped resonant ones.
+
     The mean is over the last `period` forcing periods; it distinguishes motions with the same name.
     """
     size = ring.min_speed.shape[0]
@@ -274,6 +276,9 @@ def mean_section(
         row = (k - i) % size
         for j in range(problem.output_row.shape[0]):
             a, b = ring.states[row, 2 * j, lane], ring.states[row, 2 * j + 1, lane]
+            if problem.resonant_steady.shape[0] > 0:
+                a -= problem.resonant_steady[j, 0]
+                b -= problem.resonant_steady[j, 1]
             x += problem.output_row[j, 0] * a + problem.output_row[j, 1] * b
             v += problem.output_row[j, 2] * a + problem.output_row[j, 3] * b
     return x / period, v / period
