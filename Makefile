@@ -40,6 +40,12 @@ run: $(RUN_STAMP)  ## compute the paper's grazing curve, codimension-two points 
 reproduce: $(RUN_STAMP)  ## compute the paper's figures, numbers and motions again, into docs/reproduction.md (five minutes)
 	$(BIN)/python -m examples.reproduce
 
+resonance: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+resonance: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+resonance: export PYTHONPATH = .
+resonance: $(STAMP)  ## the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
+	$(BIN)/python tests/resonance.py 50
+
 borders: $(RUN_STAMP)  ## compute unfolding diagrams with every border explained, into out/ (five minutes)
 	$(BIN)/python examples/unfolding_borders.py
 

@@ -30,6 +30,7 @@ TARGETS = (
     "pictures",
     "hardware",
     "verify",
+    "resonance",
     "borders",
     "reproduce",
     "bench-quick",

@@ -200,7 +200,7 @@ def test_round_off_does_not_move_the_final_state_beyond_a_stop() -> None:
         v = rng.uniform(-1.0, 1.0, 3)
         run = start(chain, State(np.array([1.6, *rng.uniform(-2.0, 2.0, 2)]), np.array([-abs(v[0]), *v[1:]]), 0.3))
         run.work.cursor[ANCHOR] = 0  # as on the way to a stop: the place comes from the blocks alone
-        raw = float((run.held.from_free @ run.u.ravel())[0] + run.steady[0].imag)
+        raw = float((run.held.from_free @ run.u.ravel())[0] + run.steady[0, 0].imag)
         beyond += raw > 1.6
         assert state_at(chain, run, 0.3).displacement[0] == min(raw, 1.6)
     assert beyond > 0

@@ -73,14 +73,14 @@ def cell_problem(
     models : HeldModel
         From `trajectory_models`.
     steady : complex, shape (2, N)
-        From `reference_response`: amplitudes of the displacements, and of the velocities divided by i omega. (N,) if
-        both are equal. The motion is ``Im(steady exp(i (omega t + phase)))``.
+        From `reference_response`: amplitudes of the displacements, and of the velocities divided by i omega; the motion
+        is ``Im(steady exp(i (omega t + phase)))``. Or (N,), the steady motion of all modes: then none is resonant.
     omega : float
         Forcing frequency.
     phase : float
         Forcing phase at t = 0.
     """
-    model, steady = models.free, displacement_and_velocity(steady)
+    model = models.free
     count = model.size
     cells = cells_per_period([model] if models.held is None else [model, models.held], omega)
     step = cell_length(omega, cells)
@@ -118,7 +118,7 @@ def cell_problem(
         chatter_impacts=tolerances.COMPLETE_CHATTERS * followed_chatter_impacts(models.oscillator.restitution, cells),
         damped=not bool(np.any(model.undamped)),
     )
-    return problem, held_problem(models, steady, omega, cells, phase)
+    return problem, held_problem(models, np.broadcast_to(steady, (2, count)), omega, cells, phase)
 
 
 def at_phase(
@@ -128,7 +128,6 @@ def at_phase(
 
     Mass 1 does not rest. Arrays that kernels change in place are new.
     """
-    steady = displacement_and_velocity(steady)
     reference = reference_motion(
         models.oscillator, models.free, steady, problem.omega, problem.step, problem.cells, phase, problem.output_row
     )
@@ -136,11 +135,6 @@ def at_phase(
         problem._replace(**reference._asdict()),
         held_at_phase(held, models, problem.omega, problem.cells, phase),
     )
-
-
-def displacement_and_velocity(steady: Complexes) -> Complexes:
-    """Return amplitudes of displacements, and of velocities divided by i omega, (2, N); (N,) if both are equal."""
-    return np.broadcast_to(steady, (2, steady.shape[-1]))
 
 
 def followed_chatter_impacts(restitution: float, cells: int) -> float:
@@ -181,6 +175,6 @@ def free_state(
 
     `steady` is that of `cell_problem`; resonant modes are at rest in the reference motion at this moment.
     """
-    at_phase = displacement_and_velocity(steady) * np.exp(1j * phase)
+    at_phase = np.broadcast_to(steady, (2, model.size)) * np.exp(1j * phase)
     rest = np.concatenate([displacement - at_phase[0].imag, velocity - omega * at_phase[1].real])
     return np.ascontiguousarray((model.to_modal @ rest).reshape(model.size, 2))

@@ -132,8 +132,8 @@ def reference_motion(
     ----------
     model : ModalModel
         That of the oscillator.
-    steady : complex (2, N)
-        From `reference_response`.
+    steady : complex (2, N) or (N,)
+        As in `cell_problem`.
     step : float
         Length of a cell.
     cells : int
@@ -143,11 +143,12 @@ def reference_motion(
     output_row : (N, 4)
         As in `CellProblem`.
     """
-    resonant = resonant_modes(model, omega) & bool(np.any(oscillator.forcing))
-    bound, turn, phases = float(abs(steady[0, 0])), np.exp(1j * phase), half_period_phases(cells)
+    resonant = resonant_modes(model, omega) & bool(steady.ndim == 2 and np.any(oscillator.forcing))
+    first = complex(steady.ravel()[0])
+    bound, turn, phases = abs(first), np.exp(1j * phase), half_period_phases(cells)
     if not np.any(resonant):
         square, none = omega * omega, np.zeros((0, 2))
-        table = real_and_imaginary(whole_period(steady[0, 0] * turn * phases))
+        table = real_and_imaginary(whole_period(first * turn * phases))
         return ReferenceMotion(
             steady_table=table,
             steady_bound=bound,
@@ -164,14 +165,14 @@ def reference_motion(
     forcing = np.where(resonant[:, None], modal_forcing(oscillator, model), 0.0)
     modes = {j: _ResonantMode.of(model, j, forcing[j], output_row[j], grid) for j in np.flatnonzero(resonant).tolist()}
     bounds = [bound * omega**k + sum(mode.bound(k, omega) for mode in modes.values()) for k in (0, 4, _TERMS)]
-    series = grid.series(steady[0, 0] * phases) + sum(mode.series(grid) for mode in modes.values())
+    series = grid.series(first * phases) + sum(mode.series(grid) for mode in modes.values())
     jump = np.zeros(forcing.shape, dtype=np.complex128)
     for j, mode in modes.items():
         jump[j] = mode.states[-1]
-    resonant_steady, lasting = _lasting(oscillator, model, steady[0, 0], omega, resonant, output_row)
+    resonant_steady, lasting = _lasting(oscillator, model, first, omega, resonant, output_row)
     series = (series * turn).imag
     return ReferenceMotion(
-        steady_table=_boundaries(modes, steady[0, 0], grid, turn),
+        steady_table=_boundaries(modes, first, grid, turn),
         steady_bound=bounds[0],
         steady_fourth=bounds[1],
         reference_series=np.concatenate([series, -series]),
@@ -179,7 +180,7 @@ def reference_motion(
         resonant_forcing=forcing * turn,
         half_jump=np.ascontiguousarray((jump * turn).imag),
         resonant_steady=np.ascontiguousarray((resonant_steady * turn).imag),
-        lasting_steady=complex(lasting * turn),
+        lasting_steady=complex(lasting * turn) if math.isfinite(abs(lasting)) else lasting,
         lasting_bound=abs(lasting),
     )
 

@@ -1,0 +1,141 @@
+"""Motions at a resonance without damping, or with hardly any, and beside one."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from flint import arb
+from oracles import digits
+from resonance import compare, exact_impacts, random_case
+from sticking_oracle import StickingOracle
+
+from grazemap_core.maps.basins import Coordinate, basin_tile
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.kernels.forced_flow import response_from_rest
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.trajectories import trajectory
+
+UNDAMPED = Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8)
+OMEGAS = (1.0, 1.0 + 1e-13, 1.0 + 1e-9, 1.1)
+
+
+@pytest.mark.parametrize("decay", [0.0, 1e-12, 1e-3, 0.3])
+@pytest.mark.parametrize("offset", [0.0, 1e-15, 1e-9, -1e-4, 0.1, -0.9])
+def test_the_response_from_rest_is_accurate_at_any_distance_from_resonance(decay: float, offset: float) -> None:
+    discriminant, omega = 1.3, math.sqrt(1.3) + offset
+    for t in (1e-3, 0.7, 3.0, 40.0):
+        with mp.workdps(50):
+            z = mp.mpc(-decay, mp.sqrt(mp.mpf(discriminant)))
+            w = mp.mpc(0, omega)
+            near, far = ((mp.exp(w * t) - mp.exp(y * t)) / (w - y) for y in (z, mp.conj(z)))
+            exact = (near - far) / (z - mp.conj(z)), (z * near - mp.conj(z) * far) / (z - mp.conj(z))
+        for found, value in zip(response_from_rest(decay, discriminant, omega, t), exact, strict=True):
+            assert abs(found - complex(value)) <= 1e-15 * (1.0 + t) * t
+
+
+# one mass at resonance; three masses, all impacts predictable; three masses that grow apart
+@pytest.mark.parametrize("seed", [0, 44, 2])
+def test_impacts_are_those_of_sixty_digits(seed: int) -> None:
+    case = random_case(seed)
+    exact, changes = exact_impacts(case)
+    for lockstep in (False, True):
+        outcome = compare(case, lockstep, exact, changes)
+        assert (outcome.wrong, outcome.grazes) == (0, 0)
+        assert outcome.compared >= 30
+
+
+@pytest.mark.parametrize("omega", OMEGAS)
+def test_mass_one_stays_between_the_stops(omega: float) -> None:
+    result = trajectory(UNDAMPED, omega, 1.0, periods=50, samples_per_period=64)
+    assert np.max(np.abs(result.displacement)) <= 1.0 + 1e-14
+    assert result.undecided == 0
+    assert result.motion.kind == "periodic"
+
+
+def test_free_motion_at_resonance_grows_as_in_the_closed_form_and_can_be_continued() -> None:
+    # from rest (sin t - t cos t)/2
+    whole = trajectory(UNDAMPED, 1.0, 1e6, periods=50, samples_per_period=32)
+    t = 2.0 * np.pi / 32 * np.arange(50 * 32 + 1)
+    s, c = np.sin(2.0 * np.pi / 32 * (np.arange(len(t)) % 32)), np.cos(2.0 * np.pi / 32 * (np.arange(len(t)) % 32))
+    np.testing.assert_allclose(whole.displacement[0], (s - t * c) / 2.0, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(whole.velocity[0], t * s / 2.0, rtol=0, atol=1e-13)
+    first = trajectory(UNDAMPED, 1.0, 1e6, periods=20, samples_per_period=1).final
+    assert first is not None
+    later = trajectory(UNDAMPED, 1.0, 1e6, first.displacement, first.velocity, first.phase, 30, samples_per_period=32)
+    np.testing.assert_allclose(later.displacement[0], whole.displacement[0, 20 * 32 :], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-12, [1e-12, 3e-12, 0.0]])
+def test_samples_agree_with_sixty_digits(damping: float | list[float]) -> None:
+    oscillator = Oscillator.create([1.0, 2.0, 1.5], [1.0, 1.5, 0.7], damping, [1.0, 0.3, 0.2], 0.7)
+    omega = math.sqrt(modal_model(oscillator).frequency_squared[1])
+    found = trajectory(oscillator, omega, 2.5, periods=4, samples_per_period=8)
+    exact = StickingOracle.of(oscillator, omega, 2.5)
+    exact.run(10**6, float(found.time[13]))
+    x, v = exact.state_at(float(found.time[13]))
+    assert len(exact.times) > 0
+    with digits():
+        errors = [
+            abs(float(a - arb(float(b))))
+            for a, b in zip([*x, *v], [*found.displacement[:, 13], *found.velocity[:, 13]], strict=True)
+        ]
+    assert max(errors) <= 1e-13
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3])
+def test_rests_and_releases_at_resonance(restitution: float) -> None:
+    oscillator = Oscillator.create([1.0, 2.0], [1.0, 1.5], 0.0, [1.0, 0.3], restitution)
+    omega = math.sqrt(modal_model(oscillator).frequency_squared[0])
+    found = trajectory(oscillator, omega, 0.4, periods=6, samples_per_period=1)
+    exact = StickingOracle.of(oscillator, omega, 0.4)
+    exact.run_to_releases(4, float(found.time[-1]))
+    assert len(exact.releases) >= 3
+    count = min(len(exact.releases), len(found.sticking.start))
+    assert count >= 3
+    with digits():
+        for k in range(count):
+            assert abs(float(exact.rests[k] - arb(found.sticking.start[k]))) <= 1e-11
+            assert abs(float(exact.releases[k] - arb(found.sticking.stop_time[k]))) <= 1e-11
+
+
+def test_maps_and_basins_are_continuous_through_a_resonance() -> None:
+    clearances = np.array([0.5, 1.0, 1.7])
+    arrays = unfolding_map_tile(UNDAMPED, np.array(OMEGAS[:3]), clearances, max_periods=300)
+    assert np.all(arrays["kind"] == 1)
+    for name in ("period", "impacts_right", "impacts_left", "symmetric"):
+        assert np.all(arrays[name] == arrays[name][:, :1])
+    np.testing.assert_allclose(arrays["multiplier"], arrays["multiplier"][:, :1] + np.zeros(3), rtol=1e-6)
+    basin = basin_tile(
+        UNDAMPED,
+        1.0,
+        1.0,
+        Coordinate("displacement", 1, np.array([-0.5, 0.5])),
+        Coordinate("velocity", 1, np.array([-0.5, 0.5])),
+        max_periods=300,
+    )
+    assert np.all(basin["kind"] == 1)
+
+
+def test_volumes_shrink_by_the_restitution_alone() -> None:
+    orbit = monodromy(UNDAMPED, 1.0, 1.0, max_periods=300)
+    assert orbit.closing < 1e-12
+    assert np.linalg.det(orbit.matrix) == pytest.approx(0.8**4, rel=1e-11)
+
+
+def test_with_little_damping_the_steady_motion_is_known_and_other_orbits_are_verified() -> None:
+    oscillator = Oscillator.create([1.0], [1.0], 1e-3, [1.0], 0.8)
+    amplitude = float(abs(forced_response(oscillator, np.array([1.0]))[0, 0]))
+    clearances = np.array([1.0, 0.9 * amplitude, 2.5 * amplitude])
+    arrays = unfolding_map_tile(oscillator, np.array([1.0]), clearances, max_periods=3000)
+    assert np.all(arrays["kind"] == 1)
+    assert np.all(arrays["verified"])
+    assert arrays["impacts_right"][:, 0].tolist() == [1, 1, -1]
+    # the rate at which all free motions decay
+    assert arrays["lyapunov"][2, 0] == pytest.approx(-2.0 * math.pi * 1e-3, rel=1e-12)
+    assert trajectory(oscillator, 1.0, float(clearances[2]), periods=1).motion.impacts_right == -1
