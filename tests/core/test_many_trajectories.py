@@ -60,7 +60,7 @@ def test_each_result_has_the_bytes_that_it_has_alone(seed: int | None) -> None:
 
 
 def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    calls = {"trajectory_models": 0, "cell_problem": 0, "forced_response": 0}
+    calls = {"trajectory_models": 0, "cell_problem": 0, "reference_response": 0}
     for name in calls:
 
         def counted(*arguments: object, name: str = name, whole: object = getattr(start, name)) -> object:
@@ -69,7 +69,7 @@ def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPa
 
         monkeypatch.setattr(start, name, counted)
     assert len(list(trajectories(DEFAULT, 0.29, 1.6, states(DEFAULT, 1.6, 6)))) == 6
-    assert calls == {"trajectory_models": 1, "cell_problem": 1, "forced_response": 1}
+    assert calls == {"trajectory_models": 1, "cell_problem": 1, "reference_response": 1}
 
 
 @pytest.mark.parametrize("size", [1, 3])
