@@ -33,7 +33,7 @@ PROPORTIONAL_SPREAD: Final = 2.0 * EPSILON
 
 RESONANCE_ROUNDING: Final = 1e-6
 """Round-off of the steady motion of mass 1, in units of the clearance, above which motions are unresolved: states are
-relative to the steady motion, which is unbounded toward a resonance without damping."""
+relative to it, or with resonant modes to the response of half a period."""
 
 RESONANT_GAIN: Final = 30.0
 """Steady motion of a mode, in units of its response within half a forcing period, above which it is resonant.
