@@ -124,6 +124,11 @@ verify: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 digits (ten minutes)
 	$(BIN)/python tests/verified_points.py 1000
 
+beside-borders: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+beside-borders: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+beside-borders: $(STAMP)  ## verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
+	$(BIN)/python tests/beside_borders.py 300 300
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

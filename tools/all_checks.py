@@ -31,6 +31,7 @@ TARGETS = (
     "hardware",
     "verify",
     "resonance",
+    "beside-borders",
     "borders",
     "reproduce",
     "bench-quick",

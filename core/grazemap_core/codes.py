@@ -37,6 +37,8 @@ NOT_STABLE = 14
 """A multiplier lies on the unit circle or too close to it."""
 NOT_DISTINCT = 15
 """The orbit is too close to one of a smaller period, or to its mirror image."""
+NOT_CAPTURED = 16
+"""The orbit is verified, but it is not shown that the trajectory converges to it."""
 
 INFINITE = -2
 """In place of a number of impacts: infinitely many."""

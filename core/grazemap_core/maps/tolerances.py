@@ -48,6 +48,9 @@ for. It counts only if it is verified."""
 APPROACH_RETRY: Final = 1e-2
 """Factor on APPROACH after an orbit was not verified."""
 
+CAPTURE_RETRY: Final = 0.5
+"""Share of the distance at which an orbit captures a trajectory, to leading order, at which this is tried again."""
+
 COARSEST_SPACING: Final = 8
 """Spacing of an adaptive map's first lattice, in steps of the grid, a power of 2: at least one point in 64 is computed.
 A region between two lines of the lattice is found only if points next to it are computed for another reason."""

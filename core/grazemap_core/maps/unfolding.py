@@ -65,7 +65,8 @@ def unfolding_map_tile(
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
-        periodic but not verified), verified (bool: `verification.verify` confirms the periodic orbit), period,
+        periodic but not verified), verified (bool: `verification.verify` confirms the periodic
+        orbit, and that it captures the trajectory), period,
         impacts_right, impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in
         complete chatter; all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in
         the period), multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov

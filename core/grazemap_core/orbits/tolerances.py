@@ -69,3 +69,18 @@ the same: two for the two parts, and twice that for the round-off of the compari
 MAX_STABLE_MODULUS: Final = 1.0 - 1e-6
 """Maximum modulus of the multipliers of an orbit that is verified to be stable. Two multipliers that coincide are
 accurate only to the square root of round-off, 1e-8, and the bound leaves a hundred times that."""
+
+CAPTURE_MARGIN: Final = 0.35
+"""Contraction of the norm in which a trajectory is captured: this share of the way from the largest multiplier to 1.
+The rest is left to terms of second order; a smaller share distorts the norm."""
+
+NORM_DOUBLINGS: Final = 40
+"""Maximum number of doublings of the sum that is that norm. Powers decay after about log2(10 / (1 - multiplier)) of
+them, which is 24 for the largest multiplier that counts as stable; matrices far from normal need some more."""
+
+CAPTURE_TRIALS: Final = 8
+"""Maximum number of radii for which a ball is carried over a return; the ratios are proportional to the radius, so the
+second one or the third one captures."""
+
+CAPTURE_SHARE: Final = 0.9
+"""The next radius, in units of that which captures to leading order."""

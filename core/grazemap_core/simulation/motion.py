@@ -47,6 +47,9 @@ REASONS: Final[dict[int, str]] = {
     "Remedy: compute its branch, which locates the bifurcation.",
     codes.NOT_DISTINCT: "the orbit is too close to one of a smaller period, or to its own mirror image. "
     "Remedy: compute its branch, which locates the period doubling or the symmetry breaking.",
+    codes.NOT_CAPTURED: "arrival-slow: the orbit is verified, but within the periods simulated the trajectory did not "
+    "come so close to it that it certainly stays there. Remedy: simulate more periods (max_periods); beside a graze or "
+    "a bifurcation, move away from it.",
 }
 """Why a motion is unresolved, or is periodic but not verified, and what to do; the key is the code."""
 

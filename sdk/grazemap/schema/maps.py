@@ -31,7 +31,10 @@ def _of_plane(one: Field, **more: object) -> Field:
     return one.in_result(dims=PLANE, **more)
 
 
-_VERIFIED = _of_plane(VERIFIED, when=_FULL)
+_CAPTURED = VERIFIED.in_result(
+    description="The orbit is isolated, admissible and stable, with the minimum period, and it captures the trajectory."
+)
+_VERIFIED = _of_plane(_CAPTURED, when=_FULL)
 _FIGURES = (
     field(
         "multiplier",
@@ -80,14 +83,14 @@ _FIGURES = (
         dtype="int32",
         when=_ENSEMBLE,
     ),
-    VERIFIED,
+    _CAPTURED,
 )
 AT_COMPUTED = Record(
     "FiguresAtComputedPoints",
     "The values at the computed points of an adaptive map, in the order of the rows of `computed`.",
     (
         *(one.in_result(dims=("computed_point",)) for one in _FIGURES),
-        deprecated("certified", VERIFIED.in_result(dims=("computed_point",))),
+        deprecated("certified", _CAPTURED.in_result(dims=("computed_point",))),
     ),
 )
 

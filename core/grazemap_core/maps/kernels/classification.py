@@ -7,7 +7,7 @@ A lane is in one of four states, and changes it as follows:
     SETTLING            only the half periods that the measurement of growth takes are  GROWING
                         left
     SETTLING, GROWING   the trajectory ended early, or no contact is possible any more  finished
-    SETTLING, GROWING   its orbit is verified                                           finished
+    SETTLING, GROWING   its orbit is verified, and captures it or cannot be shown to    finished
     SETTLING, GROWING   its motion is named by its returns, but not verified            REPEATING
                           the same, and no multiplier is wanted                         finished
     SETTLING, GROWING   it was the last half period                                     finished
@@ -17,8 +17,8 @@ A lane is in one of four states, and changes it as follows:
 
 SETTLING
     The lane runs until its returns identify a periodic motion (`period_detection`). When its returns approach an orbit,
-    the orbit is solved for (`verification`). If it is not verified, the lane runs on, and the next attempt is made
-    closer to the orbit.
+    the orbit is solved for (`verification`). If it is not verified, or does not capture the lane yet (`capture`), the
+    lane runs on, and the next attempt is made closer to the orbit.
 GROWING
     As SETTLING, but two small changes of the state are propagated along the lane (`lane_tangents`). If the motion is
     not named in the end, it is classified by their growth (`lyapunov`).
@@ -39,6 +39,7 @@ from grazemap_core.codes import (
     GRAZE_UNRESOLVED,
     GROWTH_UNDECIDED,
     INFINITE,
+    NOT_CAPTURED,
     NOT_CLOSED,
     RESOLVED,
     STICKS,
@@ -59,7 +60,7 @@ from grazemap_core.maps.kernels.lane_tangents import (
 )
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import RESTING
-from grazemap_core.maps.tolerances import APPARENT, APPROACH_RETRY, HALF_PERIOD_EVENTS, SETTLING_IMPACTS
+from grazemap_core.maps.tolerances import APPARENT, APPROACH_RETRY, CAPTURE_RETRY, HALF_PERIOD_EVENTS, SETTLING_IMPACTS
 from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain
 from grazemap_core.orbits.kernels.verification import (
     Verification,
@@ -70,8 +71,8 @@ from grazemap_core.orbits.kernels.verification import (
     verify,
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
-from grazemap_core.simulation.kernels.period_detection import detect_period, mean_section, orbit_nearby
-from grazemap_core.simulation.tolerances import CLOSING_GOAL, LIMIT_DISTANCE
+from grazemap_core.simulation.kernels.period_detection import detect_period, mean_section, orbit_nearby, separation
+from grazemap_core.simulation.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIMIT_DISTANCE
 
 NamedMotion = tuple[int, int, int, int, bool, float, bool]
 """Reason, period, impacts on both stops, symmetric, minimum speed, sticking: as `period_detection.detect_period`."""
@@ -148,9 +149,11 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
     if closed or last:
         motion = detect_period(problem, column.history, lane, k, task.max_period, clearance, halves, reach)
     if motion[0] == RESOLVED:
-        return _classify_named(column, lane, k, motion)
+        return _classify_named(column, lane, k, motion, last)
     if not last:
         return _classify_approach(column, lane, k, returned)
+    if _classify_near_orbit(column, lane, k):
+        return True
     _write_motion(codes, figures, motion, -1, RESOLVED)
     if task.growth_halves > 0:
         _write_growth(column, codes, figures, lane)
@@ -159,27 +162,69 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
 
 @kernel
 def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool:
-    """Verify the orbit that a lane approaches, if there is one. Returns whether it is verified."""
+    """Verify the orbit that a lane approaches, if there is one. Returns whether the lane is captured by it."""
     problem, group = column.model.problem, column.group
-    counts, sizes = column.records.counts[lane], column.records.sizes[lane]
-    sought = column.blocks.verifiable and sizes[lane_state.RETURN_GOAL] > CLOSING_GOAL
+    sizes = column.records.sizes[lane]
+    sought = column.blocks.verifiable and sizes[lane_state.RETURN_GOAL] != CLOSING_GOAL
     if not (sought and returned > 0 and group.regime[lane] != RESTING):
         return False
     distance = orbit_nearby(problem, column.history, lane, k, returned, column.task.max_period, group.clearance[lane])
     if not np.isfinite(distance):
         return False
     verified = _verify(column, lane, k, returned, max(distance, LIMIT_DISTANCE))
-    if verified.reason == RESOLVED:
-        trajectory = counts[lane_state.TRAJECTORY]
-        codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
-        _write_verified(codes, figures, verified, (k - counts[lane_state.STARTED] + 1) // 2)
+    if verified.reason != RESOLVED:
+        sizes[lane_state.RETURN_GOAL] = max(APPROACH_RETRY * sizes[lane_state.RETURN_GOAL], CLOSING_GOAL)
+        return False
+    return _write_orbit(
+        column, lane, k, returned, verified, (k - column.records.counts[lane, lane_state.STARTED] + 1) // 2
+    )
+
+
+@kernel
+def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verification, after: int) -> bool:
+    """Write the verified orbit near a lane. Returns whether the lane is captured, or cannot be shown to be.
+
+    Otherwise the lane runs until its returns, after `length` half periods, are as much shorter as it needs.
+    """
+    counts, sizes = column.records.counts[lane], column.records.sizes[lane]
+    trajectory = counts[lane_state.TRAJECTORY]
+    codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
+    _write_verified(codes, figures, verified, after)
+    if verified.ratio < 1.0:
         return True
-    sizes[lane_state.RETURN_GOAL] = max(APPROACH_RETRY * sizes[lane_state.RETURN_GOAL], CLOSING_GOAL)
+    codes[lane_state.UNVERIFIED] = NOT_CAPTURED
+    counts[lane_state.NEAR_ORBIT] = length
+    clearance = column.group.clearance[lane]
+    now = separation(column.model.problem, column.history, lane, k, length, clearance, np.inf)
+    goal = min(CAPTURE_RETRY / verified.ratio, CAPTURE_RETRY) * now
+    if goal < CLOSING_FLOOR:  # round-off
+        if sizes[lane_state.RETURN_GOAL] <= CLOSING_GOAL:
+            return True
+        goal = CLOSING_GOAL
+    sizes[lane_state.RETURN_GOAL] = goal
     return False
 
 
 @kernel
-def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> bool:
+def _classify_near_orbit(column: Column, lane: int, k: int) -> bool:
+    """Write the orbit that a lane is near at its end, without being captured. Returns whether there is one."""
+    counts, clearance = column.records.counts[lane], column.group.clearance[lane]
+    length = counts[lane_state.NEAR_ORBIT]
+    if length == 0 or column.group.regime[lane] == RESTING:
+        return False
+    problem, max_period = column.model.problem, column.task.max_period
+    distance = orbit_nearby(problem, column.history, lane, k, length, max_period, clearance)
+    if not np.isfinite(distance):
+        return False
+    verified = _verify(column, lane, k, length, max(distance, LIMIT_DISTANCE))
+    if verified.reason != RESOLVED:
+        return False
+    _write_orbit(column, lane, k, length, verified, (k - counts[lane_state.STARTED] + 1) // 2)
+    return True
+
+
+@kernel
+def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion, last: bool) -> bool:
     """Write a motion that was named by its returns. It is verified if possible; else its multiplier is computed next.
 
     Returns whether the trajectory is finished.
@@ -198,8 +243,7 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion) -> b
         verified = _verify(column, lane, k, window, LIMIT_DISTANCE)
         unverified = verified.reason
         if unverified == RESOLVED:
-            _write_verified(codes, figures, verified, after)
-            return True
+            return _write_orbit(column, lane, k, window, verified, after) or last
     _write_motion(codes, figures, motion, after, unverified)
     _write_mean(column, codes, figures, lane, k)
     if column.task.growth_halves == 0:
@@ -222,6 +266,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     if not blocks.verifiable:
         return verify(problem, blocks, scratch, clearance, plain(0), length, distance)
     recorded = column.records.counts[lane, lane_state.EVENTS_FROM] <= k - length and rows <= events.shape[0]
+    _write_arrival(column, lane, k - length if recorded else k)
     if recorded:
         count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
     else:
@@ -233,6 +278,8 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
         count = guess_from_replay(problem, column.model.held, scratch, clearance, k, length)
     part = apparent_length(scratch, count, length, APPARENT * distance * clearance / unit_of_speeds(problem, clearance))
     if part < length:
+        if recorded:
+            _write_arrival(column, lane, k - part)
         few = (
             guess_from_record(problem, scratch, clearance, k, part, events, rows)
             if recorded
@@ -242,8 +289,20 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
         if verified.reason == RESOLVED:
             return verified
         if recorded:
+            _write_arrival(column, lane, k - length)
             count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
     return verify(problem, blocks, scratch, clearance, count, length, distance)
+
+
+@kernel
+def _write_arrival(column: Column, lane: int, k: int) -> None:
+    """Write the state of a lane after k half periods where verification looks for it."""
+    states, arrival = column.history.states, column.verification.capture.arrival
+    resonant = column.model.problem.resonant_steady
+    row = k % states.shape[0]
+    for j in range(arrival.shape[0]):
+        for c in range(2):
+            arrival[j, c] = states[row, 2 * j + c, lane] - (resonant[j, c] if resonant.shape[0] > 0 else 0.0)
 
 
 @kernel

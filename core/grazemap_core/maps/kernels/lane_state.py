@@ -48,7 +48,9 @@ TRAJECTORY, STARTED, STATE, DEADLINE = 0, 1, 2, 3
 classified in any case."""
 EVENTS_FROM = 4
 """Half period from which on the lane's events hold all its impacts."""
-COUNTS = 5
+NEAR_ORBIT = 5
+"""Half periods after which a verified orbit repeats that does not capture the lane yet; 0 for none."""
+COUNTS = 6
 
 # columns of `LaneRecords.sizes`
 FOLLOWED_IMPACTS, COUNTED_IMPACTS = 0, 1

@@ -1,9 +1,11 @@
-"""Small dense linear systems in given memory, by Gaussian elimination with partial pivoting."""
+"""Small dense matrices in given memory: products, linear systems by Gaussian elimination, Cholesky factors."""
 
 from __future__ import annotations
 
+import math
+
 from grazemap_core.arrays import Floats
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 
 
 @kernel
@@ -42,3 +44,68 @@ def eliminate(system: Floats, size: int) -> float:
                 value -= system[i, j] * system[j, column]
             system[i, column] = value / system[i, i]
     return determinant
+
+
+@fused_kernel
+def multiply(left: Floats, right: Floats, product: Floats) -> None:
+    """Write the product of two square matrices of even size into a third one.
+
+    Two rows by two columns at a time, each entry summed in order: compilers make no vectors of such sums, whose
+    preparations would cost several times as much as so small a product.
+    """
+    size = product.shape[0]
+    for row in range(0, size, 2):
+        for column in range(0, size, 2):
+            first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
+            for m in range(size):
+                above, below, one, other = left[row, m], left[row + 1, m], right[m, column], right[m, column + 1]
+                first += above * one
+                second += above * other
+                third += below * one
+                fourth += below * other
+            product[row, column], product[row, column + 1] = first, second
+            product[row + 1, column], product[row + 1, column + 1] = third, fourth
+
+
+@fused_kernel
+def add_transposed_product(left: Floats, right: Floats, total: Floats) -> None:
+    """Add ``left^T right``, which is symmetric, to a symmetric matrix of even size."""
+    size = total.shape[0]
+    for row in range(0, size, 2):
+        for column in range(0, row + 1, 2):
+            first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
+            for m in range(size):
+                above, below, one, other = left[m, row], left[m, row + 1], right[m, column], right[m, column + 1]
+                first += above * one
+                second += above * other
+                third += below * one
+                fourth += below * other
+            total[row, column] += first
+            total[row + 1, column] += third
+            total[row + 1, column + 1] += fourth
+            if column < row:
+                total[row, column + 1] += second
+                total[column + 1, row] = total[row, column + 1]
+                total[column + 1, row + 1] = total[row + 1, column + 1]
+            total[column, row] = total[row, column]
+            total[column, row + 1] = total[row + 1, column]
+
+
+@kernel
+def cholesky(matrix: Floats) -> bool:
+    """Replace a symmetric matrix by its lower Cholesky factor; return whether it is positive definite.
+
+    Only the lower triangle is read and written.
+    """
+    for row in range(matrix.shape[0]):
+        for column in range(row + 1):
+            value = matrix[row, column]
+            for m in range(column):
+                value -= matrix[row, m] * matrix[column, m]
+            if column < row:
+                matrix[row, column] = value / matrix[column, column]
+            elif value > 0.0:
+                matrix[row, row] = math.sqrt(value)
+            else:
+                return False
+    return True

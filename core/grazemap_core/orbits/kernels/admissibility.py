@@ -120,7 +120,7 @@ def _evaluate_at(problem: OrbitProblem, size: float, state: Floats, start: float
 
 
 @kernel
-def _third_derivative(problem: OrbitProblem, size: float, state: Floats) -> float:
+def third_derivative_bound(problem: OrbitProblem, size: float, state: Floats) -> float:
     """Return a bound on the third derivative of mass 1's displacement from `state` (N, 2) up to the next impact."""
     bound = 0.0
     for j in range(state.shape[0]):
@@ -303,7 +303,7 @@ def _search_cell(
     """
     at_middle, point_state, at_point = scratch.values[1], scratch.states[3], scratch.values[2]
     radius = 0.5 * (right - left)
-    third = _third_derivative(problem, size, scratch.states[1])
+    third = third_derivative_bound(problem, size, scratch.states[1])
     noise = CONTACT_ROUNDOFF * (at_middle[3] + limit)
     halve = False
     for side in range(2):

@@ -12,8 +12,8 @@ numbers allow,
 - its period is the minimum: two parts of the orbit count as the same only where the uniqueness of the solution implies
   it.
 
-That the trajectory converges to this orbit is not verified. It approached the orbit from return to return, with the
-same sequence of impacts, and the orbit is the limit of these returns.
+Whether the trajectory is captured by this orbit is decided too (`capture`): the orbit may exist and the trajectory may
+still touch a stop where the orbit only passes near it.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ from grazemap_core.orbits.kernels.admissibility import (
     contact_scratch,
     further_contact_from,
 )
+from grazemap_core.orbits.kernels.capture import CaptureScratch, capture_ratio, capture_scratch
 from grazemap_core.orbits.kernels.equations import OrbitProblem, second_derivative_bound
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
@@ -82,6 +83,7 @@ class VerificationScratch(NamedTuple):
         Fields of `OrbitProblem`; `unused` takes the place of fields that are not needed.
     shooting : Shooting
     contact : ContactScratch
+    capture : CaptureScratch
     matrix : (2 N, 2 N)
         The Floquet matrix.
     real, imaginary : (2 N,)
@@ -97,6 +99,7 @@ class VerificationScratch(NamedTuple):
     unused: Floats
     shooting: Shooting
     contact: ContactScratch
+    capture: CaptureScratch
     matrix: Floats
     real: Floats
     imaginary: Floats
@@ -121,6 +124,9 @@ class Verification(NamedTuple):
     mean_position, mean_velocity : float
         Mean displacement and velocity of mass 1, less the steady motion, at the beginnings of forcing periods, in units
         of the clearance and of omega times it.
+    ratio : float
+        Below 1: the trajectory is captured by the orbit (`capture.capture_ratio`). Otherwise the factor by which its
+        distance from the orbit has to become smaller.
     """
 
     reason: int
@@ -131,6 +137,7 @@ class Verification(NamedTuple):
     multiplier: float
     mean_position: float
     mean_velocity: float
+    ratio: float
 
 
 def verification_scratch(blocks: int) -> VerificationScratch:
@@ -146,6 +153,7 @@ def verification_scratch(blocks: int) -> VerificationScratch:
         unused=np.zeros((blocks, 2)),
         shooting=shooting(most, blocks),
         contact=contact_scratch(blocks),
+        capture=capture_scratch(most, blocks),
         matrix=np.zeros((2 * blocks, 2 * blocks)),
         real=np.zeros(2 * blocks),
         imaginary=np.zeros(2 * blocks),
@@ -154,7 +162,7 @@ def verification_scratch(blocks: int) -> VerificationScratch:
 
 @kernel
 def _not_verified(reason: int) -> Verification:
-    return Verification(reason, 0, 0, 0, math.nan, math.nan, math.nan, math.nan)
+    return Verification(reason, 0, 0, 0, math.nan, math.nan, math.nan, math.nan, math.inf)
 
 
 @kernel
@@ -405,8 +413,8 @@ def _solve(
 
 
 @kernel
-def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> float:
-    """Return the largest modulus of the Floquet multipliers; infinity where the eigenvalues are not found."""
+def _write_floquet_matrix(problem: OrbitProblem, scratch: VerificationScratch) -> None:
+    """Write the Floquet matrix before the first impact, in balanced block coordinates."""
     size = scratch.matrix.shape[0]
     for row in range(size):
         for column in range(size):
@@ -419,6 +427,13 @@ def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> 
             scratch.matrix[2 * j + 1, other] /= scale
             scratch.matrix[other, 2 * j] *= scale / frequency
             scratch.matrix[other, 2 * j + 1] *= scale
+
+
+@kernel
+def _largest_multiplier(problem: OrbitProblem, scratch: VerificationScratch) -> float:
+    """Return the largest modulus of the Floquet multipliers; infinity where the eigenvalues are not found."""
+    size = scratch.matrix.shape[0]
+    _write_floquet_matrix(problem, scratch)
     if eigenvalues(scratch.matrix, scratch.real, scratch.imaginary) != EIGENVALUES_OK:
         return math.inf
     largest = 0.0
@@ -495,24 +510,28 @@ def _slowest(stops: Floats, speeds: Floats) -> float:
 
 
 @kernel
-def _is_admissible(
+def _smallest_gap(
     problem: OrbitProblem,
     stops: Floats,
     clearance: float,
     phases: Floats,
     speeds: Floats,
     radius: float,
+    floor: float,
     scratch: VerificationScratch,
-) -> bool:
-    """Return whether every orbit within `radius` has no contact with a stop other than its impacts."""
+) -> float:
+    """Return the smallest distance from a stop at an extremum between the impacts of every orbit within `radius`.
+
+    It is positive where these orbits are admissible, and infinite where no extremum is within `floor` of a stop.
+    """
     if not _slowest(stops, speeds) > radius:
-        return False
+        return -math.inf
     _state_after_first_impact(problem, speeds, scratch)
     flow_between = scratch.shooting.flow[: phases.shape[0]]
     status, excess, _, _ = further_contact_from(
-        problem, stops, clearance, phases, speeds, -tolerances.ORBIT_FLOOR, flow_between, scratch.contact
+        problem, stops, clearance, phases, speeds, -floor, flow_between, scratch.contact
     )
-    return status == CLEAR and excess + _reach(problem, speeds, radius) < 0.0
+    return -excess - _reach(problem, speeds, radius) if status == CLEAR else -math.inf
 
 
 @kernel
@@ -542,7 +561,8 @@ def verify(
     Parameters
     ----------
     scratch : VerificationScratch
-        `stops` and `guess` are as `guess_from_record` or `guess_from_replay` leave them.
+        `stops` and `guess` are as `guess_from_record` or `guess_from_replay` leave them; `capture.arrival` is the state
+        of the trajectory from whose time on the phases of the guess count.
     count : int
         The number of impacts that they return.
     length : int
@@ -567,10 +587,29 @@ def verify(
         return _not_verified(codes.NOT_SOLVED)
     if not kantorovich <= tolerances.MAX_KANTOROVICH:
         return _not_verified(codes.NOT_ISOLATED)
-    if not _is_admissible(orbit, stops, clearance, phases, speeds, radius, scratch):
-        return _not_verified(codes.GRAZE_UNRESOLVED)
     multiplier = _largest_multiplier(orbit, scratch)
-    if not multiplier < tolerances.MAX_STABLE_MODULUS:
+    stable = multiplier < tolerances.MAX_STABLE_MODULUS
+    uncertainty = _reach(orbit, speeds, radius)
+    ratio, reach, share = math.inf, 0.0, 1.0
+    if stable:
+        _write_floquet_matrix(orbit, scratch)
+        ratio, reach, share = capture_ratio(
+            problem,
+            orbit,
+            stops,
+            phases,
+            speeds,
+            uncertainty,
+            scratch.matrix,
+            multiplier,
+            reference(scratch.shooting),
+            reference(scratch.capture),
+        )
+    floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
+    gap = _smallest_gap(orbit, stops, clearance, phases, speeds, radius, floor, scratch)
+    if not gap > 0.0:
+        return _not_verified(codes.GRAZE_UNRESOLVED)
+    if not stable:
         return _not_verified(codes.NOT_STABLE)
     # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
     uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
@@ -591,4 +630,5 @@ def verify(
         multiplier ** (1.0 / parts),
         x * unit / clearance,
         v * unit / clearance,
+        max(ratio, reach / gap) / share,
     )

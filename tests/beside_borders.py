@@ -1,0 +1,173 @@
+"""Verified points beside borders of maps, run on: `python beside_borders.py BORDERS [IN_FIFTY_DIGITS] [PROCESSES]`.
+
+Beside a border an orbit may be stable, and a trajectory near it may still leave. Borders of columns of five systems'
+maps are bisected; beside each, points at distances of 1e-8 to 1e-4 are computed. Those that are verified are run on for
+6000 periods, and some of them in 50 digits (`verified_points`). A motion and its mirror image are one answer.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from itertools import repeat
+from multiprocessing import get_context
+from typing import Any, NamedTuple
+
+import numpy as np
+from verified_points import DEFAULT, EQUAL, OTHER, Point, impacts_in_fifty_digits, verdict
+
+from grazemap_core import codes
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import REASONS
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Integers = np.ndarray[Any, np.dtype[np.int64]]
+
+PERIODS = 1000
+RUN_ON = 6000
+COLUMN = 96  # points of a column in which borders are sought
+BORDERS_OF_COLUMN = 6  # at most
+SECTIONS = 16  # of a bisection
+NARROWEST = 1e-9
+SIDE = 8  # points on either side of a border
+
+
+class System(NamedTuple):
+    """An oscillator, and a window of its map that has borders."""
+
+    oscillator: Oscillator
+    omega: tuple[float, float]
+    clearance: tuple[float, float]
+
+
+SYSTEMS = {
+    "of the paper": System(DEFAULT, (0.26, 0.30), (1.3, 2.0)),
+    "one mass": System(Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8), (0.6, 1.6), (0.2, 1.5)),
+    "two masses": System(Oscillator.create([0.9, 2.4], [5.2, 11.0], 0.01, [0.0, 25.0], 0.7), (1.6, 2.4), (1.0, 5.0)),
+    "light damping": System(Oscillator.create([1.0], [1.0], 0.01, [1.0], 0.9), (0.6, 1.6), (0.2, 1.5)),
+    "low restitution": System(Oscillator.create([1.0, 3.0], [1.0, 2.0], 0.05, [1.0, 0.0], 0.4), (0.3, 1.2), (0.3, 1.5)),
+}
+
+
+class Column(NamedTuple):
+    """One frequency of a system's map."""
+
+    settler: Settler
+    omega: float
+    steady: Any
+
+    def run(self, clearances: Floats) -> tuple[Integers, Floats]:
+        """Codes and figures of the points, from rest."""
+        at_rest = np.zeros((1, 2, self.steady.shape[0]))
+        found = self.settler.run(self.omega, self.steady, clearances, at_rest[0], at_rest)
+        return found[0][:, 0], found[1][:, 0]
+
+
+def labels(found: Integers) -> list[tuple[int, ...] | None]:
+    """Period and impacts on either stop, the fewer first; None where unresolved."""
+    names = [lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT]
+    return [
+        (int(row[names[0]]), *sorted(row[names[1:]].tolist())) if row[lane_state.REASON] == codes.RESOLVED else None
+        for row in found
+    ]
+
+
+def _border(column: Column, low: float, high: float) -> tuple[float, float]:
+    """Narrow a border between two clearances with different labels."""
+    while high - low > NARROWEST:
+        grid = np.linspace(low, high, SECTIONS + 1)
+        names = labels(column.run(grid)[0])
+        changes = [i for i in range(SECTIONS) if names[i] != names[i + 1]]
+        low, high = grid[changes[0]], grid[changes[0] + 1]
+    return low, high
+
+
+def _beside(column: Column, clearance: tuple[float, float], rng: np.random.Generator) -> tuple[int, Floats]:
+    """The number of borders of a column, and points beside them."""
+    grid = np.linspace(*clearance, COLUMN)
+    names = labels(column.run(grid)[0])
+    changes = [i for i in range(COLUMN - 1) if None not in names[i : i + 2] and names[i] != names[i + 1]]
+    points: list[float] = []
+    for i in changes[:BORDERS_OF_COLUMN]:
+        low, high = _border(column, grid[i], grid[i + 1])
+        away = 10.0 ** rng.uniform(-8, -4, SIDE)
+        points += [*(low - away), *(high + away)]
+    return len(points) // (2 * SIDE), np.sort(np.array(points))
+
+
+def points_of(name: str, borders: int, exact: int) -> tuple[Counter[str], list[Point]]:
+    """Count what the points of a system are; return verified ones to be run in 50 digits, about `exact` in number."""
+    system, rng = SYSTEMS[name], np.random.default_rng(len(name))
+    settler = Settler(system.oscillator, Settling(PERIODS, 32, linearised=False))
+    lasting = Settler(system.oscillator, Settling(RUN_ON, 32, early=False, linearised=False))
+    counts: Counter[str] = Counter()
+    sample: list[Point] = []
+    while counts["borders"] < borders:
+        omega = float(rng.uniform(*system.omega))
+        steady = forced_response(system.oscillator, np.array([omega]))[0]
+        found, clearances = _beside(Column(settler, omega, steady), system.clearance, rng)
+        counts["borders"] += found
+        if found == 0:
+            continue
+        results, figures = Column(settler, omega, steady).run(clearances)
+        resolved = results[:, lane_state.REASON] == codes.RESOLVED
+        verified = resolved & (results[:, lane_state.UNVERIFIED] == codes.RESOLVED)
+        counts["points"] += len(clearances)
+        counts["verified"] += int(verified.sum())
+        for reason in results[resolved & ~verified, lane_state.UNVERIFIED]:
+            counts[REASONS[int(reason)].partition(":")[0]] += 1
+        chosen = np.flatnonzero(verified)
+        then = labels(Column(lasting, omega, steady).run(clearances[chosen])[0]) if len(chosen) else []
+        for i, later in zip(chosen, then, strict=True):
+            point = _point(system.oscillator, omega, float(clearances[i]), results[i], figures[i])
+            counts["run on"] += later is not None
+            if later is not None and later != labels(results[i : i + 1])[0]:
+                counts[OTHER] += 1
+                print(f"{OTHER}: {point}, later {later}", flush=True)
+        if len(chosen) and len(sample) < exact:
+            i = rng.choice(chosen)
+            sample.append(_point(system.oscillator, omega, float(clearances[i]), results[i], figures[i]))
+    return counts, sample
+
+
+def _point(oscillator: Oscillator, omega: float, clearance: float, result: Integers, figures: Floats) -> Point:
+    names = lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT
+    period, right, left = (max(int(result[name]), 0) for name in names)
+    return Point(
+        oscillator,
+        omega,
+        clearance,
+        period,
+        right,
+        left,
+        bool(result[lane_state.SYMMETRIC]),
+        int(result[lane_state.SETTLED_AFTER]),
+        float(figures[lane_state.LEAST_VELOCITY]),
+        float(figures[lane_state.MULTIPLIER]),
+    )
+
+
+def in_fifty_digits(point: Point) -> str:
+    """The verdict of a run in 50 digits; a motion without impacts needs none."""
+    return verdict(point, impacts_in_fifty_digits(point)) if point.right + point.left else EQUAL
+
+
+def main(borders: int, exact: int, processes: int) -> int:
+    """Print the counts of every system, and return how many verified labels are wrong."""
+    wrong = 0
+    with get_context("spawn").Pool(processes) as pool:
+        tasks = zip(SYSTEMS, repeat(-(-borders // len(SYSTEMS))), repeat(-(-exact // len(SYSTEMS))))
+        for name, (counts, sample) in zip(SYSTEMS, pool.starmap(points_of, tasks, chunksize=1), strict=True):
+            verdicts = Counter(pool.map(in_fifty_digits, sample, chunksize=1))
+            wrong += counts[OTHER] + verdicts[OTHER]
+            print(f"{name}: {dict(counts)}; in 50 digits: {dict(verdicts)}", flush=True)
+    print(f"{wrong} verified labels are wrong")
+    return wrong
+
+
+if __name__ == "__main__":
+    given = [int(value) for value in sys.argv[1:]]
+    sys.exit(1 if main(*given, *(0, 2)[len(given) - 1 :]) else 0)

@@ -1,0 +1,134 @@
+"""Trajectories that a map names after an orbit go to that orbit."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from grazemap_core.codes import NOT_CAPTURED, RESOLVED
+from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.contact.kernels import half_period
+from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.harmonic_response import forced_response
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.kernels.verification import verify
+
+Floats = NDArray[np.float64]
+
+# Between its impacts the verified orbit 3-2r-2l passes a stop at a distance of 1e-7; the trajectory from rest comes
+# within 4e-4 of that orbit, touches the stop there, and leaves for 1-1r-1l.
+BESIDE = 0.2604494382022472, 1.7718524462135552
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+SYSTEMS = {
+    "default": (DEFAULT, (0.26, 0.30), (1.3, 2.0)),
+    "low restitution": (
+        Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.4),
+        (0.26, 0.30),
+        (1.0, 1.8),
+    ),
+    "light damping": (
+        Oscillator.create([1.0, 2.0, 3.0], [2.0, 1.0, 1.0], 0.02, [1.0, 0.0, 0.0], 0.7),
+        (0.7, 1.3),
+        (0.3, 1.5),
+    ),
+}
+
+
+@pytest.mark.parametrize("preview", [False, True])
+def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(preview: bool) -> None:
+    omega, clearance = BESIDE
+    point = unfolding_map_tile(DEFAULT, np.array([omega]), np.array([clearance]), preview=preview)
+    assert point["verified"][0, 0]
+    assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == [1, 1, 1]
+
+
+class Arrival(NamedTuple):
+    """A verified orbit near a trajectory, and what is needed to verify it again."""
+
+    settler: Settler
+    problem: Any
+    held: Any
+    clearance: float
+    length: int
+    count: int
+
+    def ratio(self, change: Floats) -> float:
+        """Of the trajectory that is moved by `change`."""
+        scratch = self.settler._scratch["verification"]
+        before = scratch.capture.arrival.copy()
+        scratch.capture.arrival[...] += change
+        found = verify(self.problem, self.settler._blocks, scratch, self.clearance, self.count, self.length, 1e6)
+        scratch.capture.arrival[...] = before
+        assert found.reason == RESOLVED
+        return float(found.ratio)
+
+
+def arrivals(name: str, number: int) -> list[Arrival]:
+    oscillator, omegas, clearances = SYSTEMS[name]
+    rng = np.random.default_rng(len(name))
+    found: list[Arrival] = []
+    while len(found) < number:
+        omega, clearance = float(rng.uniform(*omegas)), float(rng.uniform(*clearances))
+        settler = Settler(oscillator, Settling(1000, 32, linearised=False))
+        steady = forced_response(oscillator, np.array([omega]))[0]
+        at_rest = np.zeros((1, 2, oscillator.size))
+        codes = settler.run(omega, steady, np.array([clearance]), at_rest[0], at_rest)[0][0, 0]
+        impacts = np.maximum(codes[lane_state.IMPACTS_RIGHT : lane_state.IMPACTS_LEFT + 1], 0).sum()
+        if codes[lane_state.REASON] != RESOLVED or codes[lane_state.UNVERIFIED] != RESOLVED or impacts == 0:
+            continue
+        symmetric = bool(codes[lane_state.SYMMETRIC])
+        length = int(codes[lane_state.PERIOD]) * (1 if symmetric else 2)
+        problem, held = cell_problem(trajectory_models(oscillator), steady, omega)
+        found.append(Arrival(settler, problem, held, clearance, length, int(impacts) // (2 if symmetric else 1)))
+    return found
+
+
+def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[int]]:
+    """The state so many half periods later, and the impacts of every return."""
+    u = arrival.settler._scratch["verification"].capture.arrival + change
+    work, impacts = workspace(u.shape[0], 4096), []
+    for half in range(halves):
+        if half % arrival.length == 0:
+            impacts.append(0)
+        work.cursor[ROWS] = 0
+        assert half_period.run_half(arrival.problem, arrival.held, u, arrival.clearance, half, work) == OK
+        impacts[-1] += int(work.cursor[ROWS])
+    return u, impacts
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
+    rng = np.random.default_rng(1)
+    for arrival in arrivals(name, 8):
+        halves = arrival.length * 200
+        target, _ = after(arrival, np.zeros((1, 1)), halves)
+        for _ in range(4):
+            change = rng.normal(size=target.shape) * arrival.clearance
+            low, high = 1e-12, 1.0  # the ratio at low is below 1
+            for _ in range(30):
+                middle = np.sqrt(low * high)
+                low, high = (middle, high) if arrival.ratio(middle * change) < 1.0 else (low, middle)
+            assert low > 1e-9
+            reached, impacts = after(arrival, low * change, halves)
+            assert set(impacts) == {arrival.count}
+            assert np.max(np.abs(reached - target)) < 1e-3 * low * np.max(np.abs(change)) + 1e-11
+
+
+def test_what_is_not_captured_says_so() -> None:
+    """With few periods, trajectories on the way to an orbit are named after it, without being verified."""
+    omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.3, 2.0, 48)
+    early = unfolding_map_tile(DEFAULT, omega, clearance, max_periods=45)
+    late = unfolding_map_tile(DEFAULT, omega, clearance)
+    slow = early["reason"] == NOT_CAPTURED
+    assert np.any(slow)
+    assert not np.any(early["verified"][slow])
+    both = slow & late["verified"]
+    for name in ("period", "impacts_right", "impacts_left"):
+        assert np.array_equal(early[name][both], late[name][both])
