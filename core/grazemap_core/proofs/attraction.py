@@ -1,0 +1,135 @@
+"""Theorems on attraction: the trajectory from an exact initial state enters a ball that a return map contracts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from flint import arb, arb_mat, ctx
+
+from grazemap.checker.arithmetic import Refused, column, exact
+from grazemap.checker.system import System
+from grazemap.checker.theorems import admissible_orbit, contracts, system_of
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
+from grazemap_core.proofs.orbits import orbit_theorem
+from grazemap_core.proofs.simulation import Impact, Simulation
+
+MAX_PERIOD = 32
+"""Largest period of an orbit that is looked for."""
+REPEATED = 1e-3
+"""Relative difference up to which impacts count as repeated."""
+FIRST_PERIODS = 16
+"""Forcing periods after which an orbit is first looked for; then after 1.5 times as many, again and again."""
+SIZES = range(2, 17)
+"""Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
+BITS_PER_IMPACT = 8
+"""Bits that the propagation of a ball loses at an impact."""
+TIME_DIGITS = 25
+"""Digits of the transient's impact times, which the checker refines."""
+
+
+def prove_attraction(search: Search, statement: Document) -> Document:
+    """Return the theorem on the orbit that attracts the trajectory from the given state."""
+    given = inputs(search, statement["omega"], statement["clearance"])
+    with ctx.workprec(search.bits):
+        system = system_of(search.data, given)
+        period = 2.0 * math.pi / float(system.omega)
+        places, rates = ([exact(x) for x in statement[name]] for name in ("displacement", "velocity"))
+        time = exact(statement["phase"]) / system.omega
+        state = system.with_phase(column(places + [v / system.scale for v in rates]), time)
+        begin = float(time)
+    run = Simulation(search, system, state.mid(), time.mid(), search.bits)
+    periods = FIRST_PERIODS
+    while True:
+        run.run(begin + periods * period)
+        for impacts in repeated(run.impacts, period, float(system.omega)):
+            found = _arrival(search, statement, run, impacts)
+            if found is not None:
+                return found | {name: statement[name] for name in ("displacement", "velocity", "phase")}
+        periods += periods // 2
+
+
+def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[ImpactSequence]:
+    """Yield the impacts of the last n forcing periods if they are those of the n periods before."""
+    times = np.array([float(impact.time) for impact in impacts])
+    speeds = np.array([float(impact.velocity) for impact in impacts])
+    stops = np.array([impact.stop for impact in impacts], dtype=np.int64)
+    for n in range(1, MAX_PERIOD + 1):
+        count = int(np.sum(times > times[-1] - (n - 0.5 * REPEATED) * period)) if len(times) else 0
+        if count == 0 or len(times) < 2 * count:
+            continue
+        same = np.array_equal(stops[-count:], stops[-2 * count : -count])
+        late = times[-count:] - times[-2 * count : -count] - n * period
+        change = speeds[-count:] - speeds[-2 * count : -count]
+        if same and np.all(np.abs(late) < REPEATED * period) and np.all(np.abs(change) < REPEATED * np.abs(speeds).max()):
+            sequence = _rotated(n, stops[-count:], omega * times[-count:], speeds[-count:])
+            yield sequence.half() if sequence.mirrors(2.0 * REPEATED) else sequence
+            return
+
+
+def _rotated(period: int, stops: Any, phases: Any, velocities: Any) -> ImpactSequence:
+    """Return the impacts of a period, the first after the longest flight."""
+    whole = 2.0 * math.pi * period
+    pauses = np.diff(phases, prepend=phases[-1] - whole)
+    first = int(np.argmax(pauses))
+    turned = np.concatenate([phases[first:], phases[:first] + whole])
+    return ImpactSequence.create(period, np.roll(stops, -first), turned, np.roll(velocities, -first))
+
+
+def _arrival(search: Search, statement: Document, run: Simulation, impacts: ImpactSequence) -> Document | None:
+    """Return the theorem if the trajectory has entered a ball that contracts, else None."""
+    try:
+        theorem = orbit_theorem(search, statement["omega"], statement["clearance"], impacts)
+        with ctx.workprec(search.bits):
+            orbit, states, matrix = admissible_orbit(search.data, theorem)
+            before = (orbit.times[-1] - orbit.turn + orbit.times[0]) / 2
+            section = decimals([before], search.digits)[0]
+            size, norm, centre = _ball(search, orbit, states, matrix, exact(section))
+            turn = float(orbit.turn)
+            turns = math.floor((float(run.time) - float(section)) / turn)
+            sign = orbit.sign
+            while not _inside(run, exact(section) + orbit.turn * turns, sign**turns, centre, norm, exact(size)):
+                return None
+            last = turns
+            while last > 1 and _inside(
+                run, exact(section) + orbit.turn * (last - 1), sign ** (last - 1), centre, norm, exact(size)
+            ):
+                last -= 1
+    except (Refused, Undecided):
+        return None
+    arrival = float(section) + last * turn
+    transient = [impact for impact in run.impacts if float(impact.time) < arrival]
+    return theorem | {
+        "section": section,
+        "size": size,
+        "transient": {
+            "stops": [impact.stop for impact in transient],
+            "times": decimals([impact.time for impact in transient], TIME_DIGITS),
+            "radius": f"1e{math.ceil(math.log10(max(arrival, 1.0))) - TIME_DIGITS + 5}",
+            "turns": last,
+        },
+    }
+
+
+def _ball(search: Search, orbit: Any, states: Any, matrix: Any, section: arb) -> tuple[str, arb_mat, arb_mat]:
+    """Return the size of the largest ball tried that contracts, its norm and its centre."""
+    clearance = math.floor(math.log10(float(orbit.system.gap(1))))
+    for power in SIZES:
+        search.go_on()
+        size = f"1e{clearance - power}"
+        try:
+            return size, *contracts(orbit, states, matrix, section, exact(size))
+        except (Refused, ZeroDivisionError):
+            continue
+    raise Undecided("no ball around the orbit is shown to contract")
+
+
+def _inside(run: Simulation, time: arb, sign: int, centre: arb_mat, norm: arb_mat, size: arb) -> bool:
+    """Return whether a trajectory is within half the size of the ball at a time."""
+    last = [impact for impact in run.impacts if impact.time < time][-1]
+    state: arb_mat = run.system.flow(time - last.time) * last.after * sign - centre
+    away = column(state.entries()[: norm.nrows()])
+    return bool((away.transpose() * norm * away)[0, 0] < size * size / 4)

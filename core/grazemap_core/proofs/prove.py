@@ -1,0 +1,83 @@
+"""The search for the proof, or the disproof, of a statement; a certificate says so only if the checker accepts it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from grazemap.checker import FORMAT, check
+from grazemap_core.errors import CoreError
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.proofs.attraction import BITS_PER_IMPACT, prove_attraction
+from grazemap_core.proofs.bifurcations import prove_bifurcation
+from grazemap_core.proofs.certificates import Document, Search, Undecided, exact_oscillator
+from grazemap_core.proofs.codimension_two import prove_codimension_two
+from grazemap_core.proofs.orbits import prove_orbit
+
+KINDS: dict[str, Callable[[Search, Document], Document]] = {
+    "orbit": prove_orbit,
+    "attraction": prove_attraction,
+    "bifurcation": prove_bifurcation,
+    "codimension-two": prove_codimension_two,
+}
+ATTEMPTS = 3
+"""Precisions tried, each twice the one before."""
+
+
+def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_limit: float = 60.0) -> Document:
+    """Return a certificate of a statement, or of what contradicts it, or why it is undecided.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        Its numbers stand for their shortest decimals.
+    statement : dict
+        `kind` and the numbers of the statement as in docs/api.md; decimals are strings.
+    digits : int
+        Digits of the enclosures; the radius of a box is 10^-digits of its largest number.
+    time_limit : float
+        Seconds after which the search ends.
+
+    Returns
+    -------
+    dict
+        `verdict` is "proven", "disproven" or "undecided", with a `reason`; `theorem` is what the checker verifies.
+    """
+    search = Search(oscillator, exact_oscillator(oscillator), digits, time.monotonic() + time_limit)
+    certificate: Document = {
+        "format": FORMAT,
+        "statement": statement,
+        "verdict": "undecided",
+        "reason": "",
+        "oscillator": search.data,
+        "theorem": None,
+        "enclosures": {},
+        "bits": search.bits,
+        "digits": digits,
+        "time_limit": time_limit,
+    }
+    try:
+        theorem = {"kind": statement["kind"]} | KINDS[statement["kind"]](search, statement)
+        bits = search.bits + BITS_PER_IMPACT * len(theorem.get("transient", {}).get("times", ()))
+        for attempt in range(ATTEMPTS):
+            search.go_on()
+            proof = _checked(certificate | {"theorem": theorem, "bits": bits << attempt})
+            if proof["verdict"] != "undecided":
+                return proof
+        reason = proof["reason"]
+    except Undecided as undecided:
+        reason = str(undecided)
+    except CoreError as error:
+        reason = str(error)
+    return certificate | {"reason": f"{reason} ({digits} digits, {time_limit:g} s)"}
+
+
+def _checked(certificate: Document) -> Document:
+    """Return a certificate with the verdict that the checker accepts."""
+    for verdict in ("proven", "disproven"):
+        answer = check(certificate | {"verdict": verdict})
+        if answer.accepted:
+            return certificate | {"verdict": verdict, "enclosures": answer.enclosures}
+        if "contradicts" not in answer.reason:
+            break
+    return certificate | {"reason": answer.reason}
