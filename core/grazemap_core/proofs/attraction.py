@@ -10,7 +10,6 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 
 from grazemap.checker.arithmetic import Refused, column, exact
-from grazemap.checker.system import System
 from grazemap.checker.theorems import admissible_orbit, contracts, system_of
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
@@ -64,7 +63,11 @@ def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[Imp
         same = np.array_equal(stops[-count:], stops[-2 * count : -count])
         late = times[-count:] - times[-2 * count : -count] - n * period
         change = speeds[-count:] - speeds[-2 * count : -count]
-        if same and np.all(np.abs(late) < REPEATED * period) and np.all(np.abs(change) < REPEATED * np.abs(speeds).max()):
+        if (
+            same
+            and np.all(np.abs(late) < REPEATED * period)
+            and np.all(np.abs(change) < REPEATED * np.abs(speeds).max())
+        ):
             sequence = _rotated(n, stops[-count:], omega * times[-count:], speeds[-count:])
             yield sequence.half() if sequence.mirrors(2.0 * REPEATED) else sequence
             return

@@ -28,9 +28,11 @@ def nearest_point(search: Search, statement: Document) -> SpecialPoint:
     orbit = periodic_orbit(search.oscillator, float(omega), float(clearance), impacts)
     start, stop = (float(bound) for bound in statement["range"])
     branch = orbit_branch(search.oscillator, orbit, start, stop, parameter)
-    points = [point for point in branch.special_points if point.type == statement["type"]]
+    of_type = [point for point in branch.special_points if point.type == statement["type"]]
+    points = [point for point in of_type if point.admissible]
     if not points:
-        raise Undecided(f"no {statement['type']} was found on the branch of the orbit between {start} and {stop}")
+        which = "no admissible" if of_type else "no"
+        raise Undecided(f"{which} {statement['type']} was found on the branch of the orbit between {start} and {stop}")
     here = {"omega": float(omega), "clearance": float(clearance), "restitution": search.oscillator.restitution}
     return min(points, key=lambda point: abs(getattr(point, parameter) - here[parameter]))
 
@@ -41,7 +43,8 @@ def bifurcation_theorem(search: Search, statement: Document, point: SpecialPoint
     impacts, graze = as_on_curve(point)
     theorem = sequence_theorem(search, statement["omega"], statement["clearance"], impacts)
     theorem["times"] = [repr(t) for t in (impacts.phases / point.omega).tolist()]
-    theorem |= {"type": point.type, "parameter": parameter, "value": text(float(getattr(point, parameter)))}
+    theorem |= {"type": point.type, "parameter": parameter, "range": statement["range"]}
+    theorem["value"] = text(float(getattr(point, parameter)))
     if graze is not None:
         theorem["graze"] = graze
         theorem["velocities"][graze] = "0"

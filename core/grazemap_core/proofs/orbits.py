@@ -23,7 +23,7 @@ def starting_sequence(
     """Return the impacts from which the search starts: those given, or those of an orbit that is found."""
     place = float(omega), float(clearance)
     if guess.get("phases") is not None:
-        given = ImpactSequence.create(period, stops, guess["phases"], guess["velocities"], guess["symmetric"])
+        given = ImpactSequence.create(period, stops, guess["phases"], guess["velocities"])
     else:
         found = sequence_of_stops(search.oscillator, *place, period, stops)
         if found is None:
@@ -32,7 +32,7 @@ def starting_sequence(
     orbit = periodic_orbit(search.oscillator, *place, given)
     if not orbit.converged:
         raise Undecided(f"no orbit was found near the given impacts: {orbit.reason}")
-    return orbit.impacts
+    return orbit.impacts.half() if orbit.symmetric else orbit.impacts
 
 
 def radius_of(search: Search, unknowns: Sequence[arb]) -> str:

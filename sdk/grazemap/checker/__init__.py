@@ -17,7 +17,7 @@ __all__ = ["Verdict", "check"]
 FORMAT = "grazemap-certificate-1"
 MOST_BITS = 20_000
 """Precision above which a certificate is not verified."""
-GIVEN = ("kind", "omega", "displacement", "velocity", "phase", "parameter", "type", "order")
+GIVEN = ("kind", "omega", "displacement", "velocity", "phase", "parameter", "type", "order", "range")
 """Names in a statement that its theorem must have too, digit for digit."""
 CLAIMS = ("stable", "period", "symmetric", "impacts_right", "impacts_left", "stops")
 """Names in a statement that may turn out to be false."""
@@ -58,7 +58,7 @@ def _compare(statement: dict[str, Any], verdict: str, theorem: dict[str, Any], f
     if "clearance" in statement:
         gaps = [statement["clearance"]] * 2
         require(theorem["gaps"] == gaps, "the theorem's gaps are not the statement's clearance")
-    false = [name for name in CLAIMS if name in statement and not _same(name, statement[name], found[name])]
+    false = [name for name in CLAIMS if name in statement and not _same(name, statement[name], found)]
     if verdict == "proven":
         require(not false, f"the theorem contradicts the statement: {', '.join(false)}")
     else:
@@ -68,10 +68,11 @@ def _compare(statement: dict[str, Any], verdict: str, theorem: dict[str, Any], f
         require(verdict == "disproven" and contradicts, "the theorem does not contradict the statement")
 
 
-def _same(name: str, asked: Any, found: Any) -> bool:
-    """Return whether two values agree; stops are those of a period, from any impact on; symmetry is said if shown."""
-    if name == "symmetric":
-        return bool(found) or not asked
+def _same(name: str, asked: Any, found: dict[str, Any]) -> bool:
+    """Return whether a value agrees; stops are those of a period from any impact on, a graze counted as one or not."""
+    if name == "symmetric":  # a theorem on an orbit that is not called symmetric does not show that it is not
+        return bool(found[name]) or not asked
     if name == "stops":
-        return any(found[i:] + found[:i] == asked for i in range(len(found)))
-    return bool(asked == found)
+        sequences = [found[name], found.get("stops_without_graze", [])]
+        return any(stops[i:] + stops[:i] == asked for stops in sequences for i in range(len(stops)))
+    return bool(asked == found[name])

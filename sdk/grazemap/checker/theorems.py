@@ -188,6 +188,12 @@ def prove_attraction(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str,
     return motion(orbit, theorem) | {"stable": True}
 
 
+def in_range(theorem: dict[str, Any], value: arb) -> None:
+    """Require that a value lies in the stated range."""
+    low, high = (exact(bound) for bound in theorem["range"])
+    require(low < value and value < high, "the point is not shown to lie in the stated range")
+
+
 def bifurcation_system(data: dict[str, Any], theorem: dict[str, Any]) -> tuple[list[arb], Any, Any]:
     """Return the centre of the box, and functions of the unknowns: the orbit's equations, and the extended system.
 
@@ -242,6 +248,7 @@ def prove_bifurcation(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str
     found = newton(centre, exact(theorem["radius"]), equations)
     here: Equations = at(found)
     value = found[2 * count - (graze is not None)]
+    in_range(theorem, value)
     matrix = follow(here.orbit, states_of(here), graze)
     least(here.orbit, theorem["period"])
     said = motion(here.orbit, theorem) | {"value": str(value)}
@@ -251,7 +258,7 @@ def prove_bifurcation(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str
         rows = here.jacobian(here.values)
         minor = arb_mat([[rows[i, j] for j in kept] for i in kept]).det() if kept else arb(1)
         require(minor > 0 or minor < 0, "the orbit without the graze is not shown to be regular")
-        return said
+        return said | {"stops_without_graze": [stop for i, stop in enumerate(said["stops"]) if i % count != graze]}
     near = [m for m in eigenvalues(matrix) if not (abs(m) > 1 or abs(m) < 1)]
     require(len(near) == 1, f"{len(near)} multipliers may lie on the unit circle")
     return said
@@ -267,7 +274,7 @@ def impulse(data: dict[str, Any], theorem: dict[str, Any], omega: arb, order: in
     return (rows * state)[0, 0], (rows * (inverse * state))[1, 0]
 
 
-TWISTS = {"recurrence": 0, "sum": 1, "alternating sum": -1}
+TWISTS = {"g": 0, "h": 1, "h_s": -1}
 """By the function whose zero is a codimension-two point: g, or its sum over the multiples of the time."""
 
 
@@ -276,6 +283,7 @@ def prove_codimension_two(data: dict[str, Any], theorem: dict[str, Any]) -> dict
     low, high = (exact(x) for x in theorem["interval"])
     order, twist = theorem["order"], TWISTS[theorem["type"]]
     require(low < high and type(order) is int and order >= 1, "the interval is empty")
+    in_range(theorem, low.union(high))
     ends = [impulse(data, theorem, omega, order, twist)[0] for omega in (low, high)]
     require(ends[0] * ends[1] < 0, "the function is not shown to change its sign over the interval")
     interval = low.union(high)

@@ -16,6 +16,7 @@ from grazemap.results.diagrams import BifurcationDiagram, Section
 from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextContact, Returns
 from grazemap.results.grazing import CodimensionTwoPoint, CodimensionTwoPoints, Family, GrazingCurve, Unfolding
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
+from grazemap.results.proofs import Proof
 from grazemap.results.records import Impacts, Motion, MotionShare, State, Sticking
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
@@ -45,6 +46,7 @@ __all__ = [
     "NextContact",
     "OrbitBranch",
     "PeriodicOrbit",
+    "Proof",
     "Result",
     "Returns",
     "Section",

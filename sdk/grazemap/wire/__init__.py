@@ -28,6 +28,7 @@ from grazemap.wire.orbits import (
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import InitialState, Operation, ProcessRequest
 from grazemap.wire.processes import PROCESSES, canonical, canonical_id, parse_request
+from grazemap.wire.proofs import ProofsRequest, Statement
 from grazemap.wire.requests import (
     CodimensionTwoPointsRequest,
     DiscontinuityMappingsRequest,
@@ -68,7 +69,9 @@ __all__ = [
     "ProblemError",
     "ProcessRequest",
     "Progress",
+    "ProofsRequest",
     "Range",
+    "Statement",
     "Status",
     "TrajectoriesRequest",
     "UnfoldingDiagramsRequest",

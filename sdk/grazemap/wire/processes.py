@@ -31,6 +31,7 @@ _ORDER = (
     "periodic-orbits",
     "orbit-branches",
     "bifurcation-curves",
+    "proofs",
 )
 
 

@@ -1,0 +1,27 @@
+"""The result of proofs."""
+
+from __future__ import annotations
+
+from grazemap.schema.fields import ResultSchema, field
+
+PROOFS = ResultSchema(
+    "Proof",
+    "The proof or the disproof of a statement, as a certificate.",
+    (
+        field(
+            "kind",
+            "str",
+            "What is stated.",
+            values=("orbit", "attraction", "bifurcation", "codimension-two"),
+        ),
+        field(
+            "verdict",
+            "str",
+            "proven or disproven, if the checker accepts the certificate; else undecided.",
+            values=("proven", "disproven", "undecided"),
+        ),
+        field("reason", "str", "Why it is undecided, at which precision and time limit.", null=True),
+        field("certificate", "str", "The certificate, as JSON.", variable=None),
+    ),
+    process="proofs",
+)

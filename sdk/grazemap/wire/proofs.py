@@ -1,0 +1,126 @@
+"""The request for a proof: one statement about one oscillator."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from grazemap.wire.base import BranchInterval, Listable, Positive, Request, invalid
+from grazemap.wire.orbits import OrbitMotion
+from grazemap.wire.process import InitialState, Operation, ProcessRequest
+
+_NEEDED: dict[str, tuple[str, ...]] = {
+    "orbit": ("omega", "clearance", "motion"),
+    "attraction": ("omega", "clearance"),
+    "bifurcation": ("omega", "clearance", "motion", "type", "vary", "range"),
+    "codimension-two": ("type", "order", "range"),
+}
+_ALLOWED = {"orbit": ("stable",), "attraction": ("initial", "label"), "bifurcation": (), "codimension-two": ()}
+_TYPES = {"bifurcation": ("SN", "PD", "SB", "GR"), "codimension-two": ("g", "h", "h_s")}
+
+
+class Statement(Request):
+    """A statement that is proven or disproven; which fields it has depends on its kind.
+
+    orbit: near `motion` there is a periodic orbit, admissible and stable (or, if `stable` is false, unstable).
+    attraction: the trajectory from `initial` is attracted by a periodic orbit, of this label if one is given.
+    bifurcation: the branch of the orbit near `motion` over `vary` has a bifurcation of this type within the range.
+    codimension-two: the function g, h or h_s has a zero at `order` half periods, for an omega within the range.
+    """
+
+    kind: Literal["orbit", "attraction", "bifurcation", "codimension-two"]
+    """What is stated."""
+    omega: Positive | None = None
+    """Forcing frequency; of a bifurcation, that of the orbit from which its branch is followed."""
+    clearance: Positive | None = None
+    """Distance of each stop from the middle; of a bifurcation, that of the orbit."""
+    motion: OrbitMotion | None = None
+    """Period and stops of the orbit; with phases and velocities, the orbit near them."""
+    stable: bool | None = None
+    """Of an orbit: whether all of its multipliers, or not all of them, lie inside the unit circle; left out: all."""
+    initial: InitialState | None = None
+    """Of an attraction: the initial state; left out, at rest."""
+    label: Annotated[str, Field(pattern=r"^\d+-(\d+|\(-1\))r-(\d+|\(-1\))l$", max_length=64)] | None = None
+    """Of an attraction: the name n-p_r-q_l of the orbit; left out, any."""
+    type: Literal["SN", "PD", "SB", "GR", "g", "h", "h_s"] | None = None
+    """Type of the bifurcation; of a codimension-two point, the function whose zero it is."""
+    vary: Literal["omega", "clearance", "restitution"] | None = None
+    """Of a bifurcation: the parameter."""
+    range: BranchInterval | None = None
+    """The interval of the parameter, or of omega, in which the point lies."""
+    order: Annotated[int, Field(ge=1, le=400), Listable] | None = None
+    """Of a codimension-two point: the number of half periods."""
+
+    @model_validator(mode="after")
+    def _fields_fit(self) -> Statement:
+        needed, allowed = _NEEDED[self.kind], (*_NEEDED[self.kind], *_ALLOWED[self.kind], "kind")
+        for name in type(self).model_fields:
+            given = getattr(self, name) is not None
+            if name in needed and not given:
+                raise invalid(f"{name} is missing in a statement of the kind {self.kind}", f"{', '.join(needed)}", name)
+            if given and name not in allowed:
+                raise invalid(f"a statement of the kind {self.kind} has no {name}", ", ".join(allowed), name)
+        types = _TYPES.get(self.kind, ())
+        if self.type is not None and self.type not in types:
+            raise invalid(f"a statement of the kind {self.kind} has no such type", ", ".join(types), "type")
+        return self
+
+    def unused(self) -> Collection[str]:
+        """Return the names of the fields that its kind lacks."""
+        allowed = (*_NEEDED[self.kind], *_ALLOWED[self.kind], "kind")
+        return [name for name in type(self).model_fields if name not in allowed]
+
+
+class ProofsRequest(ProcessRequest):
+    """The proof, or the disproof, of one statement in ball arithmetic, as a certificate.
+
+    Every number stands for its shortest decimal: 0.05 is 1/20. What is not decided within the time limit is undecided.
+    """
+
+    operation = Operation(
+        "proofs",
+        "submit_proofs",
+        "Proof",
+        "Prove or disprove one statement about an oscillator; the result is a certificate that `grazemap check` "
+        "verifies.",
+        {
+            "the paper's codimension-two point": {
+                "statement": {
+                    "kind": "codimension-two",
+                    "type": "g",
+                    "order": 2,
+                    "range": {"start": 0.282, "stop": 0.283},
+                }
+            },
+            "a stable orbit": {
+                "statement": {
+                    "kind": "orbit",
+                    "omega": 0.29,
+                    "clearance": 1.6,
+                    "motion": {"period": 1, "stops": [1, 1, -1, -1]},
+                }
+            },
+            "where the trajectory from rest goes": {
+                "statement": {"kind": "attraction", "omega": 0.29, "clearance": 1.6, "label": "1-2r-2l"}
+            },
+        },
+    )
+
+    statement: Statement
+    """What is to be proven."""
+    digits: Annotated[int, Field(ge=10, le=200), Listable] = 30
+    """Digits of the enclosures."""
+    time_limit: Annotated[float, Field(gt=0, le=600), Listable] = 60.0
+    """Seconds after which the statement is undecided."""
+
+    @model_validator(mode="after")
+    def _initial_state_fits(self) -> ProofsRequest:
+        said = self.statement
+        if said.kind == "attraction" and said.clearance is not None:
+            state = said.initial or InitialState()
+            fitted = state.fitted(self.oscillator.size, said.clearance, ("statement", "initial"))
+            # the model is frozen for others; this is still its validation
+            object.__setattr__(self, "statement", said.model_copy(update={"initial": fitted}))
+        return self

@@ -1,0 +1,296 @@
+"""Statements proven, and false ones refused: `python -m tests.proven_statements [SHARE] [PROCESSES]`.
+
+Orbits, attractions, bifurcations and codimension-two points are proven at random points and on the branches there;
+certificates are then made false in six ways. Printed are counts, median times, and the reasons of refusals. SHARE = 1
+takes the full counts.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from copy import deepcopy
+from fractions import Fraction
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+
+from grazemap.checker import FORMAT, Verdict, check
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.special_points import SpecialPoint
+from grazemap_core.errors import CoreError
+from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.proofs.bifurcations import bifurcation_theorem
+from grazemap_core.proofs.certificates import Search, Undecided, exact_oscillator
+from grazemap_core.proofs.orbits import orbit_theorem
+from grazemap_core.proofs.prove import prove
+from grazemap_core.simulation.trajectories import trajectory
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+DIGITS = 30
+MOST_IMPACTS = 12
+SEVERAL = 3
+COUNTS = {"orbit": 100, "attraction": 50, "SN": 20, "PD": 20, "SB": 20, "GR": 20}
+WAYS = ("centre", "parameter", "stability", "virtual", "beyond", "left out")
+FALSE = 200
+TOLERANCE = 1e-13
+
+Certificate = dict[str, Any]
+
+
+def search(oscillator: Oscillator) -> Search:
+    return Search(oscillator, exact_oscillator(oscillator), DIGITS, time.monotonic() + 600.0)
+
+
+def certificate(found: Search, statement: dict[str, Any], theorem: dict[str, Any]) -> Certificate:
+    """A certificate that no checker has seen."""
+    return {
+        "format": FORMAT,
+        "statement": statement,
+        "verdict": "proven",
+        "oscillator": found.data,
+        "theorem": {"kind": statement["kind"]} | theorem,
+        "bits": found.bits,
+    }
+
+
+def motion(sequence: ImpactSequence) -> dict[str, Any]:
+    """Period, stops and the guess, as a statement has them."""
+    whole = sequence.whole
+    return {
+        "period": sequence.period,
+        "stops": whole.stops.tolist(),
+        "phases": whole.phases.tolist(),
+        "velocities": whole.velocities.tolist(),
+    }
+
+
+def settled(rng: np.random.Generator) -> tuple[float, float, ImpactSequence]:
+    """A random point at which the trajectory from rest settles to a motion of few impacts."""
+    while True:
+        omega, clearance = round(float(rng.uniform(0.26, 0.32)), 6), round(float(rng.uniform(1.2, 2.1)), 6)
+        try:
+            sequence = impacts_of(trajectory(DEFAULT, omega, clearance, transient_periods=600, periods=64))
+        except CoreError:
+            continue
+        if len(sequence.whole.stops) <= MOST_IMPACTS:
+            return omega, clearance, sequence
+
+
+def statements(seed: int) -> Iterator[tuple[str, Certificate]]:
+    """Certificates, by kind, of the orbit at a random point and of what its branches have; false ones as 'virtual' ..."""
+    rng = np.random.default_rng(seed)
+    omega, clearance, sequence = settled(rng)
+    place = {"omega": repr(omega), "clearance": repr(clearance)}
+    yield "orbit", prove(DEFAULT, {"kind": "orbit", **place, **motion(sequence), "stable": True}, DIGITS)
+    rest = {"displacement": ["0"] * 3, "velocity": ["0"] * 3, "phase": "0"}
+    if seed % 2:
+        yield "attraction", prove(DEFAULT, {"kind": "attraction", **place, **rest}, DIGITS, 120.0)
+    orbit = periodic_orbit(DEFAULT, omega, clearance, sequence)
+    ranges = {"clearance": (0.7 * clearance, 1.3 * clearance), "omega": (0.9 * omega, 1.1 * omega)}
+    parameter = "omega" if seed % 3 == 2 else "clearance"
+    branch = orbit_branch(DEFAULT, orbit, *ranges[parameter], parameter, max_points=300)
+    unstable = np.flatnonzero(branch.admissible & branch.isolated & ~branch.stable)
+    if len(unstable):
+        yield "orbit", on_branch(branch, int(unstable[len(unstable) // 2]), False)
+    virtual = np.flatnonzero(np.any(branch.stops * branch.velocities < -1e-3, axis=1) & branch.isolated)
+    if len(virtual):
+        yield "virtual", unchecked(branch, int(virtual[0]))
+    found = search(DEFAULT)
+    for point in branch.special_points:
+        if not point.admissible or point.status != "converged" or point.type == "NS":
+            continue
+        here = {"omega": repr(point.omega), "clearance": repr(point.clearance)}
+        bounds = [repr(bound) for bound in ranges[parameter]]
+        stated = {"kind": "bifurcation", "type": point.type, "parameter": parameter, "range": bounds, **here}
+        begun = time.monotonic()
+        try:
+            proof = certificate(found, stated, bifurcation_theorem(found, stated, point))
+        except Undecided as undecided:
+            yield point.type, {"verdict": "undecided", "reason": str(undecided), "seconds": 0.0}
+            continue
+        answer = check(proof)
+        verdict = "proven" if answer.accepted else "undecided"
+        yield point.type, proof | {"verdict": verdict, "reason": answer.reason, "seconds": time.monotonic() - begun}
+        if point.type == "GR" and point.impact is None and parameter == "clearance":
+            false = beyond(point)
+            if false is not None:
+                yield "beyond", false
+
+
+def on_branch(branch: Any, place: int, stable: bool) -> Certificate:
+    sequence = ImpactSequence.create(
+        branch.period, branch.stops, branch.phases[place], branch.velocities[place], branch.symmetric
+    )
+    at = {"omega": repr(float(branch.omega[place])), "clearance": repr(float(branch.clearance[place]))}
+    return prove(DEFAULT, {"kind": "orbit", **at, **motion(sequence), "stable": stable}, DIGITS)
+
+
+def unchecked(branch: Any, place: int) -> Certificate:
+    """The certificate of a solution that is no motion: it has virtual impacts."""
+    sequence = ImpactSequence.create(
+        branch.period, branch.stops, branch.phases[place], branch.velocities[place], branch.symmetric
+    )
+    return solution(repr(float(branch.omega[place])), repr(float(branch.clearance[place])), sequence)
+
+
+def solution(omega: str, clearance: str, sequence: ImpactSequence) -> Certificate:
+    found = search(DEFAULT)
+    theorem = orbit_theorem(found, omega, clearance, sequence) | {"unstable": 0}
+    return certificate(found, {"kind": "orbit", "omega": omega, "clearance": clearance}, theorem)
+
+
+def beyond(point: SpecialPoint) -> Certificate | None:
+    """The certificate of an orbit beside a graze that passes the stop by 1e-9, or None where that is not found."""
+    low, high = 0.0, 0.0
+    for side in (1.0, -1.0):
+        for step in (1e-8, 1e-7):
+            orbit = periodic_orbit(DEFAULT, point.omega, point.clearance + side * step, point.impacts)
+            if orbit.converged and orbit.excess > 1e-9:
+                high = side * step
+                break
+        if high:
+            break
+    else:
+        return None
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        orbit = periodic_orbit(DEFAULT, point.omega, point.clearance + middle, point.impacts)
+        if abs(orbit.excess - 1e-9) < TOLERANCE:
+            break
+        low, high = (low, middle) if orbit.excess > 1e-9 else (middle, high)
+    return solution(repr(point.omega), repr(point.clearance + middle), orbit.impacts)
+
+
+def falsified(proof: Certificate, way: str) -> Certificate | None:
+    """A certificate of a false statement, made of a true one; None where this way does not apply."""
+    false = deepcopy(proof)
+    theorem, statement = false["theorem"], false["statement"]
+    if way == "centre" and "times" in theorem:
+        theorem["times"][0] = str(Fraction(theorem["times"][0]) + 10 * Fraction(theorem["radius"]))
+    elif way == "parameter":
+        name = "clearance" if theorem.get("parameter") == "omega" else "omega"
+        value = str(Fraction(statement[name]) * (1 + Fraction(1, 10**7)))
+        statement[name] = value
+        theorem |= {"gaps": [value, value]} if name == "clearance" else {"omega": value}
+    elif way == "stability" and theorem["kind"] == "orbit" and theorem["unstable"] > 0:
+        theorem["unstable"], statement["stable"] = 0, True
+    elif way == "left out" and theorem["kind"] == "attraction" and theorem["transient"]["times"]:
+        for name in ("stops", "times"):
+            theorem["transient"][name].pop(len(theorem["transient"][name]) // 2)
+    elif way == "left out" and len(theorem.get("stops", ())) > 1 and "graze" not in theorem:
+        for name in ("stops", "times", "velocities"):
+            theorem[name].pop()
+        if "direction" in theorem:
+            half = len(theorem["direction"]) // 2
+            theorem["direction"] = [x for k, x in enumerate(theorem["direction"]) if k not in (half - 1, 2 * half - 1)]
+    else:
+        return None
+    return false
+
+
+def worked(seed: int) -> list[tuple[str, Certificate]]:
+    out = []
+    for kind, proof in timed(statements(seed)):
+        out.append((kind, proof))
+    return out
+
+
+def timed(items: Iterator[tuple[str, Certificate]]) -> Iterator[tuple[str, Certificate]]:
+    while True:
+        begun = time.monotonic()
+        try:
+            kind, proof = next(items)
+        except StopIteration:
+            return
+        yield kind, {"seconds": time.monotonic() - begun} | proof
+
+
+def points_of_the_paper() -> Iterator[Certificate]:
+    """The recurrence points up to order 8, and the resonant ones up to period 2, between 0.25 and 0.35."""
+    found = codimension_two_points(DEFAULT, 0.25, 0.35, max_order=8, max_multiple=2)
+    for kind, order, omega in codimension_two_statements(found):
+        window = [repr(omega * (1.0 - 1e-6)), repr(omega * (1.0 + 1e-6))]
+        yield prove(DEFAULT, {"kind": "codimension-two", "type": kind, "order": order, "range": window}, DIGITS)
+
+
+def codimension_two_statements(points: Any) -> Iterator[tuple[str, int, float]]:
+    for point in points:
+        if point.kind == "recurrence":
+            yield "g", point.order, point.omega
+        else:
+            same = (point.bifurcation == "SN") != point.symmetric
+            yield "h" if same else "h_s", point.multiple * (1 if point.symmetric else 2), point.omega
+
+
+def main(share: float, processes: int) -> int:
+    wanted = {kind: max(1, round(count * share)) for kind, count in COUNTS.items()}
+    proven: dict[str, list[Certificate]] = {kind: [] for kind in COUNTS}
+    not_proven: Counter[str] = Counter()
+    false: list[tuple[str, Certificate]] = []
+    with get_context("spawn").Pool(processes) as pool:
+        for found in pool.imap_unordered(worked, range(100_000)):
+            for kind, proof in found:
+                if kind not in proven:
+                    false.append((kind, proof))
+                elif proof["verdict"] != "proven":
+                    not_proven[f"{kind}: {proof['reason']}"] += 1
+                elif len(proven[kind]) < wanted[kind]:
+                    proven[kind].append(proof)
+            counts = {kind: len(proofs) for kind, proofs in proven.items()}
+            print(f"{counts}, false {len(false)}", flush=True)
+            if counts == wanted and len(false) >= 2 * share * FALSE / len(WAYS):
+                break
+        pool.terminate()
+    proven["codimension-two"] = [proof for proof in timed_proofs(points_of_the_paper())]
+    undecided = [proof for proof in proven["codimension-two"] if proof["verdict"] != "proven"]
+    for kind, proofs in proven.items():
+        impacts = [len(proof["theorem"].get("stops", ())) * (2 if proof["theorem"].get("symmetric") else 1) for proof in proofs]
+        begun = time.monotonic()
+        again = [check(proof) for proof in proofs]
+        seconds = (time.monotonic() - begun) / max(len(again), 1)
+        accepted = sum(answer.accepted for answer in again)
+        print(
+            f"{kind}: {len(proofs)} proven, {accepted} accepted again, {sum(n >= SEVERAL for n in impacts)} with "
+            f"{SEVERAL} impacts or more, up to {max(impacts, default=0)}; median "
+            f"{statistics.median(proof['seconds'] for proof in proofs):.2f} s, checked in {seconds:.2f} s on average"
+        )
+    for reason, count in not_proven.most_common():
+        print(f"not proven, {count}: {reason}")
+    return refuse(proven, false, round(share * FALSE)) + len(undecided)
+
+
+def timed_proofs(items: Iterator[Certificate]) -> Iterator[Certificate]:
+    return (proof for _, proof in timed(("", item) for item in items))
+
+
+def refuse(proven: dict[str, list[Certificate]], false: list[tuple[str, Certificate]], count: int) -> int:
+    """Check certificates of false statements, as many of each way as there are; return how many are accepted."""
+    each = -(-count // len(WAYS))
+    true = [proof for proofs in proven.values() for proof in proofs]
+    accepted = refused = 0
+    for way in WAYS:
+        made = [proof for kind, proof in false if kind == way]
+        made += [proof for proof in (falsified(item, way) for item in true[:: max(1, len(true) // (2 * each))]) if proof]
+        if way == "stability":
+            made = [proof for proof in (falsified(item, way) for item in true) if proof]
+        reasons: Counter[str] = Counter()
+        for proof in made[:each]:
+            answer: Verdict = check(proof)
+            accepted, refused = accepted + answer.accepted, refused + (not answer.accepted)
+            reasons["ACCEPTED" if answer.accepted else " ".join(w for w in answer.reason.split() if not any(c.isdigit() for c in w))] += 1
+        for reason, number in reasons.most_common():
+            print(f"{way}, {number}: {reason}")
+    print(f"{refused} certificates of false statements refused, {accepted} accepted")
+    return accepted
+
+
+if __name__ == "__main__":
+    sys.exit(1 if main(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0, int(sys.argv[2]) if len(sys.argv) > 2 else 2) else 0)

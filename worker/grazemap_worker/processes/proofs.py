@@ -1,0 +1,54 @@
+"""The process proofs: the certificate of a statement."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from grazemap.codec import Document
+from grazemap.wire import ProofsRequest
+from grazemap_worker.processes.conversion import Report, core_oscillator
+from grazemap_worker.processes.process import Process
+
+
+def compute(request: ProofsRequest, report: Report) -> Document:
+    """Return the certificate of a statement, or why it is undecided."""
+    from grazemap_core.proofs.prove import prove
+
+    certificate = prove(core_oscillator(request.oscillator), statement(request), request.digits, request.time_limit)
+    return {
+        "kind": request.statement.kind,
+        "verdict": certificate["verdict"],
+        "reason": certificate["reason"] or None,
+        "certificate": json.dumps(certificate),
+    }
+
+
+def statement(request: ProofsRequest) -> dict[str, Any]:
+    """Return the statement with decimals for numbers."""
+    from grazemap_core.proofs.certificates import text
+
+    said = request.statement
+    found: dict[str, Any] = {"kind": said.kind}
+    for name in ("omega", "clearance"):
+        if getattr(said, name) is not None:
+            found[name] = text(getattr(said, name))
+    if said.kind == "orbit":
+        found["stable"] = said.stable is not False
+    if said.motion is not None:
+        found |= said.motion.model_dump(exclude_none=True)
+    if said.initial is not None:
+        state = said.initial
+        found |= {name: [text(x) for x in getattr(state, name) or ()] for name in ("displacement", "velocity")}
+        found["phase"] = text(state.phase)
+    if said.label is not None:
+        period, right, left = (max(int(number), 0) for number in re.findall(r"-1(?=\))|\d+", said.label))
+        found |= {"period": period, "impacts_right": right, "impacts_left": left}
+    if said.range is not None:
+        found["range"] = [text(said.range.start), text(said.range.stop)]
+    given = {"type": said.type, "parameter": said.vary, "order": said.order}
+    return found | {name: value for name, value in given.items() if value is not None}
+
+
+PROCESS = Process(whole=compute)
