@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from grazemap.cli import completion, computing, saved, stack
+from grazemap.cli import checking, completion, computing, saved, stack
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES, ProblemError
 from grazemap.wire.error_texts import suggestion
@@ -47,6 +47,7 @@ def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentPa
     computing.add_processes(commands, processes)
     stack.add_commands(commands)
     saved.add_commands(commands)
+    checking.add_command(commands)
     completion.add_command(commands, parser)
     return top
 

@@ -25,6 +25,7 @@ from grazemap.wire import (
     ProblemError,
     ProcessRequest,
     Range,
+    Statement,
     parse_request,
 )
 from grazemap.wire.base import plain
@@ -42,6 +43,8 @@ Values = tuple[float, float] | Sequence[float] | NDArray[np.float64] | Range | M
 MotionLike = OrbitMotion | PeriodicOrbit | Mapping[str, Any] | tuple[int, Sequence[int]]
 """A motion with impacts: (period, stops); a mapping or a wire model, which may have phases and velocities; or an orbit
 that was found. For curves in a window, a mapping may also have omega and clearance."""
+StatementLike = Statement | Mapping[str, Any]
+"""A statement to be proven; its motion, initial state and range as those of other methods."""
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 """An initial coordinate: ("displacement" or "velocity", mass, values), or the same as a mapping or a wire model."""
 
@@ -229,6 +232,20 @@ def as_motions(motions: Any) -> Any:
     if not isinstance(motions, Sequence) or isinstance(motions, str | bytes):
         return motions
     return [as_motion(motion, f"/motions/{k}", in_window=True) for k, motion in enumerate(motions)]
+
+
+def as_statement(statement: Any) -> Any:
+    """Return a statement as the models take it. Raises ParameterError."""
+    if not isinstance(statement, Mapping):
+        return statement
+    found = dict(statement)
+    if found.get("motion") is not None:
+        found["motion"] = as_motion(found["motion"], "/statement/motion")
+    if found.get("range") is not None:
+        found["range"] = as_interval("statement/range", found["range"])
+    if "initial" in found:
+        found["initial"] = as_states(found["initial"])
+    return found
 
 
 def _shape(shape: Any, meaning: str) -> tuple[Any, Any]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.client import arguments, async_jobs, jobs
-from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, Values
+from grazemap.client.arguments import CoordinateLike, MotionLike, OscillatorLike, StateLike, StatementLike, Values
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.connection import Connection
 from grazemap.results import (
@@ -29,6 +29,7 @@ from grazemap.results import (
     GrazingCurve,
     OrbitBranch,
     PeriodicOrbit,
+    Proof,
     Result,
     UnfoldingDiagram,
     UnfoldingMap,
@@ -469,3 +470,33 @@ class ProcessMethods:
             "clearance": arguments.as_interval("clearance", clearance),
         }
         return {**window, "motions": arguments.as_motions(motions)}
+
+    @method(Proof)
+    def prove(
+        self,
+        oscillator: OscillatorLike = None,
+        *,
+        statement: StatementLike,
+        digits: int = 30,
+        time_limit: float = 60.0,
+        progress: bool = True,
+    ) -> Fields:
+        """Prove or disprove one statement in ball arithmetic (needs the extra "proofs" where the worker runs).
+
+        The result saved as .json is a certificate that ``grazemap check`` verifies without the core. Every number
+        stands for its shortest decimal: 0.05 is 1/20.
+
+        Parameters
+        ----------
+        oscillator : Oscillator or mapping, optional
+        statement : Statement or mapping
+            ``kind`` and its numbers. orbit: omega, clearance, motion, stable; attraction: omega, clearance, initial,
+            label; bifurcation: omega, clearance, motion, type, vary, range; codimension-two: type, order, range. A
+            motion, an initial state and a range are written as for the other methods.
+        digits : int
+            Digits of the enclosures.
+        time_limit : float
+            Seconds after which the statement is undecided.
+        progress : bool
+        """
+        return {"statement": arguments.as_statement(statement)}

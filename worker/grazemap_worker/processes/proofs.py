@@ -14,7 +14,14 @@ from grazemap_worker.processes.process import Process
 
 def compute(request: ProofsRequest, report: Report) -> Document:
     """Return the certificate of a statement, or why it is undecided."""
-    from grazemap_core.proofs.prove import prove
+    from grazemap_core.errors import ParameterError
+
+    try:
+        from grazemap_core.proofs.prove import prove
+    except ModuleNotFoundError as error:
+        if error.name != "flint":
+            raise
+        raise ParameterError("statement", "cannot be proven here, where python-flint is not installed") from None
 
     certificate = prove(core_oscillator(request.oscillator), statement(request), request.digits, request.time_limit)
     return {
