@@ -10,7 +10,8 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 
 from grazemap.checker.arithmetic import Refused, column, exact
-from grazemap.checker.theorems import admissible_orbit, contracts, system_of
+from grazemap.checker.attraction import contracts
+from grazemap.checker.orbits import admissible_orbit, system_of
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
 from grazemap_core.proofs.orbits import orbit_theorem
@@ -24,7 +25,7 @@ FIRST_PERIODS = 16
 """Forcing periods after which an orbit is first looked for; then after 1.5 times as many, again and again."""
 SIZES = range(2, 17)
 """Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
-BITS_PER_IMPACT = 8
+BITS_PER_IMPACT = 2
 """Bits that the propagation of a ball loses at an impact."""
 TIME_DIGITS = 25
 """Digits of the transient's impact times, which the checker refines."""
@@ -94,7 +95,7 @@ def _arrival(search: Search, statement: Document, run: Simulation, impacts: Impa
             turn = float(orbit.turn)
             turns = math.floor((float(run.time) - float(section)) / turn)
             sign = orbit.sign
-            while not _inside(run, exact(section) + orbit.turn * turns, sign**turns, centre, norm, exact(size)):
+            if not _inside(run, exact(section) + orbit.turn * turns, sign**turns, centre, norm, exact(size)):
                 return None
             last = turns
             while last > 1 and _inside(
@@ -111,7 +112,6 @@ def _arrival(search: Search, statement: Document, run: Simulation, impacts: Impa
         "transient": {
             "stops": [impact.stop for impact in transient],
             "times": decimals([impact.time for impact in transient], TIME_DIGITS),
-            "radius": f"1e{math.ceil(math.log10(max(arrival, 1.0))) - TIME_DIGITS + 5}",
             "turns": last,
         },
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from flint import arb, ctx
 
-from grazemap.checker.theorems import bifurcation_system, critical
+from grazemap.checker.bifurcations import bifurcation_system, critical
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.branches import orbit_branch

@@ -5,7 +5,7 @@ from __future__ import annotations
 from flint import arb, ctx
 
 from grazemap.checker.arithmetic import exact
-from grazemap.checker.theorems import TWISTS, impulse
+from grazemap.checker.bifurcations import TWISTS, impulse
 from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
 from grazemap_core.proofs.refinement import refine
 

@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from grazemap.checker.arithmetic import Refused, eigenvalues
 from grazemap.checker.equations import Equations
-from grazemap.checker.theorems import admissible_orbit, solution_of, system_of
+from grazemap.checker.orbits import admissible_orbit, solution_of, system_of
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops

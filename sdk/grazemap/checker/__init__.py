@@ -5,12 +5,15 @@ It shares no code with the search for certificates. What it accepts is proven (d
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from flint import ctx
 
 from grazemap.checker.arithmetic import Refused, require
-from grazemap.checker.theorems import THEOREMS
+from grazemap.checker.attraction import prove_attraction
+from grazemap.checker.bifurcations import prove_bifurcation, prove_codimension_two
+from grazemap.checker.orbits import prove_orbit
 
 __all__ = ["Verdict", "check"]
 
@@ -21,6 +24,14 @@ GIVEN = ("kind", "omega", "displacement", "velocity", "phase", "parameter", "typ
 """Names in a statement that its theorem must have too, digit for digit."""
 CLAIMS = ("stable", "period", "symmetric", "impacts_right", "impacts_left", "stops")
 """Names in a statement that may turn out to be false."""
+
+
+THEOREMS: dict[str, Callable[[dict[str, Any], dict[str, Any]], dict[str, Any]]] = {
+    "orbit": prove_orbit,
+    "attraction": prove_attraction,
+    "bifurcation": prove_bifurcation,
+    "codimension-two": prove_codimension_two,
+}
 
 
 class Verdict(NamedTuple):

@@ -170,17 +170,22 @@ class System:
                 require(depth < DEEPEST, f"{name}: its distance from a stop is undecided")
                 whole += [(low, centre, depth + 1), (centre, high, depth + 1)]
 
-    def impact(self, state: arb_mat, guess: arb, radius: arb, stop: int, name: str) -> tuple[arb, arb_mat]:
-        """Return the time of the only contact with a stop near a guess, and the state there, by Newton's method."""
-        gap, base, late = self.gap(stop), self.flow(guess) * state, arb(0)
-        for _ in range(60):
-            around = ball(late, radius)
-            reached = self.flow(around) * base
-            speed = (self.row * (self.whole * reached))[0, 0]
-            require(stop * speed > 0, f"{name}: the velocity is not shown to point at the stop")
-            better = late - ((self.row * (self.flow(late) * base))[0, 0] - stop * gap) / speed
-            require(around.contains_interior(better), f"{name}: no contact is shown to exist near the given time")
-            if better.rad() > radius / 4:
-                return guess + better, self.flow(better) * base
-            late, radius = better.mid(), better.rad() * 2
-        raise Refused(f"{name}: its time does not converge")
+    def impact(self, base: arb_mat, stop: int, name: str) -> tuple[arb, arb_mat]:
+        """Return the time to a contact with a stop, by Newton's method, and the state there.
+
+        Every motion of the set has one contact at about that time. An earlier one is for `fly` to exclude.
+        """
+        gap, late, bits = stop * self.gap(stop), arb(0), 64
+        while bits < 2 * ctx.prec:
+            with ctx.workprec(min(bits, ctx.prec)):
+                near = self.flow(late) * base.mid()
+                late = (late - ((self.row * near)[0, 0] - gap) / (self.row * (self.whole * near))[0, 0]).mid()
+            bits *= 2
+        here = self.flow(late) * base
+        off, speed = (self.row * here)[0, 0] - gap, (self.row * (self.whole * here))[0, 0]
+        around = ball(arb(0), (2 * abs(off) / abs(speed)).upper())
+        speed = (self.row * (self.whole * (self.flow(around) * here)))[0, 0]
+        require(stop * speed > 0, f"{name}: the velocity is not shown to point at the stop")
+        better = -off / speed
+        require(around.contains_interior(better), f"{name}: no contact is shown to exist near the given time")
+        return late + better, self.flow(better) * here
