@@ -133,6 +133,11 @@ $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@
 
+proofs: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+proofs: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+proofs: $(STAMP)  ## prove orbits, attractions, bifurcations and codimension-two points, and refuse false certificates (half an hour)
+	$(BIN)/python -m tests.proven_statements
+
 bench: $(BENCH_STAMP)  ## compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
 
@@ -171,7 +176,7 @@ COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 
 lock: $(STAMP)  ## pin the newest version of every dependency, with hashes
 	$(COMPILE) --extra dev pyproject.toml -o requirements.lock
 	$(COMPILE) --extra bench --constraint requirements.lock pyproject.toml -o requirements-bench.lock
-	echo hatchling | $(COMPILE) --extra server --extra plot --constraint requirements.lock pyproject.toml - -o requirements-run.lock
+	echo hatchling | $(COMPILE) --extra server --extra plot --extra proofs --constraint requirements.lock pyproject.toml - -o requirements-run.lock
 
 clean:  ## remove what the other targets have made
 	rm -rf .venv .cache out dist

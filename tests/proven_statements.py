@@ -22,13 +22,14 @@ from typing import Any
 import numpy as np
 
 from grazemap.checker import FORMAT, check
-from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.branch_switching import starts_beyond
+from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import CoreError
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.proofs.bifurcations import bifurcation_theorem
 from grazemap_core.proofs.certificates import Search, Undecided, exact_oscillator
 from grazemap_core.proofs.orbits import orbit_theorem
@@ -43,6 +44,7 @@ COUNTS = {"orbit": 100, "attraction": 50, "SN": 20, "PD": 20, "SB": 20, "GR": 20
 WAYS = ("centre", "parameter", "stability", "virtual", "beyond", "left out")
 FALSE = 200
 TOLERANCE = 1e-13
+PARAMETERS = ("clearance", "omega", "restitution")
 
 Certificate = dict[str, Any]
 
@@ -96,38 +98,60 @@ def statements(seed: int) -> Iterator[tuple[str, Certificate]]:
     if seed % 2:
         yield "attraction", prove(DEFAULT, {"kind": "attraction", **place, **rest}, DIGITS, 120.0)
     orbit = periodic_orbit(DEFAULT, omega, clearance, sequence)
-    ranges = {"clearance": (0.7 * clearance, 1.3 * clearance), "omega": (0.9 * omega, 1.1 * omega)}
-    parameter = "omega" if seed % 3 == 2 else "clearance"
-    branch = orbit_branch(DEFAULT, orbit, *ranges[parameter], parameter, max_points=300)
-    unstable = np.flatnonzero(branch.admissible & branch.isolated & ~branch.stable)
+    parameter = PARAMETERS[seed % len(PARAMETERS)]
+    branch = orbit_branch(DEFAULT, orbit, *around(orbit, parameter, 0.3), parameter, max_points=300)
+    yield from of_branch(branch)
+    for point in branch.special_points:
+        if point.type in ("SB", "PD") and point.status == "converged":
+            for start in starts_beyond(DEFAULT, point, parameter):
+                other = periodic_orbit(DEFAULT, start.omega, start.clearance, start.impacts)
+                if other.converged:
+                    bounds = around(other, parameter, 0.1)
+                    yield from of_branch(orbit_branch(DEFAULT, other, *bounds, parameter, max_points=200))
+
+
+def around(orbit: PeriodicOrbit, parameter: str, share: float) -> tuple[float, float]:
+    """An interval of a parameter around the value of an orbit."""
+    if parameter == "restitution":
+        return max(0.0, DEFAULT.restitution - share), min(1.0, DEFAULT.restitution + share)
+    value = float(getattr(orbit, parameter))
+    return (1.0 - share) * value, (1.0 + share) * value
+
+
+def of_branch(branch: OrbitBranch) -> Iterator[tuple[str, Certificate]]:
+    """An unstable orbit, a solution with virtual impacts, the bifurcations, and an orbit beside a graze."""
+    fixed = branch.restitution == DEFAULT.restitution
+    unstable = np.flatnonzero(branch.admissible & branch.isolated & ~branch.stable & fixed)
     if len(unstable):
         yield "orbit", on_branch(branch, int(unstable[len(unstable) // 2]), False)
-    virtual = np.flatnonzero(np.any(branch.stops * branch.velocities < -1e-3, axis=1) & branch.isolated)
-    if len(virtual):
-        yield "virtual", unchecked(branch, int(virtual[0]))
-    found = search(DEFAULT)
+    virtual = np.any(branch.stops * branch.velocities < -1e-3, axis=1) & branch.isolated & fixed
+    if np.any(virtual):
+        yield "virtual", unchecked(branch, int(np.flatnonzero(virtual)[0]))
     for point in branch.special_points:
         if not point.admissible or point.status != "converged" or point.type == "NS":
             continue
-        here = {"omega": repr(point.omega), "clearance": repr(point.clearance)}
-        bounds = [repr(bound) for bound in ranges[parameter]]
-        stated = {"kind": "bifurcation", "type": point.type, "parameter": parameter, "range": bounds, **here}
-        begun = time.monotonic()
-        try:
-            proof = certificate(found, stated, bifurcation_theorem(found, stated, point))
-        except Undecided as undecided:
-            yield point.type, {"verdict": "undecided", "reason": str(undecided), "seconds": 0.0}
-            continue
-        answer = check(proof)
-        verdict = "proven" if answer.accepted else "undecided"
-        yield point.type, proof | {"verdict": verdict, "reason": answer.reason, "seconds": time.monotonic() - begun}
-        if point.type == "GR" and point.impact is None and parameter == "clearance":
+        yield point.type, bifurcation(point, branch.parameter)
+        if point.type == "GR" and point.impact is None and branch.parameter == "clearance":
             false = beyond(point)
             if false is not None:
                 yield "beyond", false
 
 
-def on_branch(branch: Any, place: int, stable: bool) -> Certificate:
+def bifurcation(point: SpecialPoint, parameter: str) -> Certificate:
+    """The certificate of a special point, or why it is undecided."""
+    found, value = search(DEFAULT), getattr(point, parameter)
+    here = {"omega": repr(point.omega), "clearance": repr(point.clearance)}
+    bounds = [repr(value * (1.0 - 1e-6)), repr(value * (1.0 + 1e-6))]
+    stated = {"kind": "bifurcation", "type": point.type, "parameter": parameter, "range": bounds, **here}
+    try:
+        proof = certificate(found, stated, bifurcation_theorem(found, stated, point))
+    except Undecided as undecided:
+        return {"verdict": "undecided", "reason": str(undecided)}
+    answer = check(proof)
+    return proof | {"verdict": "proven" if answer.accepted else "undecided", "reason": answer.reason}
+
+
+def on_branch(branch: OrbitBranch, place: int, stable: bool) -> Certificate:
     sequence = ImpactSequence.create(
         branch.period, branch.stops, branch.phases[place], branch.velocities[place], branch.symmetric
     )
@@ -135,7 +159,7 @@ def on_branch(branch: Any, place: int, stable: bool) -> Certificate:
     return prove(DEFAULT, {"kind": "orbit", **at, **motion(sequence), "stable": stable}, DIGITS)
 
 
-def unchecked(branch: Any, place: int) -> Certificate:
+def unchecked(branch: OrbitBranch, place: int) -> Certificate:
     """The certificate of a solution that is no motion: it has virtual impacts."""
     sequence = ImpactSequence.create(
         branch.period, branch.stops, branch.phases[place], branch.velocities[place], branch.symmetric

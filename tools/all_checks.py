@@ -32,6 +32,7 @@ TARGETS = (
     "verify",
     "resonance",
     "beside-borders",
+    "proofs",
     "borders",
     "reproduce",
     "bench-quick",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from copy import deepcopy
 from typing import Any
 
@@ -27,6 +28,9 @@ REQUESTS: dict[str, dict[str, Any]] = {
     },
     "bifurcation-diagrams": {"vary": "clearance", "range": [1.5, 1.6], "omega": 0.29, "periods": 3},
     "periodic-orbits": {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1, -1]}},
+    "proofs": {
+        "statement": {"kind": "codimension-two", "type": "g", "order": 2, "range": {"start": 0.282, "stop": 0.283}}
+    },
     "orbit-branches": {
         "omega": 0.27,
         "clearance": 1.85,
@@ -96,6 +100,10 @@ REQUESTS[ADAPTIVE] = {**REQUESTS["unfolding-maps"], "adaptive": True}
 REQUESTS[MANY] = {**REQUESTS["trajectories"], "initial": [{}, {"phase": 1.0}, {"velocity": [0.0, 0.0, 0.5]}]}
 
 
+DRAWN = [name for name in REQUESTS if name != "proofs"]
+"""All but proofs, which have no picture."""
+
+
 def document(process: str) -> dict[str, Any]:
     """Return a result's document as the workers make it."""
     return {
@@ -114,6 +122,7 @@ def document(process: str) -> dict[str, Any]:
         "periodic-orbits": _orbit,
         "periodic-orbits by simulation": _rested,
         "orbit-branches": _branch,
+        "proofs": _proof,
     }[process]()
 
 
@@ -212,6 +221,21 @@ def _orbit() -> dict[str, Any]:
         "excess_stop": -1,
         "start": {"displacement": np.array([1.0, 0.0, 0.0]), "velocity": np.array([0.1, 0.2, 0.3]), "phase": 0.0},
         "motion": {**motion, "sticking": False, "label": "1-1r-1l", "verified": False, "reason": None},
+    }
+
+
+def _proof() -> dict[str, Any]:
+    certificate = {
+        "verdict": "undecided",
+        "reason": "rests",
+        "statement": {"kind": "codimension-two"},
+        "enclosures": {},
+    }
+    return {
+        "kind": "codimension-two",
+        "verdict": "undecided",
+        "reason": "rests",
+        "certificate": json.dumps(certificate),
     }
 
 

@@ -38,14 +38,15 @@ def test_each_process_has_its_method(client, service):
         omega=0.27, clearance=1.85, motion={"period": 1, "stops": [1, -1]}, range=(1.8, 1.9), progress=False
     )
     borders = client.bifurcation_curves(omega=(0.2, 0.3), clearance=(1.5, 1.6), progress=False)
-    answers = (curve, points, mapping, path, diagram, umap, whole, basins, orbit, branch, borders)
+    proof = client.prove(statement=REQUESTS["proofs"]["statement"], progress=False)
+    answers = (curve, points, mapping, path, diagram, umap, whole, basins, orbit, branch, borders, proof)
     assert [result.process for result in answers] == list(PROCESSES)
     np.testing.assert_array_equal(curve.clearance, [1.5, 1.7, 2.0])
     assert points.points[1].bifurcation == "SN"
     assert path.motion.label == "1-1r-1l"
     assert umap.kind.shape == (2, 3)
     assert whole.unfolding_map.kind.shape == (2, 3)
-    assert service.computed == 11
+    assert service.computed == 12
 
 
 def test_an_adaptive_map_is_another_request(client, service):

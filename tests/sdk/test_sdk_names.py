@@ -29,6 +29,7 @@ def test_public_names_are_these():
         "OrbitBranch",
         "Oscillator",
         "PeriodicOrbit",
+        "Proof",
         "Trajectories",
         "Trajectory",
         "UnfoldingDiagram",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from coloraide import Color
 from matplotlib import pyplot
-from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
+from sdk_documents import ADAPTIVE, DRAWN, MANY, POINTS, document, npz
 
 from grazemap import Oscillator, engineering_units
 from grazemap.plots import palette, save_picture, unfolding
@@ -37,7 +37,7 @@ def legend(ax) -> list[str]:
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-@pytest.mark.parametrize("process", list(REQUESTS))
+@pytest.mark.parametrize("process", DRAWN)
 @pytest.mark.parametrize("ending", ["png", "svg"])
 def test_every_result_is_drawn(process, ending, tmp_path):
     path = tmp_path / f"picture.{ending}"
@@ -544,7 +544,7 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     assert "saddle-node (SN) of 1-$1_r$-$(-1)_l$" in legend(bare.plot())
 
 
-@pytest.mark.parametrize("process", [name for name in REQUESTS if name not in ("trajectories", MANY)])
+@pytest.mark.parametrize("process", [name for name in DRAWN if name not in ("trajectories", MANY)])
 def test_on_the_caller_s_axes_nothing_is_drawn_outside_of_them(process):
     figure = new_figure(8, 4)
     left, right = figure.subplots(1, 2)
@@ -698,7 +698,7 @@ def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
     assert pickle.loads(pickle.dumps(ax.figure)).axes[0].get_xlabel().endswith("(Hz)")
 
 
-@pytest.mark.parametrize("process", [name for name in REQUESTS if not name.startswith("periodic-orbits")])
+@pytest.mark.parametrize("process", [name for name in DRAWN if not name.startswith("periodic-orbits")])
 @pytest.mark.parametrize("labels", [True, False])
 def test_no_picture_is_left_in_radians_per_second_or_metres(process, labels):
     drawn = in_si(process).plot(labels=labels)
@@ -785,7 +785,7 @@ def test_axes_without_quantities_in_si_are_refused(draw):
         engineering_units(new_figure(4, 3))
 
 
-@pytest.mark.parametrize("process", [name for name in REQUESTS if "not found" not in name])
+@pytest.mark.parametrize("process", [name for name in DRAWN if "not found" not in name])
 def test_without_labels_there_is_no_text_inside_the_axes(process):
     result = decode_result(npz(process))
     draws = [

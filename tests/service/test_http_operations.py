@@ -71,6 +71,7 @@ def test_the_root_describes_the_service(client: TestClient) -> None:
         "/v1/periodic-orbits",
         "/v1/orbit-branches",
         "/v1/bifurcation-curves",
+        "/v1/proofs",
     ]
     assert described["limits"]["masses"] == 64
     for link in described["links"]:

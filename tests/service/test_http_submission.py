@@ -33,6 +33,7 @@ EVERY_PROCESS = {
     "periodic-orbits": ORBIT,
     "orbit-branches": {**ORBIT, "range": {"start": 1.8, "stop": 1.9}},
     "bifurcation-curves": {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}},
+    "proofs": {"statement": {"kind": "attraction", "omega": 0.29, "clearance": 1.6}},
     "basins": {
         "omega": 0.29,
         "clearance": 1.6,

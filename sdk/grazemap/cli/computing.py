@@ -44,6 +44,8 @@ def compute(options: argparse.Namespace) -> int:
     targets = [output for output in outputs if output[1] is not None]
     for target in targets:
         files.check_output(*target)
+        if target[1].suffix in files.PICTURES:
+            files.check_drawn(options.process)
     fields = _request(options.json) if options.json is not None else {}
     given = vars(options)
     texts = {flag.place: given[flag.pointer] for flag in flags_of(options.process) if flag.pointer in given}

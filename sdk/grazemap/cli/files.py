@@ -10,7 +10,7 @@ from pathlib import Path
 from grazemap.cli.outcome import InvalidCommand
 from grazemap.plots import save_picture
 from grazemap.plots.axes import kept_from_pyplot, new_figure
-from grazemap.results import Result
+from grazemap.results import RESULTS, Result
 
 PICTURES = (".png", ".svg", ".pdf")
 OUTPUTS = (".npz", ".json", *PICTURES)
@@ -38,6 +38,12 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
     if path.suffix in PICTURES:
         with kept_from_pyplot():
             new_figure(1.0, 1.0)
+
+
+def check_drawn(process: str) -> None:
+    """Raise for a process whose results have no picture."""
+    if not any(hasattr(result, "plot") for result in RESULTS.values() if result.process == process):
+        raise InvalidCommand(f"there is no picture of {process}")
 
 
 def write(what: str, path: Path, result: Result, engineering: bool = False) -> None:

@@ -64,6 +64,7 @@ def _plot(options: argparse.Namespace) -> int:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
     with files.named("the result", options.result):
         result = load(options.result)
+    files.check_drawn(result.process)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
     over = _drawn_over(result, options.over)
