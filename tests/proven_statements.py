@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from grazemap.checker import FORMAT, check
+from grazemap.checker.arithmetic import Refused
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.continuation.special_points import SpecialPoint
@@ -145,7 +146,7 @@ def bifurcation(point: SpecialPoint, parameter: str) -> Certificate:
     stated = {"kind": "bifurcation", "type": point.type, "parameter": parameter, "range": bounds, **here}
     try:
         proof = certificate(found, stated, bifurcation_theorem(found, stated, point))
-    except Undecided as undecided:
+    except (Undecided, Refused) as undecided:
         return {"verdict": "undecided", "reason": str(undecided)}
     answer = check(proof)
     return proof | {"verdict": "proven" if answer.accepted else "undecided", "reason": answer.reason}

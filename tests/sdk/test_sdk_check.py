@@ -9,12 +9,12 @@ from grazemap import cli
 from grazemap.checker import check
 from grazemap.results import decode_result
 
-# m = 1, k = 1, c = 0.2: g vanishes at s = pi / sqrt(0.99), so a graze recurs at the first return where omega = sqrt(0.99)
+# with m = 1, k = 1, c = 0.2, g first vanishes at pi/sqrt(0.99), so the graze recurs at return 1 for omega = sqrt(0.99)
 LOW, HIGH = "0.99498743710661995", "0.99498743710661996"
 
 
-def certificate(low: str = LOW, high: str = HIGH, order: int = 1) -> dict[str, object]:
-    shared = {"kind": "codimension-two", "type": "g", "order": order, "range": ["0.9", "1.1"]}
+def certificate(low: str = LOW, high: str = HIGH, stiffness: str = "1") -> dict[str, object]:
+    shared = {"kind": "codimension-two", "type": "g", "order": 1, "range": ["0.9", "1.1"]}
     return {
         "format": "grazemap-certificate-1",
         "statement": shared,
@@ -22,7 +22,7 @@ def certificate(low: str = LOW, high: str = HIGH, order: int = 1) -> dict[str, o
         "oscillator": {
             "mass": [["1"]],
             "damping": [["1/5"]],
-            "stiffness": [["1"]],
+            "stiffness": [[stiffness]],
             "contact": ["1"],
             "forcing": {"sine": ["1"], "cosine": ["0"]},
         },
@@ -49,7 +49,7 @@ def test_a_true_certificate_is_verified(tmp_path, capsys):
     [
         (certificate(low="0.99498743710661996", high="0.99498743710661997"), "change its sign"),
         (certificate(low="0.8"), "lie in the stated range"),
-        (certificate(order=2), "change its sign"),
+        (certificate(stiffness="1.0000001"), "change its sign"),
         (certificate() | {"verdict": "disproven"}, "does not contradict"),
         (certificate() | {"statement": {"kind": "codimension-two", "type": "g", "order": 3}}, "order is not that"),
         (certificate() | {"bits": 10**9}, "out of range"),

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from grazemap.checker import FORMAT, check
+from grazemap.checker.arithmetic import Refused
 from grazemap_core.errors import CoreError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.proofs.attraction import BITS_PER_IMPACT, prove_attraction
@@ -65,7 +66,7 @@ def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_li
             if proof["verdict"] != "undecided":
                 return proof
         reason = proof["reason"]
-    except Undecided as undecided:
+    except (Undecided, Refused) as undecided:
         reason = str(undecided)
     except CoreError as error:
         reason = str(error)

@@ -15,7 +15,7 @@ _MOST_BYTES = 50_000_000
 
 def add_command(commands: Any) -> None:
     """Add the command to the parser's."""
-    check = commands.add_parser("check", help="verify the certificate of a proof, without a service")
+    check = commands.add_parser("check", help="verify the certificate of a proof")
     check.add_argument("certificate", type=Path, metavar="FILE", help="a result of proofs saved as .json")
     check.set_defaults(command=_check)
 
