@@ -19,8 +19,10 @@ TERMS = 30
 STEP = 2.0
 """Length of a step of the series, in units of the norm of the equations."""
 SAMPLES = np.linspace(0.0, 1.0, 65)
-MOST_IMPACTS = 400
-"""Impacts in a forcing period above which mass 1 is taken to come to rest on a stop."""
+SHORTEST_FLIGHT = 1e-6
+"""Time between two impacts, in forcing periods, below which mass 1 is taken to come to rest by complete chatter."""
+BISECTIONS = 40
+"""Halvings of the interval between two samples, to about the rounding of the series."""
 
 
 class Impact(NamedTuple):
@@ -39,7 +41,7 @@ class Simulation:
         """Take the state at a time, both exact up to the precision."""
         self.search, self.system, self.bits = search, system, bits
         self.impacts: list[Impact] = []
-        self.state, self.time, self.left, self.steps = state, time, 0, 0
+        self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
             self.length = (STEP / system.norm).mid()
             self.stride = system.flow(self.length)
@@ -77,8 +79,7 @@ class Simulation:
             values = np.polynomial.polynomial.polyval(SAMPLES, series)
             beyond = np.flatnonzero(values < 0.0)
             if len(beyond) and (first is None or SAMPLES[beyond[0]] < first[1]):
-                place = int(beyond[0])
-                first = stop, float(SAMPLES[max(place - 1, 0)] + SAMPLES[place]) / 2.0
+                first = stop, _root(series, int(beyond[0]))
         return first
 
     def _strike(self, stop: int, where: float) -> None:
@@ -96,14 +97,21 @@ class Simulation:
                 break
         else:
             raise Undecided("an impact of the transient is too close to a graze")
-        if not taken > 0:
-            raise Undecided("rests")
         state = (system.flow(taken) * self.state).mid()
         speed = (system.row * (system.whole * state))[0, 0].mid()
         after, _ = system.strike(state, stop)
         self.time = (self.time + taken).mid()
+        period = 2.0 * np.pi / float(system.omega)
+        if self.impacts and float(self.time - self.impacts[-1].time) < SHORTEST_FLIGHT * period:
+            raise Undecided("rests")
         self.state, self.left = after.mid(), stop
         self.impacts.append(Impact(stop, self.time, speed, self.state))
-        period = 2.0 * np.pi / float(system.omega)
-        if len(self.impacts) > MOST_IMPACTS and float(self.time - self.impacts[-MOST_IMPACTS].time) < period:
-            raise Undecided("rests")
+
+
+def _root(series: Floats, place: int) -> float:
+    """Return where a series passes zero before the first sample at which it is negative."""
+    low, high = float(SAMPLES[max(place - 1, 0)]), float(SAMPLES[place])
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if np.polynomial.polynomial.polyval(middle, series) < 0.0 else (middle, high)
+    return high

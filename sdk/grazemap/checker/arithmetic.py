@@ -22,11 +22,16 @@ def require(condition: bool, reason: str) -> None:
         raise Refused(reason)
 
 
-def exact(text: str | int) -> arb:
-    """Return a ball around the rational number that a decimal or a quotient stands for."""
-    if isinstance(text, bool) or not NUMBER.fullmatch(str(text)):
-        raise ValueError(f"not a decimal or rational number: {str(text)[:40]}")
-    value = Fraction(str(text))
+def rational(text: str) -> Fraction:
+    """Return the number that a decimal or a quotient stands for."""
+    if not NUMBER.fullmatch(text):
+        raise ValueError(f"not a decimal or rational number: {text[:40]}")
+    return Fraction(text)
+
+
+def exact(text: str) -> arb:
+    """Return a ball around a rational number."""
+    value = rational(text)
     return arb(fmpq(value.numerator, value.denominator))
 
 

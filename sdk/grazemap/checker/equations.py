@@ -34,8 +34,14 @@ class Equations:
         system, k, times = orbit.system, range(len(orbit.stops)), orbit.times
         self.rebound = column([system.rebound[stop] for stop in orbit.stops])
         self.force = diagonal(self.rebound) * column(orbit.velocities)
-        late = [[times[i] - times[j] + (0 if j < i else orbit.turn) for j in k] for i in k]
-        self.flows = [[system.flow(time, free=True) for time in row] for row in late]
+        following = [*times[1:], times[0] + orbit.turn]
+        flights = [system.flow(end - start, free=True) for start, end in zip(times, following, strict=True)]
+        self.flows = [[identity(0)] * self.count for _ in k]
+        for j in k:
+            reached = identity(2 * system.size)
+            for i in (*range(j + 1, self.count), *range(j + 1)):
+                reached = flights[i - 1] * reached
+                self.flows[i][j] = reached
         self.around = system.flow(orbit.turn, free=True)
         self.values = self.observed(orbit.sign)
         self.steady = [system.steady(time) for time in times]

@@ -6,9 +6,12 @@ from typing import Any
 
 from flint import acb, arb, arb_mat
 
-from grazemap.checker.arithmetic import column, eigenvalues, exact, identity, require
+from grazemap.checker.arithmetic import column, eigenvalues, exact, identity, rational, require
 from grazemap.checker.equations import Equations, Solution, newton
 from grazemap.checker.system import System
+
+SIDES = ("gaps", "restitutions")
+"""What has a value for each stop."""
 
 
 def system_of(data: dict[str, Any], theorem: dict[str, Any], parameter: str | None = None, value: Any = None) -> System:
@@ -24,6 +27,8 @@ def solution_of(system: System, theorem: dict[str, Any], unknowns: list[arb]) ->
     period, symmetric, stops = theorem["period"], theorem["symmetric"], theorem["stops"]
     require(type(period) is int and period >= 1, "the period is not a number of forcing periods")
     require(not (symmetric and period % 2 == 0), "a symmetric orbit has an odd period")
+    same = all(None not in theorem[name] and len(set(map(rational, theorem[name]))) == 1 for name in SIDES)
+    require(same or not symmetric, "a symmetric orbit needs two equal gaps and two equal restitutions")
     require(len(stops) > 0 and all(stop in (1, -1) for stop in stops), "a stop is not 1 or -1")
     turn = arb.pi() * (period if symmetric else 2 * period) / system.omega
     count = len(stops)
