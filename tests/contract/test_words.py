@@ -5,7 +5,8 @@
 - flows in, flows out, of arguments and results: takes, returns.
 - landed, of impacts and states: what happened.
 - room, of memory: scratch, memory, space.
-- proven, proof: verified, verification. Only interval arithmetic is a proof.
+- proven, proof: verified, verification. Only interval arithmetic is a proof; the words stand where its certificates
+  are made, checked and described.
 """
 
 from __future__ import annotations
@@ -21,13 +22,20 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("core/grazemap_core", "sdk/grazemap", "worker/grazemap_worker", "service/grazemap_service")
 DOCUMENTS = [*sorted((ROOT / "docs").glob("*.md")), *(ROOT / name for name in ("README.md", "CHANGELOG.md"))]
 
+OF_PROOFS = r"proven|proofs?|proves?|proved|proving"
 NEVER = re.compile(
-    r"\b(behind|told|flows (?:in|out)|flow (?:in|out)(?= *[;,])|landed|rooms?|proven|proofs?|proves?|proved|proving)\b",
-    re.IGNORECASE,
+    rf"\b(behind|told|flows (?:in|out)|flow (?:in|out)(?= *[;,])|landed|rooms?|{OF_PROOFS})\b", re.IGNORECASE
 )
 # what makes a use right, in the text from 40 characters before the word to 60 after it
-RIGHT = re.compile(r"behind (a|the|its|either) (stop|wall|proxy)|interval arithmetic", re.IGNORECASE)
+RIGHT = re.compile(r"behind (a|the|its|either) (stop|wall|proxy)|(interval|ball) arithmetic", re.IGNORECASE)
+WITH_CERTIFICATE = re.compile(
+    r"certificate|grazemap.check|/v1/proofs|python-flint|#proofs|`proofs`|< proofs", re.IGNORECASE
+)
 IN_NAMES = {"behind", "told", "landed", "room", "rooms", "proven", "proof", "proofs", "prove", "proving"}
+# modules and parts of pages that are about certificates, and their public names elsewhere
+ABOUT_CERTIFICATES = re.compile(r"/(proofs|checker)/|/(proofs|checking)\.py$")
+SECTION = re.compile(r"^## Proofs\n.*?(?=^## )", re.MULTILINE | re.DOTALL)
+NAMES_OF_PROOFS = {"ProofsRequest", "Proof", "prove", "PROOF_SECONDS"}
 
 
 def wrong_words(text: str) -> list[str]:
@@ -37,6 +45,7 @@ def wrong_words(text: str) -> list[str]:
         around
         for match in NEVER.finditer(text)
         if not RIGHT.search(around := text[max(0, match.start() - 40) : match.end() + 60])
+        and not (re.fullmatch(OF_PROOFS, match[0], re.IGNORECASE) and WITH_CERTIFICATE.search(around))
     ]
 
 
@@ -70,6 +79,7 @@ def wrong_in_source(source: str) -> list[str]:
         name
         for name in names(tree)
         if not name.startswith("_")
+        and name not in NAMES_OF_PROOFS
         and IN_NAMES & {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", name.replace("_", " "))}
     ]
     texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
@@ -80,8 +90,10 @@ def wrong_in_source(source: str) -> list[str]:
 def test_a_package_has_none_of_the_words(package: str) -> None:
     found = {}
     for path in sorted((ROOT / package).rglob("*.py")):
-        wrong = wrong_in_source(path.read_text("utf-8"))
-        wrong += [path.name] if IN_NAMES & set(path.stem.split("_")) else []
+        source, name = path.read_text("utf-8"), path.stem
+        if ABOUT_CERTIFICATES.search(path.as_posix()):
+            source, name = (re.sub(OF_PROOFS, "shown", text, flags=re.IGNORECASE) for text in (source, name))
+        wrong = wrong_in_source(source) + ([path.name] if IN_NAMES & set(name.split("_")) else [])
         if wrong:
             found[path.relative_to(ROOT).as_posix()] = wrong
     assert found == {}
@@ -89,7 +101,7 @@ def test_a_package_has_none_of_the_words(package: str) -> None:
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_a_document_has_none_of_the_words(document: Path) -> None:
-    assert wrong_words(document.read_text("utf-8")) == []
+    assert wrong_words(SECTION.sub("", document.read_text("utf-8"))) == []
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,8 @@ def _check(options: argparse.Namespace) -> int:
     if not answer.accepted:
         return fail(f"not verified: {answer.reason}", FAILED)
     print(f"verified: the statement is {certificate['verdict']}")
-    for name, value in certificate["statement"].items():
+    inputs = {name: certificate["theorem"][name] for name in ("gaps", "restitutions")}
+    for name, value in (certificate["statement"] | inputs | certificate["oscillator"]).items():
         print(f"  {name}: {value}")
     for name, value in answer.enclosures.items():
         print(f"  shown, {name}: {value}")
