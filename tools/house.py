@@ -31,7 +31,10 @@ MARGIN, GAP, PADDING, CAPTION_HEIGHT = 20, 8, 12, 26
 FOLDER_HEIGHT, MODULE_HEIGHT, TITLE_HEIGHT, BETWEEN = 46, 24, 30, 74
 LETTER, SMALL_LETTER = 8.0, 6.1
 WIDTH = 1240
-CAPTION = "Blue: folders. White: modules. Each imports only what stands on lower floors, and packages along the arrows; proofs also imports the checker."
+CAPTION = (
+    "Blue: folders. White: modules. Each imports only what stands on lower floors, and packages along the arrows;"
+    " proofs imports the checker too."
+)
 
 
 class Room(NamedTuple):
@@ -224,9 +227,8 @@ def _arrows(house: House, frames: dict[str, Frame]) -> Iterator[str]:
         (WORKER, CORE): frames[CORE].left + 0.1 * frames[CORE].width,
         (WORKER, SDK): frames[SDK].left + 30,
     }
-    unknown = {
-        pair for pair, names in house.between.items() if pair not in places and not names <= ASIDE.get(pair, set())
-    }
+    with_arrow = {pair for pair, names in house.between.items() if not names <= ASIDE.get(pair, set())}
+    unknown = with_arrow - set(places)
     if unknown:
         raise ValueError(f"imports against the direction of the house: {sorted(unknown)}")
     for (above, below), x in places.items():

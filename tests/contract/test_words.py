@@ -29,7 +29,7 @@ NEVER = re.compile(
 # what makes a use right, in the text from 40 characters before the word to 60 after it
 RIGHT = re.compile(r"behind (a|the|its|either) (stop|wall|proxy)|(interval|ball) arithmetic", re.IGNORECASE)
 WITH_CERTIFICATE = re.compile(
-    r"certificate|grazemap.check|/v1/proofs|python-flint|#proofs|`proofs`|< proofs", re.IGNORECASE
+    r"certificate|grazemap.check|/v1/proofs|python-flint|#proofs|`proofs`|< proofs|statement", re.IGNORECASE
 )
 IN_NAMES = {"behind", "told", "landed", "room", "rooms", "proven", "proof", "proofs", "prove", "proving"}
 # modules and parts of pages that are about certificates, and their public names elsewhere
