@@ -1,7 +1,9 @@
 """One statement of each kind is proven, false ones are disproven or refused, and what is undecided says why."""
 
+import re
 from copy import deepcopy
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -59,6 +61,27 @@ def test_bifurcations_are_proven(statement, value):
     moved = deepcopy(found)
     moved["theorem"]["value"] = str(Fraction(found["theorem"]["value"]) + 10 * Fraction(found["theorem"]["radius"]))
     assert "does not map the box into itself" in check(moved).reason
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_trajectory_that_touches_a_stop_beside_an_orbit_is_not_attracted_by_it():
+    place = {"omega": "0.2604494382022472", "clearance": "1.7718524462135552"}
+    said = {"period": 3, "impacts_right": 2, "impacts_left": 2}
+    found = prove(DEFAULT, {**ATTRACTION, **place, **said}, time_limit=400.0)
+    assert found["verdict"] == "disproven", found["reason"]
+    assert [found["enclosures"][name] for name in said] == [1, 1, 1]
+
+
+def test_the_numbers_of_the_theory_page_are_proven():
+    statement = {"kind": "codimension-two", "type": "g", "order": 2, "range": ["0.282", "0.283"]}
+    found = prove(DEFAULT, statement)
+    page = (Path(__file__).parents[2] / "docs" / "theory.md").read_text("utf-8")
+    omega, clearance = re.findall(r"^\| (?:recurrence m = 2, active: omega|clearance there) \| (\S+) \|$", page, re.M)
+    assert found["verdict"] == "proven"
+    assert found["enclosures"]["active"]
+    assert found["enclosures"]["omega"].startswith(f"[{omega}")
+    assert found["enclosures"]["clearance"].startswith(f"[{clearance}")
 
 
 def test_chatter_is_undecided():

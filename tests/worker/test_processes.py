@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
 import pytest
 from one_impact_orbits import orbits_at_clearance
 
+from grazemap.checker import check
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.schema import schema_of
 from grazemap.schema.maps import TILE_OF_BASINS
@@ -90,6 +92,17 @@ def test_a_grazing_curve_has_the_sequence_where_it_is_requested() -> None:
     plain = whole("grazing-curves", body)
     assert "xi" not in plain
     np.testing.assert_array_equal(plain["clearance"], document["clearance"])
+
+
+def test_a_statement_is_proven_with_the_decimals_of_the_request() -> None:
+    said = {"kind": "attraction", "omega": 0.29, "clearance": 1.6, "label": "1-2r-2l"}
+    document = whole("proofs", {"statement": said})
+    certificate = json.loads(document["certificate"])
+    assert (document["verdict"], document["reason"]) == ("proven", None)
+    assert check(certificate).accepted
+    asked = certificate["statement"]
+    assert (asked["omega"], asked["clearance"], asked["displacement"]) == ("0.29", "1.6", ["0.0"] * 3)
+    assert (asked["period"], asked["impacts_right"], asked["impacts_left"]) == (1, 2, 2)
 
 
 @pytest.mark.parametrize("stop", ["A", "C"])

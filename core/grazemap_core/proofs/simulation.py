@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, ctx
+from numpy.polynomial.polynomial import polyder, polyval
 
 from grazemap.checker.system import System
 from grazemap_core.arrays import Floats
@@ -76,10 +77,10 @@ class Simulation:
             series = -stop * coefficients
             series[0] += float(gap)
             series = series[1:] if stop == self.left else series  # on the stop: the root at 0 is divided out
-            values = np.polynomial.polynomial.polyval(SAMPLES, series)
-            beyond = np.flatnonzero(values < 0.0)
-            if len(beyond) and (first is None or SAMPLES[beyond[0]] < first[1]):
-                first = stop, _root(series, int(beyond[0]))
+            bracket = _first_bracket(series)
+            if bracket is not None:
+                where = _root(series, *bracket)
+                first = (stop, where) if first is None or where < first[1] else first
         return first
 
     def _strike(self, stop: int, where: float) -> None:
@@ -108,10 +109,24 @@ class Simulation:
         self.impacts.append(Impact(stop, self.time, speed, self.state))
 
 
-def _root(series: Floats, place: int) -> float:
-    """Return where a series passes zero before the first sample at which it is negative."""
-    low, high = float(SAMPLES[max(place - 1, 0)]), float(SAMPLES[place])
+def _first_bracket(series: Floats) -> tuple[float, float] | None:
+    """Return two places in the step, the first at which a series is positive and then negative, minima included."""
+    values = polyval(SAMPLES, series)
+    slope = polyder(series)
+    slopes = polyval(SAMPLES, slope)
+    beyond = np.flatnonzero(values < 0.0)
+    last = int(beyond[0]) if len(beyond) else len(SAMPLES)
+    for k in np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))[:last]:
+        low, high = float(SAMPLES[k]), float(SAMPLES[k + 1])
+        lowest = _root(-slope, low, high)
+        if k < last and polyval(lowest, series) < 0.0:
+            return low, lowest
+    return (float(SAMPLES[max(last - 1, 0)]), float(SAMPLES[last])) if len(beyond) else None
+
+
+def _root(series: Floats, low: float, high: float) -> float:
+    """Return where a series passes from positive to negative, by bisection."""
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if np.polynomial.polynomial.polyval(middle, series) < 0.0 else (middle, high)
+        low, high = (low, middle) if polyval(middle, series) < 0.0 else (middle, high)
     return high
