@@ -102,9 +102,6 @@ class ProofsRequest(ProcessRequest):
                     "motion": {"period": 1, "stops": [1, 1, -1, -1]},
                 }
             },
-            "where the trajectory from rest goes": {
-                "statement": {"kind": "attraction", "omega": 0.29, "clearance": 1.6, "label": "1-2r-2l"}
-            },
         },
     )
 

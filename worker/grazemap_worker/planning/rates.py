@@ -78,4 +78,4 @@ MOST_STEPS_AFTER = 1000
 # Number of points of a window at which a motion is looked for.
 CURVES_PLACES = 9
 # Median time of a proof, by the kind of its statement.
-PROOF_SECONDS = {"orbit": 0.5, "attraction": 10.0, "bifurcation": 1.0, "codimension-two": 0.1}
+PROOF_SECONDS = {"orbit": 0.5, "attraction": 8.0, "bifurcation": 1.0, "codimension-two": 0.1}
