@@ -112,7 +112,7 @@ class Simulation:
 def _first_bracket(series: Floats) -> tuple[float, float] | None:
     """Return two places in the step, the first at which a series is positive and then negative, minima included."""
     values = polyval(SAMPLES, series)
-    slope = polyder(series)
+    slope: Floats = np.asarray(polyder(series), dtype=np.float64)
     slopes = polyval(SAMPLES, slope)
     beyond = np.flatnonzero(values < 0.0)
     last = int(beyond[0]) if len(beyond) else len(SAMPLES)
