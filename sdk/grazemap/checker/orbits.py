@@ -61,6 +61,7 @@ def follow(orbit: Solution, states: list[arb_mat], graze: int | None = None) -> 
     whole = identity(2 * system.size)
     for i, stop in enumerate(orbit.stops):
         require(i == graze or stop * orbit.velocities[i] > 0, f"impact {i + 1} moves away from its stop")
+    for i, stop in enumerate(orbit.stops):
         last = i == count - 1
         end = orbit.times[0] + orbit.turn if last else orbit.times[i + 1]
         following = orbit.sign * orbit.stops[0] if last else orbit.stops[i + 1]
