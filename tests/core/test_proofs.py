@@ -55,7 +55,7 @@ def test_where_a_trajectory_goes_is_proven_and_another_label_disproven(attractio
 
 @pytest.mark.parametrize(("statement", "value"), [(BREAKING, "1.367766070496"), (GRAZE, "1.412592943269")])
 def test_bifurcations_are_proven(statement, value):
-    found = prove(DEFAULT, statement)
+    found = prove(DEFAULT, statement, time_limit=600.0)
     assert found["verdict"] == "proven", found["reason"]
     assert found["enclosures"]["value"].startswith("[" + value[:-1])
     moved = deepcopy(found)
