@@ -42,6 +42,14 @@ SECOND_ORDER = 16.0
 third order are then a few percent of those of second order, which are enlarged by as much."""
 
 
+class Impacts(NamedTuple):
+    """The impacts of an orbit, each array (k,): stops, +1 or -1, phases and signed speeds."""
+
+    stops: Floats
+    phases: Floats
+    speeds: Floats
+
+
 class CaptureScratch(NamedTuple):
     """Scratch for up to k impacts and N blocks.
 
@@ -375,35 +383,42 @@ def _pass_flight(flow: Floats, columns: Floats, born: int) -> None:
 
 
 @fused_kernel
+def _write_outputs(problem: OrbitProblem, columns: Floats, born: int, scratch: CaptureScratch) -> None:
+    """Write the displacement, velocity and acceleration of mass 1 that every column stands for."""
+    omega, slower = problem.omega, 1.0 / problem.omega
+    displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
+    for c in range(born):
+        displacement[c], velocity[c], acceleration[c] = 0.0, 0.0, 0.0
+    for j in range(problem.decay.shape[0]):
+        square, twice = problem.frequency_squared[j] / (omega * omega), 2.0 * problem.decay[j] / omega
+        above, below = columns[2 * j], columns[2 * j + 1]
+        for c in range(born):
+            y, rate = above[c], slower * below[c]
+            displacement[c] += y
+            velocity[c] += rate
+            acceleration[c] -= square * y + twice * rate
+
+
+@fused_kernel
 def _pass_return(
     problem: OrbitProblem,
-    stops: Floats,
-    phases: Floats,
-    speeds: Floats,
+    impacts: Impacts,
     columns: Floats,
     shooting: Shooting,
     scratch: CaptureScratch,
 ) -> tuple[float, float]:
     """Carry the ball over one return; return the largest ratio and the largest change of mass 1's displacement."""
+    stops, phases, speeds = impacts.stops, impacts.phases, impacts.speeds
     count, blocks = stops.shape[0], problem.decay.shape[0]
     omega, rebound, axes = problem.omega, problem.rebound, 2 * blocks
-    slower, born = 1.0 / omega, axes
+    born = axes
     displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
     amplitude = math.hypot(problem.steady_real, problem.steady_imag)
     ratio, farthest, stiffest = 0.0, 0.0, 1.0
     for j in range(blocks):
         stiffest = max(stiffest, (problem.frequency[j] + 2.0 * problem.decay[j]) / omega)
     for i in range(count):
-        for c in range(born):
-            displacement[c], velocity[c], acceleration[c] = 0.0, 0.0, 0.0
-        for j in range(blocks):
-            square, twice = problem.frequency_squared[j] / (omega * omega), 2.0 * problem.decay[j] / omega
-            above, below = columns[2 * j], columns[2 * j + 1]
-            for c in range(born):
-                y, rate = above[c], slower * below[c]
-                displacement[c] += y
-                velocity[c] += rate
-                acceleration[c] -= square * y + twice * rate
+        _write_outputs(problem, columns, born, scratch)
         at = _Reach(
             _largest_sum(displacement, axes, born),
             _largest_sum(velocity, axes, born),
@@ -445,9 +460,7 @@ def _pass_return(
 def capture_ratio(
     problem: CellProblem,
     orbit: OrbitProblem,
-    stops: Floats,
-    phases: Floats,
-    speeds: Floats,
+    impacts: Impacts,
     uncertainty: float,
     matrix: Floats,
     multiplier: float,
@@ -482,13 +495,13 @@ def capture_ratio(
     for j in range(orbit.decay.shape[0]):
         scale = block_scale(orbit, j)
         scratch.scales[2 * j], scratch.scales[2 * j + 1] = orbit.frequency[j] / scale, 1.0 / scale
-    radius = _distance_from_orbit(problem, orbit, phases[0], uncertainty, shooting, scratch)
-    width = size + BORN * stops.shape[0]
+    radius = _distance_from_orbit(problem, orbit, impacts.phases[0], uncertainty, shooting, scratch)
+    width = size + BORN * impacts.stops.shape[0]
     columns = scratch.columns[: size * width].reshape((size, width))
     share = 1.0
     for _ in range(tolerances.CAPTURE_TRIALS):
         _place_ball(share * radius, scratch, columns)
-        ratio, reach = _pass_return(orbit, stops, phases, speeds, columns, shooting, scratch)
+        ratio, reach = _pass_return(orbit, impacts, columns, shooting, scratch)
         if ratio < 1.0:
             longer = 0.0
             for c in range(size, width):

@@ -44,7 +44,7 @@ from grazemap_core.orbits.kernels.admissibility import (
     contact_scratch,
     further_contact_from,
 )
-from grazemap_core.orbits.kernels.capture import CaptureScratch, capture_ratio, capture_scratch
+from grazemap_core.orbits.kernels.capture import CaptureScratch, Impacts, capture_ratio, capture_scratch
 from grazemap_core.orbits.kernels.equations import OrbitProblem, second_derivative_bound
 from grazemap_core.orbits.kernels.multipliers import block_scale
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
@@ -547,6 +547,23 @@ def _impacts_by_stop(stops: Floats, count: int) -> tuple[int, int]:
 
 
 @kernel
+def _capture(
+    problem: CellProblem,
+    orbit: OrbitProblem,
+    impacts: Impacts,
+    uncertainty: float,
+    multiplier: float,
+    scratch: VerificationScratch,
+) -> tuple[float, float, float]:
+    """Return `capture.capture_ratio` of the orbit; an infinite ratio where it is not stable."""
+    if not multiplier < tolerances.MAX_STABLE_MODULUS:
+        return math.inf, 0.0, 1.0
+    _write_floquet_matrix(orbit, scratch)
+    flights, work = reference(scratch.shooting), reference(scratch.capture)
+    return capture_ratio(problem, orbit, impacts, uncertainty, scratch.matrix, multiplier, flights, work)
+
+
+@kernel
 def verify(
     problem: CellProblem,
     chain: ImpulseBlocks,
@@ -590,21 +607,8 @@ def verify(
     multiplier = _largest_multiplier(orbit, scratch)
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
     uncertainty = _reach(orbit, speeds, radius)
-    ratio, reach, share = math.inf, 0.0, 1.0
-    if stable:
-        _write_floquet_matrix(orbit, scratch)
-        ratio, reach, share = capture_ratio(
-            problem,
-            orbit,
-            stops,
-            phases,
-            speeds,
-            uncertainty,
-            scratch.matrix,
-            multiplier,
-            reference(scratch.shooting),
-            reference(scratch.capture),
-        )
+    impacts = Impacts(stops, phases, speeds)
+    ratio, reach, share = _capture(problem, orbit, impacts, uncertainty, multiplier, scratch)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
     gap = _smallest_gap(orbit, stops, clearance, phases, speeds, radius, floor, scratch)
     if not gap > 0.0:
