@@ -1,6 +1,7 @@
 """The checker of certificates: verifies them in ball arithmetic, with python-flint and the standard library alone.
 
-It shares no code with the search for certificates. What it accepts is proven (docs/theory.md, "Proofs").
+It uses nothing of the core, whose search for certificates uses its equations. What it accepts is proven
+(docs/theory.md, "Proofs").
 """
 
 from __future__ import annotations

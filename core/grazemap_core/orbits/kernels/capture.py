@@ -487,6 +487,9 @@ def capture_ratio(
     reach : float
         Largest change of mass 1's displacement over the ball: the orbit's other extrema have to be farther from the
         stops.
+    share : float
+        Part of the trajectory's distance that is the radius of that ball: 1 where it is captured, less where only a
+        smaller ball is.
     """
     size = 2 * orbit.decay.shape[0]
     rate = multiplier + tolerances.CAPTURE_MARGIN * (1.0 - multiplier)
