@@ -47,5 +47,12 @@ Before the remaining impacts are summed (`CHATTER_ACCURACY`), a chatter has log(
 another so fast that time hardly advances: the trajectory then ends with the reason TOO_MANY_IMPACTS.
 """
 
+PASSAGE_PARTS: Final = 8
+"""Parts of a cell in each of which the displacement has at most one extremum: a cell spans one radian of the fastest
+oscillation."""
+
+END_OF_REST: Final = 0.125
+"""Part of a cell after a rest on a stop in which the sign of the slope may be that of round-off."""
+
 CLEARED: Final = 1.0 - 1e-12
 """Fraction of the clearance below which the envelope of a motion excludes all later contacts."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats
+from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.settling import Settler, Settling
@@ -187,9 +188,9 @@ class _Points:
         return label, approach
 
     def irregular(self, label: Labels) -> Booleans:
-        """Return which numbers stand for labels that are neither periodic nor unresolved."""
-        kinds = np.array([kind for kind, *_ in self._labels])
-        return np.asarray((label > UNRESOLVED) & (kinds[np.maximum(label, 0)] != _PERIODIC))
+        """Return which numbers stand for labels that are neither periodic nor unresolved, or that are sensitive."""
+        odd = np.array([kind != _PERIODIC or reason == ROUNDING_DECIDES for kind, reason, *_ in self._labels])
+        return np.asarray((label > UNRESOLVED) & odd[np.maximum(label, 0)])
 
     def numbered(self, arrays: Arrays) -> Labels:
         """Return numbers of the labels in arrays of shape (k,); mirror images in an ensemble have the same number."""
@@ -220,10 +221,10 @@ class _Points:
         )
 
     def _number(self, label: tuple[int, ...]) -> int:
-        kind, _, period, right, left, symmetric, sticking = label
+        kind, reason, period, right, left, symmetric, sticking = label
         if self._ensemble:
             right, left = min(right, left), max(right, left)
-        key = (kind, period, right, left, symmetric, sticking)
+        key = (kind, reason == ROUNDING_DECIDES, period, right, left, symmetric, sticking)
         if key not in self._numbers:
             self._numbers[key] = len(self._labels)
             self._labels.append(label)

@@ -41,6 +41,17 @@ the propagation of small changes. Motions usually have a few impacts in half a p
 MOST_FUSED_MASSES: Final = 5
 """Masses up to which the lockstep kernel advances all blocks in one loop; the compiler unrolls no more."""
 
+CLOSE_PASSAGE: Final = 1e-3
+"""Distance from a stop, in units of the clearance, up to which the gap of a passage without a contact is bounded for
+every lane by itself. The error of a trajectory that is larger than this counts as decisive in any case. A larger number
+costs more cells that are computed twice."""
+
+HALF_PERIOD_ERROR: Final = EPSILON
+"""Round-off of half a forcing period, in displacement of mass 1 and units of its largest displacement."""
+
+ERROR_SAFETY: Final = 32.0
+"""Factor on the estimated error of a trajectory where a decision is compared with it."""
+
 APPROACH: Final = 1e-4
 """Distance of returns, in units of the clearance, up to which the periodic orbit that a trajectory approaches is solved
 for. It counts only if it is verified."""

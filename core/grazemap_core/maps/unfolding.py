@@ -11,7 +11,7 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import check_range, checked_order
 from grazemap_core.codes import RESOLVED
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.lane_state import LYAPUNOV_ERROR, UNVERIFIED
+from grazemap_core.maps.kernels.lane_state import LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
 from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
@@ -65,8 +65,10 @@ def unfolding_map_tile(
     -------
     dict of arrays of shape (n, m), [clearance, omega]
         kind (int8, position in `motion.KINDS`), reason (int8, key of `motion.REASONS`: why a motion is unresolved, or
-        periodic but not verified), verified (bool: `verification.verify` confirms the periodic
-        orbit, and that it captures the trajectory), period,
+        periodic but not verified), verified (bool: `verification.verify` confirms the periodic orbit, and that it
+        captures the trajectory, which is not sensitive), sensitive (bool: a decision on the way to a periodic motion
+        may be wrong by round-off, `lane_errors`), transient_growth (float64: largest growth of a small change before
+        capture, in its logarithm; NaN unless captured), period,
         impacts_right, impacts_left (int32; -1: not touched, 0: rested on without an impact, -2: infinitely many, in
         complete chatter; all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in
         the period), multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov
@@ -141,6 +143,8 @@ def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
         "kind": kind,
         "reason": reason,
         "verified": (kind == KINDS.index("periodic")) & (reason == RESOLVED),
+        "sensitive": codes[SENSITIVE].astype(np.bool_),
+        "transient_growth": figures[TRANSIENT_GROWTH].copy(),
         "period": period.astype(np.int32),
         "impacts_right": right.astype(np.int32),
         "impacts_left": left.astype(np.int32),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted
-from grazemap.results.records import FloatArray, IntArray, MotionShare, Verifiable, described
+from grazemap.results.records import BoolArray, FloatArray, IntArray, MotionShare, Verifiable, described
 from grazemap.schema.basins import ATTRACTOR
 
 if TYPE_CHECKING:
@@ -55,6 +55,9 @@ class Basins(Result):
     lyapunov: FloatArray
     reason: IntArray
     reasons: tuple[str, ...]
+    verified: BoolArray | None = None
+    sensitive: BoolArray | None = None
+    transient_growth: FloatArray | None = None
 
     @property
     def unresolved(self) -> float:

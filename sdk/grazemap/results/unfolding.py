@@ -80,6 +80,8 @@ class UnfoldingMap(Verifiable, Result):
     multiplier: FloatArray | None = None
     lyapunov: FloatArray | None = None
     lyapunov_error: FloatArray | None = None
+    sensitive: BoolArray | None = None
+    transient_growth: FloatArray | None = None
     share: FloatArray | None = None
     motions_found: IntArray | None = None
     computed: BoolArray | None = None

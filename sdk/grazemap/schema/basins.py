@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from grazemap.schema.common import KINDS, NAME, VERIFIED
+from grazemap.schema.common import KINDS, NAME, SENSITIVE, SINCE, TRANSIENT_GROWTH, VERIFIED
 from grazemap.schema.fields import Record, ResultSchema, deprecated, field
 
 _PLANE, _KNOWN = "vertical horizontal", "of periodic motions"
+_CAPTURED = VERIFIED.in_result(
+    description="The state leads to an orbit that is verified and captures the trajectory, which is not sensitive.",
+    when=SINCE,
+)
 _VERIFIED = VERIFIED.in_result(description="Whether a periodic motion is verified for every state that leads to it.")
 
 ATTRACTOR = Record(
@@ -48,7 +52,15 @@ BASINS = ResultSchema(
             dtype="int32",
         ),
         field("lyapunov", "float", "Largest Lyapunov exponent per forcing period.", _PLANE, null=True),
-        field("reason", "int", "Why a state is unresolved.", _PLANE, dtype="int8", index_of="reasons"),
+        *(one.in_result(dims=("vertical", "horizontal")) for one in (_CAPTURED, SENSITIVE, TRANSIENT_GROWTH)),
+        field(
+            "reason",
+            "int",
+            "Why a state is unresolved, or leads to a periodic motion that is not verified.",
+            _PLANE,
+            dtype="int8",
+            index_of="reasons",
+        ),
         field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
     ),
     process="basins",

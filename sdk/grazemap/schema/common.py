@@ -33,6 +33,22 @@ ADMISSIBLE = field(
 )
 STABLE = field("stable", "bool", "All multipliers are inside the unit circle.")
 VERIFIED = field("verified", "bool", "The orbit is isolated, admissible and stable, and its period is the minimum.")
+SINCE = "since version 0.3.0"
+SENSITIVE = field(
+    "sensitive",
+    "bool",
+    "On its way to a periodic motion the trajectory missed a stop, or hit it, so narrowly that its estimated round-off "
+    "error may have decided it: the exact trajectory may lead elsewhere.",
+    when=SINCE,
+)
+TRANSIENT_GROWTH = field(
+    "transient_growth",
+    "float",
+    "Largest logarithm by which a small change of the state has grown between any two times before the orbit captured "
+    "the trajectory.",
+    null=True,
+    when=SINCE,
+)
 EVIDENCE = (ISOLATED, ADMISSIBLE, STABLE, VERIFIED)
 
 MOTION = Record(

@@ -9,8 +9,11 @@ from grazemap.schema.common import (
     KINDS,
     OMEGA,
     PERIOD,
+    SENSITIVE,
+    SINCE,
     STICKING,
     SYMMETRIC,
+    TRANSIENT_GROWTH,
     VERIFIED,
 )
 from grazemap.schema.fields import Field, Record, ResultSchema, deprecated, field
@@ -22,6 +25,7 @@ _PREVIEW, _ENSEMBLE = "of maps that are not previews", "of ensembles"
 # When a value is a field of the map itself.
 _WHEN_FULL = {
     "": _FULL,
+    SINCE: f"{_FULL}, {SINCE}",
     _PREVIEW: "of maps that are neither previews nor adaptive",
     _ENSEMBLE: "of ensembles that are not adaptive",
 }
@@ -32,7 +36,8 @@ def _of_plane(one: Field, **more: object) -> Field:
 
 
 _CAPTURED = VERIFIED.in_result(
-    description="The orbit is isolated, admissible and stable, with the minimum period, and it captures the trajectory."
+    description="The orbit is isolated, admissible and stable, with the minimum period; it captures the trajectory, "
+    "which is not sensitive."
 )
 _VERIFIED = _of_plane(_CAPTURED, when=_FULL)
 _FIGURES = (
@@ -84,6 +89,8 @@ _FIGURES = (
         when=_ENSEMBLE,
     ),
     _CAPTURED,
+    SENSITIVE,
+    TRANSIENT_GROWTH,
 )
 AT_COMPUTED = Record(
     "FiguresAtComputedPoints",

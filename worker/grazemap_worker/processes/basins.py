@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from grazemap_core.maps.basins import Coordinate
 
 
+_OF_STATES = ("settled_after", "lyapunov", "verified", "sensitive", "transient_growth", "reason")
+
+
 def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     """Return the arrays [vertical, horizontal] of the core for a part of the rectangle. Raises CoreError."""
     from grazemap_core.maps.basins import basin_tile
@@ -47,7 +50,7 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
         "vertical": grid_values(request.vertical.values),
         "label": labels,
         "attractors": [_named(record(attractor)) for attractor in found],
-        **{name: whole[name] for name in ("settled_after", "lyapunov", "reason")},
+        **{name: whole[name] for name in _OF_STATES},
         "reasons": np.array([REASONS.get(code, "") for code in range(1 + max(REASONS))]),
     }
 

@@ -10,12 +10,14 @@ release) are divided out. Arbitrarily small bounces are therefore resolved to fu
 
 from __future__ import annotations
 
+import numpy as np
+
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.workspace import Workspace
-from grazemap_core.contact.tolerances import CONTACT_ROUNDING, SHORT_DEGREE
+from grazemap_core.contact.tolerances import CONTACT_ROUNDING, END_OF_REST, PASSAGE_PARTS, SHORT_DEGREE
 from grazemap_core.numerics.jit.compiled import kernel, plain
-from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative
+from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative, value_and_slope
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 
@@ -135,3 +137,33 @@ def first_contact(
             work.near[workspace.GRAZE_STOP] = graze_stop
             work.near[workspace.GRAZE_BACK] = (1.0 - t_graze) * length
     return stop_found, t_found
+
+
+@kernel
+def least_passage(taylor: Floats, clearance: float, end: float, at_rest: bool) -> float:
+    """Return the smallest distance from the stop at which mass 1 turns back before t = `end`; infinite if it does not.
+
+    `taylor` is the series of x1 over at most a cell, in which its slope changes so slowly that an extremum shows as a
+    change of sign between a few points. Four steps of regula falsi determine the distance to round-off. Where mass 1
+    turns toward the stop, as between two bounces, does not count, nor does the start if it is at rest on a stop.
+    """
+    least, low = np.inf, END_OF_REST * end if at_rest else 0.0
+    _, slope_low = value_and_slope(taylor, TAYLOR_DEGREE, low)
+    for part in range(PASSAGE_PARTS):
+        high = low + (end - low) / (PASSAGE_PARTS - part)
+        _, slope_high = value_and_slope(taylor, TAYLOR_DEGREE, high)
+        if slope_low * slope_high < 0.0:
+            a, b, slope_a, slope_b = low, high, slope_low, slope_high
+            for _ in range(4):
+                t = a - slope_a * (b - a) / (slope_b - slope_a)
+                x, slope = value_and_slope(taylor, TAYLOR_DEGREE, t)
+                if slope * slope_a > 0.0:
+                    a, slope_a = t, slope
+                else:
+                    b, slope_b = t, slope
+                if slope_low * x > 0.0:
+                    least = min(least, clearance - abs(x))
+                if slope == 0.0:
+                    break
+        low, slope_low = high, slope_high
+    return least

@@ -57,7 +57,9 @@ HELD_RIGHT, HELD_LEFT = 5, 6
 """1 if mass 1 has rested on that stop."""
 FOLLOWED = 7
 """Impacts that were computed one by one; always finite."""
-TALLY_SIZE = 8
+LEAST_GAP = 8
+"""Lower bound of the distance from the stops in passages without a contact; negative where it is not wanted."""
+TALLY_SIZE = 9
 
 # columns of `events`
 HALF, TIME, STOP, VELOCITY, KIND, DELAY = 0, 1, 2, 3, 4, 5
@@ -131,6 +133,7 @@ def clear_tally(tally: Floats) -> None:
     tally[UNDECIDED] = undecided
     tally[MIN_SPEED] = np.inf
     tally[MIN_UNPRESSED_SPEED] = np.inf
+    tally[LEAST_GAP] = -np.inf
 
 
 @inlined

@@ -42,6 +42,7 @@ from grazemap_core.codes import (
     NOT_CAPTURED,
     NOT_CLOSED,
     RESOLVED,
+    ROUNDING_DECIDES,
     STICKS,
     TOO_MANY_IMPACTS,
 )
@@ -50,6 +51,7 @@ from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_o
 from grazemap_core.contact.kernels.workspace import ANCHOR, OK, ROWS
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column
+from grazemap_core.maps.kernels.lane_errors import error_of, transient_growth_of
 from grazemap_core.maps.kernels.lane_tangents import (
     ALL,
     PAIR,
@@ -142,8 +144,10 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
         _write_motion(codes, figures, (reason, 0, 0, 0, False, np.inf, False), -1, RESOLVED)
         return True
-    if is_free_for_ever(problem, reach, group.cursor[lane, ANCHOR], clearance):
+    farthest = reach + error_of(column.tangents.errors, lane)
+    if is_free_for_ever(problem, farthest, group.cursor[lane, ANCHOR], clearance):
         _write_free_motion(problem, codes, figures, (halves + 1) // 2)
+        _write_captured(column, lane)
         return True
     motion = (NOT_CLOSED, 0, 0, 0, False, np.inf, False)
     if closed or last:
@@ -191,8 +195,10 @@ def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verif
     codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
     _write_verified(codes, figures, verified, after)
     if verified.ratio < 1.0:
+        _write_captured(column, lane)
         return True
     codes[lane_state.UNVERIFIED] = NOT_CAPTURED
+    codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
     counts[lane_state.NEAR_ORBIT] = length
     clearance = column.group.clearance[lane]
     now = separation(column.model.problem, column.history, lane, k, length, clearance, np.inf)
@@ -203,6 +209,17 @@ def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verif
         goal = CLOSING_GOAL
     sizes[lane_state.RETURN_GOAL] = goal
     return False
+
+
+@kernel
+def _write_captured(column: Column, lane: int) -> None:
+    """Write how sensitive a trajectory was that a verified motion captures."""
+    errors, trajectory = column.tangents.errors, column.records.counts[lane, lane_state.TRAJECTORY]
+    codes = column.results.codes[trajectory]
+    column.results.figures[trajectory, lane_state.TRANSIENT_GROWTH] = transient_growth_of(errors, lane)
+    codes[lane_state.SENSITIVE] = errors.sensitive[lane]
+    if errors.sensitive[lane] != 0:
+        codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
 
 
 @kernel
@@ -245,6 +262,7 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion, last
         if unverified == RESOLVED:
             return _write_orbit(column, lane, k, window, verified, after) or last
     _write_motion(codes, figures, motion, after, unverified)
+    codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
     _write_mean(column, codes, figures, lane, k)
     if column.task.growth_halves == 0:
         return True
@@ -263,8 +281,9 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     """
     problem, blocks, scratch, group = column.model.problem, column.blocks, column.verification, column.group
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
+    error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
-        return verify(problem, blocks, scratch, clearance, plain(0), length, distance)
+        return verify(problem, blocks, scratch, clearance, plain(0), length, distance, error)
     recorded = column.records.counts[lane, lane_state.EVENTS_FROM] <= k - length and rows <= events.shape[0]
     _write_arrival(column, lane, k - length if recorded else k)
     if recorded:
@@ -285,13 +304,13 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
             if recorded
             else count * part // length
         )
-        verified = verify(problem, blocks, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance)
+        verified = verify(problem, blocks, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance, error)
         if verified.reason == RESOLVED:
             return verified
         if recorded:
             _write_arrival(column, lane, k - length)
             count = guess_from_record(problem, scratch, clearance, k, length, events, rows)
-    return verify(problem, blocks, scratch, clearance, count, length, distance)
+    return verify(problem, blocks, scratch, clearance, count, length, distance, error)
 
 
 @kernel
@@ -318,6 +337,7 @@ def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: 
     codes[lane_state.STICKING] = 1 if sticking else 0
     codes[lane_state.GROWTH] = GROWTH_UNDECIDED
     codes[lane_state.UNVERIFIED] = unverified
+    codes[lane_state.SENSITIVE] = 0
     figures[:] = np.nan
     if np.isfinite(least):
         figures[lane_state.LEAST_VELOCITY] = least

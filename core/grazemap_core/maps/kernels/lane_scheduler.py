@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.cells import first_mass, reference_at_half
 from grazemap_core.contact.kernels.half_period import counted
@@ -18,8 +19,15 @@ from grazemap_core.contact.tolerances import CLEARED
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane, empty_full_events, start_growth
 from grazemap_core.maps.kernels.column import Column
+from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_state import begin_record
-from grazemap_core.maps.kernels.lane_tangents import NOTHING, carry_lanes, move_tangents, save_lane_starts
+from grazemap_core.maps.kernels.lane_tangents import (
+    NOTHING,
+    carry_errors,
+    carry_lanes,
+    move_tangents,
+    save_lane_starts,
+)
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK, LANES, Masses
 from grazemap_core.maps.kernels.lockstep import RESTING, Lanes, clear_lane, run_half, start_lane, start_lane_on_stop
 from grazemap_core.maps.tolerances import SETTLING_IMPACTS
@@ -89,6 +97,7 @@ def _vacate(column: Column, lane: int) -> None:
     column.records.counts[lane, lane_state.TRAJECTORY] = -1
     column.records.counts[lane, lane_state.STATE] = lane_state.ENDING
     column.tangents.carried[lane] = NOTHING
+    column.tangents.errors.carried[lane] = 0
     clear_lane(column.group, lane)
 
 
@@ -112,10 +121,22 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
                     for c in range(2):
                         u[j, c] = task.base[j, c] + clearance * task.directions[queued % starts, j, c]
                 start_lane(column.group, lane, column.model.problem, u, clearance)
+            if column.blocks.verifiable:
+                if not (task.follow and queued > 0 and _inherits_error(column, queued - 1)):
+                    forget_error(column.tangents.errors, lane)
+                begin_error(column.model.problem.frequency, column.tangents.errors, lane)
             begin_record(column.records, lane, queued, k, task, column.blocks.verifiable)
             queued += 1
             used = max(used, (lane + LANE_BLOCK) // LANE_BLOCK * LANE_BLOCK)
     return queued, used
+
+
+@kernel
+def _inherits_error(column: Column, before: int) -> bool:
+    """Return whether a trajectory of a sweep starts with the error of the one before, which no orbit captured."""
+    codes = column.results.codes[before]
+    unverified = codes[lane_state.UNVERIFIED]
+    return not (codes[lane_state.REASON] == RESOLVED and unverified in (RESOLVED, ROUNDING_DECIDES))
 
 
 @kernel
@@ -147,13 +168,14 @@ def _start_at_final_state(column: Column, lane: int, clearance: float, rested: b
 def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     """Carry the lanes in use, and the small changes along them, over the half period k; enter them into the history."""
     problem, group, records = column.model.problem, column.group, column.records
-    measures_growth = column.task.growth_halves > 0
     empty_full_events(column, k, used)
-    if measures_growth:
+    if column.task.growth_halves > 0:
         start_growth(column, k, used)
-        save_lane_starts(group, column.tangents, used)
+    save_lane_starts(group, column.tangents, used)
     run_half(masses, column.model, group, k, used, column.u, column.work)
-    if measures_growth:
+    if column.blocks.verifiable:
+        carry_errors(problem, column.model.held, group, column.tangents, k, used, column.u)
+    if column.task.growth_halves > 0:
         skipped = column.task.growth_skipped
         carry_lanes(problem, column.model.held, group, column.tangents, k, skipped, used, column.u)
     for lane in range(used):
@@ -190,6 +212,7 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
         tally[workspace.FOLLOWED, lane] = 0.0
         tally[workspace.MIN_SPEED, lane] = np.inf
         tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
+        tally[workspace.LEAST_GAP, lane] = np.inf
 
 
 @kernel
@@ -225,6 +248,7 @@ def _keep_final_state(column: Column, lane: int) -> bool:
     group, final = column.group, column.final_state
     if group.status[lane] != workspace.OK:
         copy_matrix(final, column.task.base)
+        forget_error(column.tangents.errors, lane)
         return False
     for j in range(final.shape[0]):
         final[j, 0] = group.even[2 * j * LANES + lane]
@@ -261,8 +285,7 @@ def _move_to_first_lanes(column: Column, k: int, used: int) -> None:
         _move_lane(column.group, source, target)
         _move_history(column.history, k, k - counts[source, lane_state.STARTED], source, target)
         clear_lane(column.group, source)
-        if column.task.growth_halves > 0:
-            move_tangents(column.tangents, source, target)
+        move_tangents(column.tangents, source, target)
         copy_vector(counts[target], counts[source])
         copy_vector(sizes[target], sizes[source])
         counts[source, lane_state.TRAJECTORY] = -1

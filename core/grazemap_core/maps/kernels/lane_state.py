@@ -23,14 +23,18 @@ HALVES_RUN, IMPACTS = 8, 9
 """Half periods that were run, and impacts that were followed one by one."""
 UNVERIFIED = 10
 """Why a named motion is not verified, a code of `codes`; RESOLVED if it is verified."""
-CODES = 11
+SENSITIVE = 11
+"""1 if a decision on the way to a named motion may be wrong by round-off (`lane_errors`)."""
+CODES = 12
 
 # columns of `TrajectoryResults.figures`
 LEAST_VELOCITY, MULTIPLIER, LYAPUNOV = 0, 1, 2
 MEAN_POSITION, MEAN_VELOCITY = 3, 4
 """As `period_detection.mean_section`, in units of the clearance and of omega times the clearance."""
 LYAPUNOV_ERROR = 5
-FIGURES = 6
+TRANSIENT_GROWTH = 6
+"""As `lane_errors.transient_growth_of` where a verified motion captures the trajectory."""
+FIGURES = 7
 
 # states of a lane; `classification` has the diagram
 SETTLING = 0
@@ -114,11 +118,13 @@ class TrajectoryResults(NamedTuple):
     codes : (n s, CODES)
         Reason (a code of `codes`), period, impacts_right, impacts_left, symmetric, settled_after (forcing periods
         after which the orbit had closed, or was solved for, or after which no contact was possible any more; -1 unless
-        named), sticking, growth, half periods run, impacts followed, and why the motion is not verified.
+        named), sticking, growth, half periods run, impacts followed, why the motion is not verified, and whether
+        round-off may have decided it.
     figures : (n s, FIGURES)
         Minimum impact velocity, NaN without impacts; largest modulus of the multipliers over one motion period and
         largest Lyapunov exponent per forcing period, NaN where they are not known; mean position and velocity of a
-        periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN.
+        periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN;
+        largest growth of a change before capture, NaN unless captured.
     """
 
     codes: Integers

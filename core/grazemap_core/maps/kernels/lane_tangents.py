@@ -3,7 +3,7 @@
 After a half period the lanes' events hold its impacts, which determine the propagation of changes between rests. Pairs
 of changes are propagated side by side (`tangent_pairs`) where the flow over half a period is tabulated. A half period
 with a rest, with an impact at speed 0, or with more impacts than the events hold is computed again for the lane alone
-(`tangent`), from the lane's state at its start.
+(`tangent`), from the lane's state at its start. The errors of the lanes (`lane_errors`) are carried along.
 
     begin_matrix_of, begin_growth_of     start propagating changes along a lane
     save_lane_starts                     at the start of a half period, all lanes
@@ -21,11 +21,19 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import HELD, IMPACT, KIND, OK, ROWS, TIME, VELOCITY, Workspace, workspace
+from grazemap_core.maps.kernels.lane_errors import (
+    LaneErrors,
+    carry_changes,
+    carry_widths,
+    lane_errors,
+    lose_error,
+    move_error,
+)
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
 from grazemap_core.maps.kernels.tangent_pairs import PairBatch, carry_pairs, pair_batch
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
-from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel, plain
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.simulation.kernels import lyapunov
 from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
@@ -52,7 +60,8 @@ class LaneTangents(NamedTuple):
         The tangents, as columns.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
-    state, cursor, near, resting, since : (LANES, N, 2), (LANES, 4), (LANES, 3), (LANES, N - 1, 2), (LANES, 2)
+    errors : LaneErrors
+    even, cursor, near, resting, since
         State and regime of every lane at the start of the half period, as in `lockstep.Lanes`.
     batch : PairBatch
     scratch : Tangents
@@ -66,7 +75,8 @@ class LaneTangents(NamedTuple):
     pair: Floats
     growth: Floats
     moments: Floats
-    state: Floats
+    errors: LaneErrors
+    even: Floats
     cursor: Integers
     near: Floats
     resting: Floats
@@ -87,7 +97,8 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         pair=np.zeros((LANES, size, 2)),
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
-        state=np.zeros((LANES, masses, 2)),
+        errors=lane_errors(masses),
+        even=np.zeros((2 * masses + 2) * LANES),
         cursor=np.zeros((LANES, 4), dtype=np.int64),
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
@@ -125,21 +136,16 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
     copy_matrix(tangents.growth[target], tangents.growth[source])
     for part in range(2):
         copy_matrix(tangents.moments[target, part], tangents.moments[source, part])
+    move_error(tangents.errors, source, target)
 
 
 @kernel
 def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
-    """Save the states and regimes of the lanes with changes at the start of a half period."""
-    carried, state, regime = tangents.carried, tangents.state, group.regime
-    kept, cursor, even = tangents.cursor, group.cursor, group.even
+    """Save the states and regimes of the lanes at the start of a half period."""
+    regime = group.regime
+    copy_vector(tangents.even, group.even)
+    copy_matrix(tangents.cursor, group.cursor)
     for lane in range(used):
-        if carried[lane] != ALL and carried[lane] != PAIR:
-            continue
-        for j in range(state.shape[1]):
-            state[lane, j, 0] = even[2 * j * LANES + lane]
-            state[lane, j, 1] = even[(2 * j + 1) * LANES + lane]
-        for i in range(cursor.shape[1]):
-            kept[lane, i] = cursor[lane, i]
         if regime[lane] != FREE:
             copy_vector(tangents.near[lane], group.near[lane])
             copy_matrix(tangents.resting[lane], group.resting[lane])
@@ -177,7 +183,9 @@ def _carry_again(
 ) -> int:
     """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
     work = tangents.work
-    copy_matrix(u, tangents.state[lane])
+    for j in range(u.shape[0]):
+        for c in range(2):
+            u[j, c] = tangents.even[(2 * j + c) * LANES + lane]
     copy_vector(work.cursor, tangents.cursor[lane])
     copy_vector(work.near[:3], tangents.near[lane])
     copy_matrix(held.state, tangents.resting[lane])
@@ -234,7 +242,7 @@ def carry_lanes(
         if (carried[lane] != ALL and carried[lane] != PAIR) or group.status[lane] != OK:
             continue
         first, rows = tangents.cursor[lane, ROWS], group.cursor[lane, ROWS]
-        impacts_only = _has_impacts_only(group, tangents, lane)
+        impacts_only = _has_impacts_only(group.events, tangents.cursor, group.cursor, lane)
         if carried[lane] == PAIR and impacts_only and tabulated:
             batch.lanes[filled], batch.first[filled], batch.impacts[filled] = lane, first, rows - first
             filled += 1
@@ -255,10 +263,45 @@ def carry_lanes(
 
 
 @kernel
-def _has_impacts_only(group: Lanes, tangents: LaneTangents, lane: int) -> bool:
-    """Return whether a lane's half period has impacts of nonzero speed only, all of them in its events."""
-    events, first, rows = group.events, tangents.cursor[lane, ROWS], group.cursor[lane, ROWS]
-    if tangents.cursor[lane, HELD] != 0 or group.cursor[lane, HELD] != 0 or rows > events.shape[1]:
+def carry_errors(
+    problem: CellProblem, held: HeldProblem, group: Lanes, tangents: LaneTangents, half: int, used: int, u: Floats
+) -> None:
+    """Carry the errors of the lanes over the half period since `save_lane_starts`; parameters as `carry_lanes`."""
+    errors, status, frequency, viscous_term = tangents.errors, group.status, problem.frequency, held.viscous_term
+    carried, change, events, before, after = errors.carried, errors.change, group.events, tangents.cursor, group.cursor
+    tabulated = problem.flow_table.shape[0] > problem.cells // 2
+    ready, one = errors.lanes, plain(1)
+    for lane in range(used):
+        if carried[lane] == 0 or status[lane] != OK:
+            continue
+        impacts_only = _has_impacts_only(events, before, after, lane)
+        if impacts_only and tabulated:
+            continue
+        ready[0] = lane
+        if impacts_only:
+            first, rows = before[lane, ROWS], after[lane, ROWS]
+            _carry_through_impacts(problem, events[lane], first, rows, viscous_term, change[lane])
+        elif _carry_again(problem, held, tangents, lane, group.clearance[lane], half, change[lane], u) != OK:
+            lose_error(errors, lane)
+            continue
+        carry_widths(frequency, group, errors, before, one, impacts_only)
+    count = int(np.int64(0))
+    for lane in range(used if tabulated else 0):
+        if carried[lane] != 0 and status[lane] == OK and _has_impacts_only(events, before, after, lane):
+            ready[count] = lane
+            count += 1
+    carry_changes(problem, viscous_term, group, errors, before, count)
+    carry_widths(frequency, group, errors, before, count, one > 0)
+
+
+@kernel
+def _has_impacts_only(events: Floats, before: Integers, after: Integers, lane: int) -> bool:
+    """Return whether a lane's half period has impacts of nonzero speed only, all of them in its events.
+
+    `before` and `after` are the lanes' cursors at its start and at its end.
+    """
+    first, rows = before[lane, ROWS], after[lane, ROWS]
+    if before[lane, HELD] != 0 or after[lane, HELD] != 0 or rows > events.shape[1]:
         return False
     for row in range(first, rows):
         if events[lane, row, KIND] != IMPACT or events[lane, row, VELOCITY] == 0.0:

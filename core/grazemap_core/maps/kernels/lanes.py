@@ -39,10 +39,11 @@ START_X, START_V, GAP, END_X, END_V, END_LIMIT = 0, 1, 2, 3, 4, 5
 REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 6, 7, 8, 9, 10, 11, 12
 """Bounds of |x1| and of h^4/384 |x1''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
 impact; acceleration toward the stop after it."""
-MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE = 13, 14, 15
+MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 13, 14, 15, 16
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
-impact."""
-BATCH_ROWS = 16
+impact; lower bound of the gap on either side of the impact, with its zero divided out, or in the whole cell if there is
+no impact."""
+BATCH_ROWS = 17
 
 UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
 """Outcomes. Nothing is certified; the impact is the first in the cell; it is the only one, and needs no second pass;
@@ -222,7 +223,7 @@ def update_limits(
             reach[lane] += of_reach * envelope
             limit[lane] += of_fourth * envelope
     for lane in range(min(used, LANES)):
-        limit[lane] = clearance[lane] - margin * (reach[lane] + clearance[lane]) - limit[lane]
+        limit[lane] = (1.0 - tolerances.CLOSE_PASSAGE - margin) * clearance[lane] - margin * reach[lane] - limit[lane]
 
 
 @fused_inlined
@@ -403,6 +404,7 @@ def _approximate_impact(step: float, margin: float, batch: ImpactBatch, count: i
         twice = 2.0 * clearance
         minimum = min(lower_bound(g0, d0, g1, d1, quartic), lower_bound(twice - g0, -d0, twice - g1, -d1, quartic))
         none = minimum > margin * (rows[REACH * LANES + k] + clearance)
+        rows[LEAST_GAP * LANES + k] = minimum
         rows[OUTCOME * LANES + k] = NO_IMPACT if none else UNCERTAIN
     for k in range(count):
         x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
@@ -510,7 +512,7 @@ def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, 
         clearance = rows[GAP * LANES + k]
         rows[END_X * LANES + k] = x
         rows[END_V * LANES + k] = v
-        rows[END_LIMIT * LANES + k] = (1.0 - margin) * clearance - margin * steady - fourth
+        rows[END_LIMIT * LANES + k] = (1.0 - tolerances.CLOSE_PASSAGE - margin) * clearance - margin * steady - fourth
     for j in range(blocks):
         first_table, second_table = tables.unit_impulse[2 * j], tables.unit_impulse[2 * j + 1]
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
@@ -563,7 +565,9 @@ def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
         bouncing = 2.0 * leaving - at_rest * rows[CONTACT_ACCELERATION * LANES + k]
         apart = max(ahead, gap - ANCHORED_GAP * clearance)
         single = min(after, min(apart, bouncing)) > 0.0
-        known = rows[OUTCOME * LANES + k]
+        known, before = rows[OUTCOME * LANES + k], rows[LEAST_GAP * LANES + k]
+        beside = margin + (min(first, after) if single else first)
+        rows[LEAST_GAP * LANES + k] = before if known == NO_IMPACT else beside
         verified = (SINGLE_IMPACT if single else FIRST_IMPACT) if (first > 0.0) & (known == FIRST_IMPACT) else UNCERTAIN
         rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else verified
 

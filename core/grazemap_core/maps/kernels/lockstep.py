@@ -49,6 +49,7 @@ from grazemap_core.maps.kernels.lanes import (
     update_limits,
 )
 from grazemap_core.maps.kernels.multi_impact_cell import WIDTH
+from grazemap_core.maps.tolerances import CLOSE_PASSAGE
 from grazemap_core.numerics.jit.by_reference import reference
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 
@@ -188,7 +189,8 @@ def _limit(problem: CellProblem, u: Floats, clearance: float) -> float:
     """Return the limit of `lanes.advance`."""
     reach, fourth = bounds(problem, u)
     square = problem.step * problem.step
-    return clearance - CONTACT_ROUNDING * (reach + clearance) - square * square / HERMITE_DIVISOR * fourth
+    rounding = CONTACT_ROUNDING * (reach + clearance)
+    return (1.0 - CLOSE_PASSAGE) * clearance - rounding - square * square / HERMITE_DIVISOR * fourth
 
 
 @kernel
@@ -216,6 +218,7 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearan
     group.tally[:, lane] = 0.0
     group.tally[workspace.MIN_SPEED, lane] = np.inf
     group.tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
+    group.tally[workspace.LEAST_GAP, lane] = np.inf
 
 
 @kernel
@@ -234,6 +237,12 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, u: Floats,
     group.limit[lane] = -np.inf
     if may_rest(problem.restitution, problem.step, contact_acceleration, leaving):
         group.status[lane] = workspace.AT_STOP
+
+
+@inlined
+def _enter_passage(tally: Floats, lane: int, gap: float) -> None:
+    """Enter the distance from the stops in a passage without a contact into a lane's tally."""
+    tally[workspace.LEAST_GAP, lane] = min(tally[workspace.LEAST_GAP, lane], gap)
 
 
 @inlined
@@ -343,6 +352,7 @@ def _enter_impacts_of_round(
     half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
     for k in range(count):
         if active[k] != 0 and at[second.JUMP * WIDTH + k] != 0.0:
+            _enter_passage(tally, lane_of[k], at[second.LEAST_GAP * WIDTH + k])
             speed, contact_acceleration = at[second.SPEED * WIDTH + k], at[second.CONTACT_ACCELERATION * WIDTH + k]
             after, side = half_cell * (1.0 + at[second.ORIGIN * WIDTH + k]), at[second.SIDE * WIDTH + k]
             impact = Impact(cell_start + after, side, speed, contact_acceleration)
@@ -366,6 +376,7 @@ def _leave_second_pass(problem: CellProblem, group: Lanes, step: CellStep, k: in
         if on_stop:
             return _defer_after_impact(problem, group, k, u, plain(workspace.OK), deferred)
         return _defer_cell(group, lane, deferred, step.here)
+    _enter_passage(group.tally, lane, at[second.LEAST_GAP * WIDTH + k])
     stays = False
     if on_stop or regime[lane] == NEAR:
         length, half_cell = problem.step, 0.5 * problem.step
@@ -424,8 +435,10 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
         if i < free:
             lane, outcome = flagged[i], at[first.OUTCOME * LANES + i]
             if outcome == first.NO_IMPACT:
+                _enter_passage(tally, lane, at[first.LEAST_GAP * LANES + i])
                 continue
             if outcome == first.SINGLE_IMPACT:
+                _enter_passage(tally, lane, at[first.LEAST_GAP * LANES + i])
                 for c in range(states):
                     there[c * LANES + lane] = end[c * LANES + i]
                 there[states * LANES + lane] = at[first.END_X * LANES + i]
@@ -506,6 +519,7 @@ def _put_free_lane(at: Floats, on: Floats, outcome: float, i: int, k: int, half_
         on[second.ORIGIN * WIDTH + k] = at[first.IMPACT_Z * LANES + i]
         on[second.SPEED * WIDTH + k] = at[first.SPEED * LANES + i]
         on[second.JUMP * WIDTH + k] = at[first.JUMP * LANES + i]
+        on[second.LEAST_GAP * WIDTH + k] = at[first.LEAST_GAP * LANES + i]
     else:
         on[second.ORIGIN * WIDTH + k] = -1.0
         on[second.GAP * WIDTH + k] = at[first.GAP * LANES + i] - side * at[first.START_X * LANES + i]

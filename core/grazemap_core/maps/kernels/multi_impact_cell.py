@@ -20,7 +20,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.maps.kernels.lanes import PARABOLA_DIVISOR, Masses, horner, lower_bound
-from grazemap_core.maps.tolerances import LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
+from grazemap_core.maps.tolerances import CLOSE_PASSAGE, LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel
 
 Five = tuple[float, float, float, float, float]
@@ -40,10 +40,11 @@ OUTCOME, CONTACT_S, SPEED, JUMP, CONTACT_ACCELERATION = 6, 7, 8, 9, 10
 stop after it (in velocity and time of the problem)."""
 END_GAP, END_RATE, END_X, END_V, END_LIMIT = 11, 12, 13, 14, 15
 """At the end of the cell: the gap and its rate, x1, v1 and the limit (`lanes.update_limits`)."""
-END_VALUE, END_SLOPE, TERM_SUM, OTHER_CLEAR = 16, 17, 18, 19
+END_VALUE, END_SLOPE, TERM_SUM, OTHER_CLEAR, LEAST_GAP = 16, 17, 18, 19, 20
 """Of the gap, its zero on the stop divided out: value and slope at the end of the cell, and the sum of the moduli of
-all terms; 1 where a contact with the other stop is impossible."""
-ROWS = 20
+all terms; 1 where a contact with the other stop is impossible; lower bound of the gap up to the next contact or the end
+of the cell, its zeros there divided out."""
+ROWS = 21
 
 UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
 """Outcomes: nothing is certified; there is no contact up to the end of the cell; the next contact was found."""
@@ -333,7 +334,7 @@ def _gap_series(series: Floats, k: int, on: bool) -> Fifteen:
 def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
     """Certify that there is no contact with the stop up to the end of the cell, in each of the first `count` lanes.
 
-    Output: OUTCOME, CLEAR or UNCERTAIN, and END_GAP and END_RATE without a contact.
+    Output: OUTCOME, CLEAR or UNCERTAIN, and LEAST_GAP, END_GAP and END_RATE without a contact.
 
     A zero of the gap at the expansion point is divided out first. The certificate is that of `lanes.lower_bound`, on
     both sides of the minimum of the cubic through values and slopes at both ends, with the fourth derivative bounded by
@@ -366,7 +367,9 @@ def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
         rounding = margin * size
         travel = size * (left if on else 1.0)
         other_clear = travel + rounding < OTHER_STOP_SHARE * rows[CLEARANCE * WIDTH + k]
-        clear = (min(first, second) > rounding) & other_clear
+        least = min(first, second)
+        clear = (least > rounding) & other_clear
+        rows[LEAST_GAP * WIDTH + k] = least * (left if on else 1.0)
         rows[OUTCOME * WIDTH + k] = CLEAR if clear else UNCERTAIN
         rows[END_VALUE * WIDTH + k] = g1
         rows[END_SLOPE * WIDTH + k] = d1
@@ -380,7 +383,7 @@ def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
 def find_contacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
     """Find the next contact with the stop in each of the first `count` lanes, after `certify_clear`.
 
-    Output: OUTCOME; CONTACT_S, SPEED and JUMP where it is CONTACT, 0 elsewhere.
+    Output: OUTCOME; where it is CONTACT, LEAST_GAP; and CONTACT_S, SPEED and JUMP, which are 0 elsewhere.
 
     Halley's method starts at the root of the cubic of `certify_clear`; the certificate is that of `lanes._find_impact`,
     with the fourth derivative bounded by the series itself.
@@ -426,6 +429,8 @@ def find_contacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
         clear = (rows[OUTCOME * WIDTH + k] == CLEAR) & (not contact)
         speed = -slope * (s if on else 1.0) / half
         rows[OUTCOME * WIDTH + k] = CONTACT if contact else (CLEAR if clear else UNCERTAIN)
+        before = rows[LEAST_GAP * WIDTH + k]
+        rows[LEAST_GAP * WIDTH + k] = quadratic * (s if on else 1.0) if contact else before
         rows[CONTACT_S * WIDTH + k] = s if contact else 0.0
         rows[SPEED * WIDTH + k] = speed if contact else 0.0
         rows[JUMP * WIDTH + k] = -rows[SIDE * WIDTH + k] * rebound * speed if contact else 0.0
@@ -452,7 +457,7 @@ def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int
         clearance = rows[CLEARANCE * WIDTH + k]
         rows[END_X * WIDTH + k] = x
         rows[END_V * WIDTH + k] = v
-        rows[END_LIMIT * WIDTH + k] = (1.0 - margin) * clearance - margin * steady - fourth
+        rows[END_LIMIT * WIDTH + k] = (1.0 - CLOSE_PASSAGE - margin) * clearance - margin * steady - fourth
     for j in range(tables.flow.shape[0]):
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]

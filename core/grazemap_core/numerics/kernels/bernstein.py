@@ -61,7 +61,7 @@ def _split(piece: Floats, degree: int, right: Floats) -> None:
 
 
 @kernel
-def _value_and_slope(taylor: Floats, degree: int, t: float) -> tuple[float, float]:
+def value_and_slope(taylor: Floats, degree: int, t: float) -> tuple[float, float]:
     """Return the polynomial and its derivative at t."""
     value = taylor[degree]
     slope = 0.0
@@ -76,7 +76,7 @@ def _polished_root(taylor: Floats, degree: int, low: float, high: float, guess: 
     """Return the one root in [low, high] (positive at low, negative at high), by safeguarded Newton steps."""
     t = guess
     for _ in range(tolerances.ROOT_STEPS):
-        value, slope = _value_and_slope(taylor, degree, t)
+        value, slope = value_and_slope(taylor, degree, t)
         if value < 0.0:
             high = t
         elif value > 0.0:
@@ -97,7 +97,7 @@ def _stepped_root(taylor: Floats, degree: int, low: float, width: float) -> floa
     """Return the root next to `low`, where the distance is zero to within round-off and falling."""
     t = low
     for _ in range(tolerances.START_STEPS):
-        value, slope = _value_and_slope(taylor, degree, t)
+        value, slope = value_and_slope(taylor, degree, t)
         if slope >= 0.0:
             return low
         t = min(max(t - value / slope, max(low - width, 0.0)), low + width)
@@ -110,7 +110,7 @@ def _arrives(taylor: Floats, degree: int, error: float) -> bool:
 
     If so, the next step starts on the stop and moves beyond it: the contact is found there.
     """
-    _, slope = _value_and_slope(taylor, degree, 1.0)
+    _, slope = value_and_slope(taylor, degree, 1.0)
     second_derivative = 0.0
     for k in range(2, degree + 1):
         second_derivative += k * (k - 1) * abs(taylor[k])

@@ -572,6 +572,7 @@ def verify(
     count: int,
     length: int,
     distance: float,
+    error: float,
 ) -> Verification:
     """Solve for the orbit near a trajectory, and verify that it is isolated, admissible, stable and of minimum period.
 
@@ -586,6 +587,8 @@ def verify(
         Half periods after which the trajectory nearly returns.
     distance : float
         Expected distance of the orbit from the trajectory, in units of the clearance.
+    error : float
+        Distance up to which the trajectory is known, in displacement of mass 1.
     """
     if not chain.verifiable:
         return _not_verified(codes.NOT_VERIFIED)
@@ -608,7 +611,7 @@ def verify(
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
     uncertainty = _reach(orbit, speeds, radius)
     impacts = Impacts(stops, phases, speeds)
-    ratio, reach, share = _capture(problem, orbit, impacts, uncertainty, multiplier, scratch)
+    ratio, reach, share = _capture(problem, orbit, impacts, uncertainty + error / orbit.length, multiplier, scratch)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
     gap = _smallest_gap(orbit, stops, clearance, phases, speeds, radius, floor, scratch)
     if not gap > 0.0:
