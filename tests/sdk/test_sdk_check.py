@@ -10,13 +10,13 @@ from grazemap.checker import check
 from grazemap.results import decode_result
 
 # with m = 1, k = 1, c = 0.2, g first vanishes at pi/sqrt(0.99), so the graze recurs at return 1 for omega = sqrt(0.99)
-LOW, HIGH = "0.99498743710661995", "0.99498743710661996"
+OMEGA, MOVED = "0.99498743710661995", "0.99498743710662005"
 
 
-def certificate(low: str = LOW, high: str = HIGH, stiffness: str = "1") -> dict[str, object]:
-    shared = {"kind": "codimension-two", "type": "g", "order": 1, "range": ["0.9", "1.1"]}
+def certificate(value: str = OMEGA, stiffness: str = "1", high: str = "1.1") -> dict[str, object]:
+    shared = {"kind": "codimension-two", "type": "g", "order": 1, "range": ["0.9", high]}
     return {
-        "format": "grazemap-certificate-1",
+        "format": "grazemap-certificate-2",
         "statement": shared,
         "verdict": "proven",
         "oscillator": {
@@ -31,7 +31,8 @@ def certificate(low: str = LOW, high: str = HIGH, stiffness: str = "1") -> dict[
             "omega": "1",
             "gaps": ["1", "1"],
             "restitutions": ["0.8", "0.8"],
-            "interval": [low, high],
+            "value": value,
+            "radius": "1e-17",
         },
         "bits": 128,
     }
@@ -47,13 +48,13 @@ def test_a_true_certificate_is_verified(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("false", "reason"),
     [
-        (certificate(low="0.99498743710661996", high="0.99498743710661997"), "change its sign"),
-        (certificate(low="0.8"), "lie in the stated range"),
-        (certificate(stiffness="1.0000001"), "change its sign"),
+        (certificate(value=MOVED), "does not map the box into itself"),
+        (certificate(high="0.99"), "lie in the stated range"),
+        (certificate(stiffness="1.0000001"), "does not map the box into itself"),
         (certificate() | {"verdict": "disproven"}, "does not contradict"),
         (certificate() | {"statement": {"kind": "codimension-two", "type": "g", "order": 3}}, "order is not that"),
         (certificate() | {"bits": 10**9}, "out of range"),
-        (certificate(low="1e999999999"), "malformed"),
+        (certificate(value="1e999999999"), "malformed"),
     ],
 )
 def test_a_false_certificate_is_refused_with_its_reason(tmp_path, capsys, false, reason):
