@@ -16,7 +16,7 @@ OMEGA, MOVED = "0.99498743710661995", "0.99498743710662005"
 def certificate(value: str = OMEGA, stiffness: str = "1", high: str = "1.1") -> dict[str, object]:
     shared = {"kind": "codimension-two", "type": "g", "order": 1, "range": ["0.9", high]}
     return {
-        "format": "grazemap-certificate-2",
+        "format": "grazemap-certificate-1",
         "statement": shared,
         "verdict": "proven",
         "oscillator": {

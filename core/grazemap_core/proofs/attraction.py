@@ -10,7 +10,7 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 
 from grazemap.checker.arithmetic import Refused, column, exact, identity
-from grazemap.checker.orbits import Problem
+from grazemap.checker.orbits import BoundaryProblem
 from grazemap.checker.system import System
 from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -91,7 +91,7 @@ def _arrival(search: Search, statement: Document, run: Simulation, impacts: Impa
     try:
         theorem = orbit_theorem(search, statement["omega"], statement["clearance"], impacts)
         with ctx.workprec(search.bits):
-            problem = Problem(search.data, theorem)
+            problem = BoundaryProblem(search.data, theorem)
             size, norm = _ball(search, problem)
             section, turn = exact(theorem["section"]), problem.turn(run.system)
             last = turns = math.floor(float((run.time - section) / turn))
@@ -109,7 +109,7 @@ def _arrival(search: Search, statement: Document, run: Simulation, impacts: Impa
     return theorem | {"size": size, "norm": [decimals(row, 12) for row in norm.tolist()], "transient": found}
 
 
-def _ball(search: Search, problem: Problem) -> tuple[str, arb_mat]:
+def _ball(search: Search, problem: BoundaryProblem) -> tuple[str, arb_mat]:
     """Return the size of the largest ball tried that contracts, and its norm."""
     power = problem.run(problem.centre, checked=False).derivative.mid()
     norm = identity(power.nrows())
@@ -128,7 +128,7 @@ def _ball(search: Search, problem: Problem) -> tuple[str, arb_mat]:
     raise Undecided("no ball around the orbit is shown to contract")
 
 
-def _inside(problem: Problem, state: arb_mat, turns: int, norm: arb_mat, size: arb) -> bool:
+def _inside(problem: BoundaryProblem, state: arb_mat, turns: int, norm: arb_mat, size: arb) -> bool:
     """Return whether a trajectory is within half the size of the ball after so many crossings of the section."""
     away = state * problem.sign**turns - column(problem.state)
     return bool((away.transpose() * norm * away)[0, 0] < size * size / 4)

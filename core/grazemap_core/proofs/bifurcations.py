@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from flint import ctx
 
-from grazemap.checker.orbits import Problem
+from grazemap.checker.orbits import BoundaryProblem
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.branches import orbit_branch
@@ -62,7 +62,7 @@ def bifurcation_theorem(search: Search, statement: Document, point: SpecialPoint
 
 def _perturbation(search: Search, theorem: Document) -> Floats:
     """Return the perturbation that returns times the critical multiplier, to double precision."""
-    problem = Problem(search.data, theorem)
+    problem = BoundaryProblem(search.data, theorem)
     rows = problem.run(problem.centre, checked=False).derivative.tolist()
     critical = problem.critical * np.eye(len(rows))
     vector: Floats = np.linalg.svd(np.array([[float(x) for x in row] for row in rows]) - critical)[2][-1]

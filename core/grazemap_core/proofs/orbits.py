@@ -8,7 +8,7 @@ import numpy as np
 from flint import arb, ctx
 
 from grazemap.checker.arithmetic import column, identity
-from grazemap.checker.orbits import Problem
+from grazemap.checker.orbits import BoundaryProblem
 from grazemap.checker.system import System
 from grazemap.checker.theorems import multipliers
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -70,11 +70,11 @@ def refined(search: Search, theorem: Document) -> Document:
     """Return a theorem with the state, the impacts' times and the other unknowns in many digits."""
 
     def equations(now: Document) -> Equations:
-        problem = Problem(search.data, now)
+        problem = BoundaryProblem(search.data, now)
         return problem.centre, problem.residual
 
     def renewed(now: Document, unknowns: list[arb]) -> Document:
-        problem, numbers = Problem(search.data, now), decimals(unknowns, search.digits + 6)
+        problem, numbers = BoundaryProblem(search.data, now), decimals(unknowns, search.digits + 6)
         size, others = len(problem.state), len(problem.state) + len(problem.names)
         times = problem.run(unknowns, checked=False).times
         found = {"state": numbers[:size], "times": decimals(times, search.digits + 6), "direction": numbers[others:]}
@@ -95,6 +95,6 @@ def prove_orbit(search: Search, statement: Document) -> Document:
     impacts = starting_sequence(search, omega, clearance, statement["period"], statement["stops"], statement)
     theorem = orbit_theorem(search, omega, clearance, impacts)
     with ctx.workprec(search.bits):
-        problem = Problem(search.data, theorem)
+        problem = BoundaryProblem(search.data, theorem)
         found = multipliers(problem.run(problem.centre, checked=False), problem.sign)
     return theorem | {"unstable": sum(abs(m) > 1 for m in found)}

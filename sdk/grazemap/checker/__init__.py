@@ -16,7 +16,7 @@ from grazemap.checker.theorems import prove_attraction, prove_bifurcation, prove
 
 __all__ = ["Verdict", "check"]
 
-FORMAT = "grazemap-certificate-2"
+FORMAT = "grazemap-certificate-1"
 MOST_BITS = 20_000
 """Precision above which a certificate is not verified."""
 GIVEN = ("kind", "omega", "displacement", "velocity", "phase", "parameter", "type", "order", "range")

@@ -57,8 +57,8 @@ def carry(
     return Run(system, column(state), system.free(ahead * total), times, velocities)
 
 
-class Problem:
-    """A periodic orbit, or a bifurcation of it, as a zero of equations that are analytic in the unknowns.
+class BoundaryProblem:
+    """The boundary value problem of a periodic orbit, or of a bifurcation of it: equations analytic in the unknowns.
 
     Unknowns are the state on a section between impacts; for a bifurcation the parameter; for a graze the time of the
     section, on which it lies, and else the perturbation that returns times the critical multiplier. The section's
@@ -79,9 +79,8 @@ class Problem:
         self.sign = -1 if self.symmetric else 1
         self.critical = self.sign if point.get("type") == "SN" else -self.sign
         self.impacts = list(zip(self.stops, theorem["times"], strict=True))
-        self.state, self.direction = (
-            [exact(x) for x in texts] for texts in (theorem["state"], point.get("direction", ()))
-        )
+        texts = theorem["state"], point.get("direction", ())
+        self.state, self.direction = ([exact(x) for x in numbers] for numbers in texts)
         self.names = ("value", "section")[: 0 if self.parameter is None else 2 if self.graze else 1]
         self.centre = [*self.state, *(exact(theorem[name]) for name in self.names), *self.direction]
 
@@ -111,20 +110,23 @@ class Problem:
             found.append(sum(a * (b - a) for a, b in zip(self.direction, vector, strict=True)))
         return found
 
+    def whole(self, stops: list[int]) -> list[int]:
+        """Return the stops of a period: of a symmetric orbit, half of them are mirrored."""
+        return [*stops, *([-stop for stop in stops] if self.symmetric else [])]
+
     def require_least_period(self, run: Run) -> None:
         """Show that the impacts do not repeat after a divisor of the period."""
-        halves = range(2 if self.symmetric else 1)
-        stops = [stop * self.sign**half for half in halves for stop in self.stops]
-        times = [time + half * self.turn(run.system) for half in halves for time in run.times]
+        stops, turn, halves = self.whole(self.stops), self.turn(run.system), 2 if self.symmetric else 1
+        times = [time + half * turn for half in range(halves) for time in run.times]
         for parts in (p for p in range(2, self.period + 1) if self.period % p == 0 and len(stops) % p == 0):
-            ahead, time = len(stops) // parts, self.turn(run.system) * len(halves) / parts
+            ahead, time = len(stops) // parts, turn * halves / parts
             pairs = zip(stops, stops[ahead:], times, times[ahead:], strict=False)
             differ = any(a != b or not (late - early - time).contains(0) for a, b, early, late in pairs)
             require(differ, f"the impacts may repeat after {self.period // parts} periods")
 
     def motion(self, run: Run) -> dict[str, Any]:
         """Return what identifies a motion: period, stops of a period, and the impacts."""
-        stops = [*self.stops, *([-stop for stop in self.stops] if self.symmetric else [])]
+        stops, shown = self.whole(self.stops), {"times": run.times, "velocities": run.velocities}
         said = {"period": self.period, "symmetric": self.symmetric, "stops": stops}
         said |= {"impacts_right": stops.count(1), "impacts_left": stops.count(-1)}
-        return said | {"times": [str(t) for t in run.times], "velocities": [str(v) for v in run.velocities]}
+        return said | {name: [str(x) for x in values] for name, values in shown.items()}

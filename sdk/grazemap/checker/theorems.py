@@ -7,7 +7,7 @@ from typing import Any
 from flint import acb, acb_mat, arb, arb_mat
 
 from grazemap.checker.arithmetic import Refused, ball, column, definite, exact, identity, newton, require
-from grazemap.checker.orbits import Problem, Run, carry
+from grazemap.checker.orbits import BoundaryProblem, Run, carry
 from grazemap.checker.system import System
 
 
@@ -25,9 +25,9 @@ def in_range(theorem: dict[str, Any], value: arb) -> None:
     require(low < value and value < high, "the point is not shown to lie in the stated range")
 
 
-def solved(data: dict[str, Any], theorem: dict[str, Any]) -> tuple[Problem, list[arb], Run]:
+def solved(data: dict[str, Any], theorem: dict[str, Any]) -> tuple[BoundaryProblem, list[arb], Run]:
     """Show that a solution exists, unique in its box, admissible, of this least period; return it and its run."""
-    problem = Problem(data, theorem)
+    problem = BoundaryProblem(data, theorem)
     found = newton(problem.residual, problem.centre, exact(theorem["radius"]))
     run = problem.run(found)
     problem.require_least_period(run)
@@ -45,7 +45,7 @@ def prove_orbit(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]
     return problem.motion(run) | {"stable": outside == 0, "multipliers": [str(m) for m in found]}
 
 
-def contracts(problem: Problem, orbit: list[arb], norm: arb_mat, size: arb) -> bool:
+def contracts(problem: BoundaryProblem, orbit: list[arb], norm: arb_mat, size: arb) -> bool:
     """Return whether the return map is shown to contract a ball around an orbit in a norm."""
     norm = (norm + norm.transpose()) / 2
     require(definite(norm), "the norm of the ball is not shown to be positive definite")
@@ -80,9 +80,7 @@ def prove_bifurcation(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str
     kind, known = theorem["type"], ("SN", "GR", "SB" if theorem["symmetric"] else "PD")
     require(theorem["parameter"] in ("omega", "clearance", "restitution"), "there is no such parameter")
     require(kind in known, f"a {kind} of this orbit is not a bifurcation that can be shown")
-    require(
-        (kind == "GR") == (theorem.get("graze", 0) != 0), "a graze, and only a graze, touches a stop on the section"
-    )
+    require((kind == "GR") == (theorem.get("graze", 0) != 0), "a GR, and only a GR, begins on a stop")
     problem, found, run = solved(data, theorem)
     size = len(problem.state)
     in_range(theorem, found[size])
@@ -92,10 +90,7 @@ def prove_bifurcation(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str
         require(stop * (run.system.rows * start)[2, 0] < 0, "the graze is not shown to be quadratic")
         regular = (run.derivative - identity(size) * problem.sign).det()
         require(not regular.contains(0), "the orbit without the graze is not shown to be regular")
-        touched = [
-            [s * stop for stop in (problem.graze, *problem.stops)] for s in ((1, -1) if problem.symmetric else (1,))
-        ]
-        return said | {"stops_with_graze": [stop for half in touched for stop in half]}
+        return said | {"stops_with_graze": problem.whole([problem.graze, *problem.stops])}
     require(any(not x.contains(0) for x in problem.direction), "the direction vanishes")
     near = [m for m in multipliers(run, problem.sign) if not (abs(m) > 1 or abs(m) < 1)]
     require(len(near) == 1, f"{len(near)} multipliers may lie on the unit circle")
