@@ -27,6 +27,9 @@ class System:
     """The equations of motion of an oscillator with the inputs of a theorem, or another value of its parameter."""
 
     def __init__(self, data: dict[str, Any], theorem: dict[str, Any], parameter: str | None = None, value: Any = None):
+        require(
+            len(theorem["gaps"]) == len(theorem["restitutions"]) == 2, "there is not one gap and restitution a stop"
+        )
         given = [theorem["omega"], *theorem["gaps"], *theorem["restitutions"]]
         numbers: list[Any] = [None if text is None else exact(text) for text in given]
         omega, *sides = numbers
