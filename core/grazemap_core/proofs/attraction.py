@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, ctx
@@ -29,7 +28,9 @@ SIZES = range(2, 17)
 BITS_PER_IMPACT = 2
 """Bits that the propagation of a ball loses at an impact."""
 TIME_DIGITS = 25
-"""Digits of the transient's impact times, of which the checker computes twice as many; more for many impacts."""
+"""Digits of the transient's impact times, which the checker refines."""
+NORM_DIGITS = 12
+"""Digits of the norm's matrix."""
 SQUARINGS = 60
 """Squarings of the return map's derivative in the norm of a ball, the sum of D^T^n D^n."""
 
@@ -72,18 +73,9 @@ def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[Imp
             and np.all(np.abs(late) < REPEATED * period)
             and np.all(np.abs(change) < REPEATED * np.abs(speeds).max())
         ):
-            sequence = _rotated(n, stops[-count:], omega * times[-count:], speeds[-count:])
+            sequence = ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
             yield sequence.half() if sequence.mirrors(2.0 * REPEATED) else sequence
             return
-
-
-def _rotated(period: int, stops: Any, phases: Any, velocities: Any) -> ImpactSequence:
-    """Return the impacts of a period, the first after the longest flight."""
-    whole = 2.0 * math.pi * period
-    pauses = np.diff(phases, prepend=phases[-1] - whole)
-    first = int(np.argmax(pauses))
-    turned = np.concatenate([phases[first:], phases[:first] + whole])
-    return ImpactSequence.create(period, np.roll(stops, -first), turned, np.roll(velocities, -first))
 
 
 def _arrival(search: Search, statement: Document, run: Simulation, impacts: ImpactSequence) -> Document | None:
@@ -103,20 +95,19 @@ def _arrival(search: Search, statement: Document, run: Simulation, impacts: Impa
     if last == turns:
         return None
     transient = [impact for impact in run.impacts if impact.time < section + turn * (last + 1)]
-    digits = TIME_DIGITS + len(transient) * BITS_PER_IMPACT // 6
-    times = decimals([impact.time for impact in transient], digits)
+    times = decimals([impact.time for impact in transient], TIME_DIGITS)
     found = {"stops": [impact.stop for impact in transient], "times": times, "turns": last + 1}
-    return theorem | {"size": size, "norm": [decimals(row, 12) for row in norm.tolist()], "transient": found}
+    return theorem | {"size": size, "norm": [decimals(row, NORM_DIGITS) for row in norm.tolist()], "transient": found}
 
 
 def _ball(search: Search, problem: BoundaryProblem) -> tuple[str, arb_mat]:
     """Return the size of the largest ball tried that contracts, and its norm."""
-    power = problem.run(problem.centre, checked=False).derivative.mid()
+    run = problem.run(problem.centre, checked=False)
+    power = run.derivative.mid()
     norm = identity(power.nrows())
     for _ in range(SQUARINGS):
         norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
-    norm = arb_mat([[arb(x) for x in decimals(row, 12)] for row in ((norm + norm.transpose()) / 2).tolist()])
-    clearance = math.floor(math.log10(float(problem.run(problem.centre, False).system.gap(1))))
+    clearance = math.floor(math.log10(float(run.system.gap(1))))
     for exponent in SIZES:
         search.go_on()
         size = f"1e{clearance - exponent}"
