@@ -26,7 +26,7 @@ FIRST_PERIODS = 16
 SIZES = range(2, 17)
 """Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
 BITS_PER_IMPACT = 2
-"""Bits that the propagation of a ball loses at an impact."""
+"""Bits of precision for each impact of the transient; about one is lost."""
 TIME_DIGITS = 25
 """Digits of the transient's impact times, which the checker refines."""
 NORM_DIGITS = 12
