@@ -99,7 +99,7 @@ def code_lines(source: str) -> int:
 
 def test_the_checker_is_small():
     modules = sorted((ROOT / "sdk" / "grazemap" / "checker").glob("*.py"))
-    assert 5 <= len(modules)
+    assert len(modules) >= 5
     assert sum(code_lines(path.read_text()) for path in modules) < MAX_OF_CHECKER
     assert code_lines('"""a"""\n\nx = 1  # b\n# c\ndef f():\n    """d\n\n    e\n    """\n    return 2\n') == 3
 
