@@ -39,6 +39,12 @@ def test_an_orbit_is_proven(orbit):
     assert (orbit["enclosures"]["impacts_right"], orbit["enclosures"]["impacts_left"]) == (2, 2)
 
 
+def test_the_order_of_a_certificate_s_fields_does_not_matter(orbit):
+    forcing = dict(reversed(orbit["oscillator"]["forcing"].items()))
+    answer = check(orbit | {"oscillator": orbit["oscillator"] | {"forcing": forcing}})
+    assert answer.accepted, answer.reason
+
+
 def test_a_stable_orbit_is_not_unstable():
     found = prove(DEFAULT, {**ORBIT, "stable": False})
     assert found["verdict"] == "disproven"

@@ -27,9 +27,7 @@ class System:
     """The equations of motion of an oscillator with the inputs of a theorem, or another value of its parameter."""
 
     def __init__(self, data: dict[str, Any], theorem: dict[str, Any], parameter: str | None = None, value: Any = None):
-        require(
-            len(theorem["gaps"]) == len(theorem["restitutions"]) == 2, "there is not one gap and restitution a stop"
-        )
+        require(len(theorem["gaps"]) == len(theorem["restitutions"]) == 2, "there are not two gaps and restitutions")
         given = [theorem["omega"], *theorem["gaps"], *theorem["restitutions"]]
         numbers: list[Any] = [None if text is None else exact(text) for text in given]
         omega, *sides = numbers
@@ -40,7 +38,8 @@ class System:
         require(positive, "the frequency and the gaps are positive")
         require(all(r.real >= 0 and r.real <= 1 for r in restitutions), "a restitution is not between 0 and 1")
         self.gaps, self.rebound = {1: gaps[0], -1: gaps[1]}, {1: 1 + restitutions[0], -1: 1 + restitutions[1]}
-        rows = [data["mass"], data["damping"], data["stiffness"], [data["contact"]], list(data["forcing"].values())]
+        forces = [data["forcing"][name] for name in ("sine", "cosine")]
+        rows = [data["mass"], data["damping"], data["stiffness"], [data["contact"]], forces]
         mass, damping, stiffness, contact, forcing = (arb_mat([[exact(x) for x in row] for row in m]) for m in rows)
         inverse, self.size = mass.inv(), 2 * mass.nrows()
         spring, drag, push = inverse * stiffness, inverse * damping, inverse * forcing.transpose()
