@@ -14,10 +14,12 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from copy import deepcopy
 from fractions import Fraction
 from multiprocessing import get_context
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -34,7 +36,7 @@ from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.proofs.bifurcations import bifurcation_theorem
 from grazemap_core.proofs.certificates import Search, Undecided, exact_oscillator
 from grazemap_core.proofs.orbits import orbit_theorem
-from grazemap_core.proofs.prove import prove
+from grazemap_core.proofs.prove import KINDS, prove
 from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
@@ -96,8 +98,7 @@ def statements(seed: int) -> Iterator[tuple[str, Certificate]]:
     place = {"omega": repr(omega), "clearance": repr(clearance)}
     yield "orbit", prove(DEFAULT, {"kind": "orbit", **place, **motion(sequence), "stable": True}, DIGITS)
     rest = {"displacement": ["0"] * 3, "velocity": ["0"] * 3, "phase": "0"}
-    if seed % 2:
-        yield "attraction", prove(DEFAULT, {"kind": "attraction", **place, **rest}, DIGITS, 120.0)
+    yield "attraction", prove(DEFAULT, {"kind": "attraction", **place, **rest}, DIGITS, 120.0)
     orbit = periodic_orbit(DEFAULT, omega, clearance, sequence)
     parameter = PARAMETERS[seed % len(PARAMETERS)]
     branch = orbit_branch(DEFAULT, orbit, *around(orbit, parameter, 0.3), parameter, max_points=300)
@@ -127,29 +128,27 @@ def of_branch(branch: OrbitBranch) -> Iterator[tuple[str, Certificate]]:
         yield "orbit", on_branch(branch, int(unstable[len(unstable) // 2]), False)
     virtual = np.any(branch.stops * branch.velocities < -1e-3, axis=1) & branch.isolated & fixed
     if np.any(virtual):
-        yield "virtual", unchecked(branch, int(np.flatnonzero(virtual)[0]))
+        with suppress(Undecided, Refused):  # many impacts, very unstable
+            yield "virtual", unchecked(branch, int(np.flatnonzero(virtual)[0]))
     for point in branch.special_points:
         if not point.admissible or point.status != "converged" or point.type == "NS":
             continue
         yield point.type, bifurcation(point, branch.parameter)
-        if point.type == "GR" and point.impact is None and branch.parameter == "clearance":
-            false = beyond(point)
-            if false is not None:
-                yield "beyond", false
+        if point.type == "GR" and point.impact is None and branch.parameter != "restitution":
+            with suppress(Undecided, Refused):
+                false = beyond(point)
+                if false is not None:
+                    yield "beyond", false
 
 
 def bifurcation(point: SpecialPoint, parameter: str) -> Certificate:
     """The certificate of a special point, or why it is undecided."""
-    found, value = search(DEFAULT), getattr(point, parameter)
+    value = getattr(point, parameter)
     here = {"omega": repr(point.omega), "clearance": repr(point.clearance)}
     bounds = [repr(value * (1.0 - 1e-6)), repr(value * (1.0 + 1e-6))]
     stated = {"kind": "bifurcation", "type": point.type, "parameter": parameter, "range": bounds, **here}
-    try:
-        proof = certificate(found, stated, bifurcation_theorem(found, stated, point))
-    except (Undecided, Refused) as undecided:
-        return {"verdict": "undecided", "reason": str(undecided)}
-    answer = check(proof)
-    return proof | {"verdict": "proven" if answer.accepted else "undecided", "reason": answer.reason}
+    with patch.dict(KINDS, bifurcation=lambda search, stated: bifurcation_theorem(search, stated, point)):
+        return prove(DEFAULT, stated, DIGITS)
 
 
 def on_branch(branch: OrbitBranch, place: int, stable: bool) -> Certificate:
@@ -200,8 +199,9 @@ def falsified(proof: Certificate, way: str) -> Certificate | None:
     """A certificate of a false statement, made of a true one; None where this way does not apply."""
     false = deepcopy(proof)
     theorem, statement = false["theorem"], false["statement"]
-    if way == "centre" and "times" in theorem:
-        theorem["times"][0] = str(Fraction(theorem["times"][0]) + 10 * Fraction(theorem["radius"]))
+    if way == "centre":
+        numbers, name = (theorem["state"], 0) if "state" in theorem else (theorem, "value")
+        numbers[name] = str(Fraction(numbers[name]) + 10 * Fraction(theorem["radius"]))
     elif way == "parameter":
         name = "clearance" if theorem.get("parameter") == "omega" else "omega"
         if name in statement:
@@ -215,12 +215,9 @@ def falsified(proof: Certificate, way: str) -> Certificate | None:
     elif way == "left out" and theorem["kind"] == "attraction" and theorem["transient"]["times"]:
         for name in ("stops", "times"):
             theorem["transient"][name].pop(len(theorem["transient"][name]) // 2)
-    elif way == "left out" and len(theorem.get("stops", ())) > 1 and "graze" not in theorem:
-        for name in ("stops", "times", "velocities"):
+    elif way == "left out" and theorem.get("stops"):
+        for name in ("stops", "times"):
             theorem[name].pop()
-        if "direction" in theorem:
-            half = len(theorem["direction"]) // 2
-            theorem["direction"] = [x for k, x in enumerate(theorem["direction"]) if k not in (half - 1, 2 * half - 1)]
     else:
         return None
     return false
@@ -259,36 +256,46 @@ def codimension_two_statements(points: Any) -> Iterator[tuple[str, int, float]]:
 
 def main(share: float, processes: int) -> int:
     wanted = {kind: max(1, round(count * share)) for kind, count in COUNTS.items()}
+    wanted |= dict.fromkeys(("virtual", "beyond"), -(-round(FALSE * share) // len(WAYS)))
     proven: dict[str, list[Certificate]] = {kind: [] for kind in COUNTS}
-    not_proven: Counter[str] = Counter()
-    false: list[tuple[str, Certificate]] = []
+    false: dict[str, list[Certificate]] = {way: [] for way in ("virtual", "beyond")}
+    undecided: Counter[str] = Counter()
     with get_context("spawn").Pool(processes) as pool:
         for found in pool.imap_unordered(worked, range(100_000)):
             for kind, proof in found:
-                if kind not in proven:
-                    false.append((kind, proof))
-                elif proof["verdict"] != "proven":
-                    not_proven[f"{kind}: {proof['reason']}"] += 1
-                elif len(proven[kind]) < wanted[kind]:
-                    proven[kind].append(proof)
-            counts = {kind: len(proofs) for kind, proofs in proven.items()}
-            print(f"{counts}, false {len(false)}", flush=True)
-            if counts == wanted and len(false) >= 2 * share * FALSE / len(WAYS):
+                proofs = false[kind] if kind in false else proven[kind]
+                if kind in proven and proof["verdict"] != "proven":
+                    undecided[f"{kind}: {proof['reason']}"] += 1
+                elif len(proofs) < wanted[kind] and (kind in false or needed(proof, proofs, wanted[kind])):
+                    proofs.append(proof)
+            counts = {kind: len(proofs) for kind, proofs in (proven | false).items()}
+            print(f"{counts}, undecided {undecided.total()}", flush=True)
+            if counts == wanted:
                 break
         pool.terminate()
     proven["codimension-two"] = [proof for _, proof in timed(("", proof) for proof in points_of_the_paper())]
-    undecided = [proof for proof in proven["codimension-two"] if proof["verdict"] != "proven"]
     for kind, proofs in proven.items():
         print(summary(kind, proofs))
-    for reason, count in not_proven.most_common():
-        print(f"not proven, {count}: {reason}")
-    return refuse(proven, false) + len(undecided)
+    for reason, count in undecided.most_common():
+        print(f"undecided, {count}: {reason}")
+    open_points = sum(proof["verdict"] != "proven" for proof in proven["codimension-two"])
+    return refuse(proven, false, wanted["virtual"]) + open_points
+
+
+def impacts_of_period(proof: Certificate) -> int:
+    theorem = proof["theorem"]
+    return len(theorem.get("stops", ())) * (2 if theorem.get("symmetric") else 1)
+
+
+def needed(proof: Certificate, proofs: list[Certificate], wanted: int) -> bool:
+    """Whether a proof is taken: at least half have several impacts."""
+    few = sum(impacts_of_period(other) < SEVERAL for other in proofs)
+    return impacts_of_period(proof) >= SEVERAL or few < wanted // 2
 
 
 def summary(kind: str, proofs: list[Certificate]) -> str:
     """The number of proofs, of those that the checker accepts once more, and the times."""
-    theorems = [proof["theorem"] for proof in proofs]
-    impacts = [len(one.get("stops", ())) * (2 if one.get("symmetric") else 1) for one in theorems]
+    impacts = [impacts_of_period(proof) for proof in proofs]
     begun = time.monotonic()
     accepted = sum(check(proof).accepted for proof in proofs)
     seconds = (time.monotonic() - begun) / max(len(proofs), 1)
@@ -299,15 +306,13 @@ def summary(kind: str, proofs: list[Certificate]) -> str:
     )
 
 
-def refuse(proven: dict[str, list[Certificate]], false: list[tuple[str, Certificate]]) -> int:
-    """Check certificates of false statements, as many of each way as there are; return how many are accepted."""
-    each = -(-FALSE // len(WAYS))
-    true = [proof for proofs in proven.values() for proof in proofs]
+def refuse(proven: dict[str, list[Certificate]], false: dict[str, list[Certificate]], each: int) -> int:
+    """Check certificates of false statements, as many of each way; return how many are accepted or missing."""
+    true = [proof for proofs in proven.values() for proof in proofs if proof["verdict"] == "proven"]
     random.Random(0).shuffle(true)
     accepted = refused = 0
     for way in WAYS:
-        made = [proof for kind, proof in false if kind == way]
-        made += [proof for proof in (falsified(item, way) for item in true) if proof is not None]
+        made = false.get(way, []) + [proof for proof in (falsified(item, way) for item in true) if proof is not None]
         reasons: Counter[str] = Counter()
         for proof in made[:each]:
             answer = check(proof)
@@ -316,7 +321,7 @@ def refuse(proven: dict[str, list[Certificate]], false: list[tuple[str, Certific
         for reason, number in reasons.most_common():
             print(f"{way}, {number}: {reason}")
     print(f"{refused} certificates of false statements refused, {accepted} accepted")
-    return accepted
+    return accepted + max(0, each * len(WAYS) - refused)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,7 @@
-"""No function of the core is longer than 60 lines or takes more than 8 arguments, but for those named here."""
+"""No function of the core is longer than 60 lines or takes more than 8 arguments, but for those named here.
+
+The checker of certificates, which has to be read to be believed, has fewer than 400 lines of code.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 MAX_LINES = 60
 MAX_ARGUMENTS = 8
+MAX_OF_CHECKER = 400
 KEYWORDS = "public, called by hand: settings are keyword arguments with defaults, as in scipy.integrate.solve_ivp"
 MORE_ARGUMENTS = {
     "simulation.monodromy.monodromy": (9, KEYWORDS),
@@ -78,6 +82,26 @@ def test_no_function_of_the_core_is_too_long(core):
 
 def test_no_function_of_the_core_takes_too_many_arguments(core):
     assert too_many_arguments(core) == {name: arguments for name, (arguments, _) in MORE_ARGUMENTS.items()}
+
+
+def code_lines(source: str) -> int:
+    """Return the number of lines without docstrings, blank lines and comments."""
+    texts = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Expr))
+    strings = {
+        number
+        for node in texts
+        if isinstance(node.value, ast.Constant)
+        for number in range(node.lineno, (node.end_lineno or 0) + 1)
+    }
+    lines = enumerate(source.splitlines(), 1)
+    return sum(bool(text.strip()) and text.strip()[0] != "#" and number not in strings for number, text in lines)
+
+
+def test_the_checker_is_small():
+    modules = sorted((ROOT / "sdk" / "grazemap" / "checker").glob("*.py"))
+    assert len(modules) >= 5
+    assert sum(code_lines(path.read_text()) for path in modules) < MAX_OF_CHECKER
+    assert code_lines('"""a"""\n\nx = 1  # b\n# c\ndef f():\n    """d\n\n    e\n    """\n    return 2\n') == 3
 
 
 def test_planted_functions_are_found():

@@ -16,6 +16,8 @@ import psutil
 import pytest
 
 import grazemap
+from grazemap import cli
+from grazemap.checker import check
 from grazemap.errors import JobDismissed, JobFailed, ParameterError
 from grazemap.local_stack import LocalClient
 from grazemap.wire import PROCESSES
@@ -61,6 +63,18 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
         assert result.meta["numerics"] == numerics().as_meta()
         again = grazemap.load(result.save(tmp_path / f"{result.process}.npz"))
         assert repr(again) == repr(result)
+
+
+def test_a_statement_is_proven_and_a_false_one_is_answered_with_its_disproof(stack: LocalClient, tmp_path) -> None:
+    place = {"omega": 0.29, "clearance": 1.6}
+    orbit = {"kind": "orbit", **place, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}
+    proof = stack.prove(statement=orbit, progress=False)
+    assert proof.verdict == "proven", proof.reason
+    assert cli.main(["check", str(proof.save(tmp_path / "certificate.json"))]) == 0
+    other = stack.prove(statement={"kind": "attraction", **place, "label": "1-1r-1l"}, progress=False)
+    assert other.verdict == "disproven", other.reason
+    assert [other.enclosures[name] for name in ("period", "impacts_right", "impacts_left")] == [1, 2, 2]
+    assert check(other.document).accepted
 
 
 def test_explaining_borders_reports_its_progress_and_stops_when_it_is_cancelled(stack: LocalClient) -> None:

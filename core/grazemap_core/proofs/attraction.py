@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from grazemap.checker.arithmetic import Refused, column, exact
-from grazemap.checker.attraction import contracts
-from grazemap.checker.orbits import admissible_orbit, system_of
+from grazemap.checker.arithmetic import Refused, column, exact, identity
+from grazemap.checker.orbits import BoundaryProblem
+from grazemap.checker.system import System
+from grazemap.checker.theorems import contracts
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
 from grazemap_core.proofs.orbits import orbit_theorem
@@ -26,16 +26,20 @@ FIRST_PERIODS = 16
 SIZES = range(2, 17)
 """Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
 BITS_PER_IMPACT = 2
-"""Bits that the propagation of a ball loses at an impact."""
+"""Bits of precision for each impact of the transient; about one is lost."""
 TIME_DIGITS = 25
 """Digits of the transient's impact times, which the checker refines."""
+NORM_DIGITS = 12
+"""Digits of the norm's matrix."""
+SQUARINGS = 60
+"""Squarings of the return map's derivative in the norm of a ball, the sum of D^T^n D^n."""
 
 
 def prove_attraction(search: Search, statement: Document) -> Document:
     """Return the theorem on the orbit that attracts the trajectory from the given state."""
     given = inputs(search, statement["omega"], statement["clearance"])
     with ctx.workprec(search.bits):
-        system = system_of(search.data, given)
+        system = System(search.data, given)
         period = 2.0 * math.pi / float(system.omega)
         places, rates = ([exact(x) for x in statement[name]] for name in ("displacement", "velocity"))
         time = exact(statement["phase"]) / system.omega
@@ -69,18 +73,9 @@ def repeated(impacts: list[Impact], period: float, omega: float) -> Iterator[Imp
             and np.all(np.abs(late) < REPEATED * period)
             and np.all(np.abs(change) < REPEATED * np.abs(speeds).max())
         ):
-            sequence = _rotated(n, stops[-count:], omega * times[-count:], speeds[-count:])
+            sequence = ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
             yield sequence.half() if sequence.mirrors(2.0 * REPEATED) else sequence
             return
-
-
-def _rotated(period: int, stops: Any, phases: Any, velocities: Any) -> ImpactSequence:
-    """Return the impacts of a period, the first after the longest flight."""
-    whole = 2.0 * math.pi * period
-    pauses = np.diff(phases, prepend=phases[-1] - whole)
-    first = int(np.argmax(pauses))
-    turned = np.concatenate([phases[first:], phases[:first] + whole])
-    return ImpactSequence.create(period, np.roll(stops, -first), turned, np.roll(velocities, -first))
 
 
 def _arrival(search: Search, statement: Document, run: Simulation, impacts: ImpactSequence) -> Document | None:
@@ -88,51 +83,43 @@ def _arrival(search: Search, statement: Document, run: Simulation, impacts: Impa
     try:
         theorem = orbit_theorem(search, statement["omega"], statement["clearance"], impacts)
         with ctx.workprec(search.bits):
-            orbit, states, matrix = admissible_orbit(search.data, theorem)
-            before = (orbit.times[-1] - orbit.turn + orbit.times[0]) / 2
-            section = decimals([before], search.digits)[0]
-            size, norm, centre = _ball(search, orbit, states, matrix, exact(section))
-            turn = float(orbit.turn)
-            turns = math.floor((float(run.time) - float(section)) / turn)
-            sign = orbit.sign
-            if not _inside(run, exact(section) + orbit.turn * turns, sign**turns, centre, norm, exact(size)):
-                return None
-            last = turns
-            while last > 1 and _inside(
-                run, exact(section) + orbit.turn * (last - 1), sign ** (last - 1), centre, norm, exact(size)
-            ):
+            problem = BoundaryProblem(search.data, theorem)
+            size, norm = _ball(search, problem)
+            section, turn = exact(theorem["section"]), problem.turn(run.system)
+            last = turns = math.floor(float((run.time - section) / turn))
+            while last > 0 and _inside(problem, run.state_at(section + turn * last), last, norm, exact(size)):
+                search.go_on()
                 last -= 1
     except (Refused, Undecided):
         return None
-    arrival = float(section) + last * turn
-    transient = [impact for impact in run.impacts if float(impact.time) < arrival]
-    return theorem | {
-        "section": section,
-        "size": size,
-        "transient": {
-            "stops": [impact.stop for impact in transient],
-            "times": decimals([impact.time for impact in transient], TIME_DIGITS),
-            "turns": last,
-        },
-    }
+    if last == turns:
+        return None
+    transient = [impact for impact in run.impacts if impact.time < section + turn * (last + 1)]
+    times = decimals([impact.time for impact in transient], TIME_DIGITS)
+    found = {"stops": [impact.stop for impact in transient], "times": times, "turns": last + 1}
+    return theorem | {"size": size, "norm": [decimals(row, NORM_DIGITS) for row in norm.tolist()], "transient": found}
 
 
-def _ball(search: Search, orbit: Any, states: Any, matrix: Any, section: arb) -> tuple[str, arb_mat, arb_mat]:
-    """Return the size of the largest ball tried that contracts, its norm and its centre."""
-    clearance = math.floor(math.log10(float(orbit.system.gap(1))))
-    for power in SIZES:
+def _ball(search: Search, problem: BoundaryProblem) -> tuple[str, arb_mat]:
+    """Return the size of the largest ball tried that contracts, and its norm."""
+    run = problem.run(problem.centre, checked=False)
+    power = run.derivative.mid()
+    norm = identity(power.nrows())
+    for _ in range(SQUARINGS):
+        norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
+    clearance = math.floor(math.log10(float(run.system.gap(1))))
+    for exponent in SIZES:
         search.go_on()
-        size = f"1e{clearance - power}"
+        size = f"1e{clearance - exponent}"
         try:
-            return size, *contracts(orbit, states, matrix, section, exact(size))
+            if contracts(problem, problem.centre, norm, exact(size)):
+                return size, norm
         except (Refused, ZeroDivisionError):
             continue
     raise Undecided("no ball around the orbit is shown to contract")
 
 
-def _inside(run: Simulation, time: arb, sign: int, centre: arb_mat, norm: arb_mat, size: arb) -> bool:
-    """Return whether a trajectory is within half the size of the ball at a time."""
-    last = [impact for impact in run.impacts if impact.time < time][-1]
-    state: arb_mat = run.system.flow(time - last.time) * last.after * sign - centre
-    away = column(state.entries()[: norm.nrows()])
+def _inside(problem: BoundaryProblem, state: arb_mat, turns: int, norm: arb_mat, size: arb) -> bool:
+    """Return whether a trajectory is within half the size of the ball after so many crossings of the section."""
+    away = state * problem.sign**turns - column(problem.state)
     return bool((away.transpose() * norm * away)[0, 0] < size * size / 4)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
-from flint import arb, ctx
+from dataclasses import replace
 
-from grazemap.checker.bifurcations import bifurcation_system, critical
+import numpy as np
+from flint import ctx
+
+from grazemap.checker.orbits import BoundaryProblem
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, text
-from grazemap_core.proofs.orbits import radius_of, sequence_theorem, starting_sequence
-from grazemap_core.proofs.refinement import refine
+from grazemap_core.proofs.certificates import Document, Search, Undecided, inputs, text
+from grazemap_core.proofs.orbits import refined, sequence_theorem, starting_sequence
 
 
 def prove_bifurcation(search: Search, statement: Document) -> Document:
@@ -39,32 +40,30 @@ def nearest_point(search: Search, statement: Document) -> SpecialPoint:
 
 def bifurcation_theorem(search: Search, statement: Document, point: SpecialPoint) -> Document:
     """Return the theorem on a special point that is known in double precision."""
-    parameter = statement["parameter"]
+    given = inputs(search, statement["omega"], statement["clearance"])
+    given |= {
+        "kind": "bifurcation",
+        "type": point.type,
+        "parameter": statement["parameter"],
+        "range": statement["range"],
+    }
+    given["value"] = text(float(getattr(point, statement["parameter"])))
     impacts, graze = as_on_curve(point)
-    theorem = sequence_theorem(search, statement["omega"], statement["clearance"], impacts)
-    theorem["times"] = [repr(t) for t in (impacts.phases / point.omega).tolist()]
-    theorem |= {"type": point.type, "parameter": parameter, "range": statement["range"]}
-    theorem["value"] = text(float(getattr(point, parameter)))
-    if graze is not None:
-        theorem["graze"] = graze
-        theorem["velocities"][graze] = "0"
+    if graze is not None and len(impacts.stops) == 1:  # of the steady motion, which grazes both stops
+        impacts = replace(impacts, period=1, symmetric=True)
+    if point.type == "SB" and not impacts.symmetric:  # at the end of a branch of asymmetric orbits
+        impacts = impacts.half()
     with ctx.workprec(search.bits):
-        theorem["direction"] = [] if graze is not None else [repr(x) for x in _perturbation(search, theorem).tolist()]
-        centre, _, equations = bifurcation_system(search.data, theorem)
-        found = refine(search, centre, equations)
-    numbers, count = decimals(found, search.digits + 6), len(theorem["stops"])
-    if graze is not None:
-        numbers.insert(count + graze, "0")
-    times, velocities, direction = numbers[:count], numbers[count : 2 * count], numbers[2 * count + 1 :]
-    solved = {"times": times, "velocities": velocities, "value": numbers[2 * count], "direction": direction}
-    return theorem | solved | {"radius": radius_of(search, found)}
+        theorem = sequence_theorem(search, given, point.omega, impacts, graze)
+        if graze is None:
+            theorem["direction"] = [repr(x) for x in _perturbation(search, theorem).tolist()]
+        return refined(search, theorem)
 
 
 def _perturbation(search: Search, theorem: Document) -> Floats:
     """Return the perturbation that returns times the critical multiplier, to double precision."""
-    centre, at, _ = bifurcation_system(search.data, theorem | {"direction": ["1"] * (2 * len(theorem["stops"]))})
-    here = at([arb(x) for x in centre])
-    matrix = here.jacobian(here.observed(here.orbit.sign * critical(theorem)))
-    rows = np.array([[float(x) for x in row] for row in matrix.tolist()])
-    vector: Floats = np.linalg.svd(rows)[2][-1]
+    problem = BoundaryProblem(search.data, theorem)
+    rows = problem.run(problem.centre, checked=False).derivative.tolist()
+    critical = problem.critical * np.eye(len(rows))
+    vector: Floats = np.linalg.svd(np.array([[float(x) for x in row] for row in rows]) - critical)[2][-1]
     return vector

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -14,6 +17,8 @@ from grazemap_core.arrays import Floats
 from grazemap_core.model.oscillator import Oscillator
 
 Document = dict[str, Any]
+BETWEEN_TESTS = 0.1
+"""Seconds of computing between two tests of the time limit."""
 
 
 class Undecided(Exception):
@@ -34,10 +39,24 @@ class Search:
         """Precision of the arithmetic: that of the enclosures, and what Newton's method and impacts lose."""
         return int(3.33 * self.digits) + 128
 
-    def go_on(self) -> None:
+    def go_on(self, *_: object) -> None:
         """Raise Undecided when the time is up."""
         if time.monotonic() > self.end:
             raise Undecided("the time limit is reached")
+
+    @contextmanager
+    def limited(self) -> Iterator[None]:
+        """Test the time within long steps too, by a signal; outside the main thread, only between steps."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(signal.SIGVTALRM, self.go_on)  # the queue uses SIGALRM
+        signal.setitimer(signal.ITIMER_VIRTUAL, BETWEEN_TESTS, BETWEEN_TESTS)
+        try:
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+            signal.signal(signal.SIGVTALRM, before)
 
 
 def text(number: float | str) -> str:

@@ -7,14 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from flint import arb, ctx
 
-from grazemap.checker.arithmetic import Refused, eigenvalues
-from grazemap.checker.equations import Equations
-from grazemap.checker.orbits import admissible_orbit, solution_of, system_of
+from grazemap.checker.arithmetic import column, identity
+from grazemap.checker.orbits import BoundaryProblem
+from grazemap.checker.system import System
+from grazemap.checker.theorems import multipliers
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 from grazemap_core.proofs.certificates import Document, Search, Undecided, decimals, inputs
-from grazemap_core.proofs.refinement import refine
+from grazemap_core.proofs.refinement import Equations, refine
 
 
 def starting_sequence(
@@ -35,39 +36,57 @@ def starting_sequence(
     return orbit.impacts.half() if orbit.symmetric else orbit.impacts
 
 
-def radius_of(search: Search, unknowns: Sequence[arb]) -> str:
-    """Return the radius of the box, relative to the largest unknown."""
-    size = max(float(abs(x).abs_upper()) for x in unknowns)
-    return f"1e{int(np.floor(np.log10(size))) - search.digits}"
+def sequence_theorem(
+    search: Search, given: Document, omega: float, impacts: ImpactSequence, graze: int | None = None
+) -> Document:
+    """Return the inputs given, the impacts and the state on a section, to double precision.
+
+    The section is in the middle of the longest flight, or at a graze, which is one of the impacts.
+    """
+    sign, turn = (-1, np.pi / omega) if impacts.symmetric else (1, 2.0 * np.pi / omega)
+    turn *= impacts.period
+    stops, times, speeds = impacts.stops, impacts.phases / omega, impacts.velocities
+    first = int(np.argmax(np.diff(times, prepend=times[-1] - turn))) if graze is None else graze
+    stops, speeds = (np.concatenate([x[first:], sign * x[:first]]) for x in (stops, speeds))
+    times = np.concatenate([times[first:], times[:first] + turn])
+    theorem = given | {"period": impacts.period, "symmetric": impacts.symmetric}
+    theorem["section"] = repr(float(0.5 * (times[-1] - turn + times[0]) if graze is None else times[0]))
+    if graze is not None:
+        theorem["graze"], stops, times, speeds = int(stops[0]), stops[1:], times[1:], speeds[1:]
+    theorem |= {"stops": stops.tolist(), "times": [repr(t) for t in times.tolist()]}
+    system = System(
+        search.data, theorem, theorem.get("parameter"), arb(theorem["value"]) if "value" in theorem else None
+    )
+    now, state = arb(theorem["section"]), system.with_phase([0] * system.size, arb(theorem["section"]))
+    for stop, time, speed in zip(stops.tolist(), times.tolist(), speeds.tolist(), strict=True):
+        state, now = system.flow(time - now) * state - system.kick * (system.rebound[stop] * speed), arb(time)
+    state = system.flow(arb(theorem["section"]) + turn - now) * state
+    around = identity(system.size) - system.free(system.flow(turn)) * sign
+    fixed = around.solve(column(state.entries()[: system.size]) * sign)
+    return theorem | {"state": decimals(fixed.entries(), 20)}
 
 
-def sequence_theorem(search: Search, omega: str, clearance: str, impacts: ImpactSequence) -> Document:
-    """Return the parts of a theorem that are its inputs and impacts, these to double precision."""
-    return {
-        **inputs(search, omega, clearance),
-        "period": impacts.period,
-        "symmetric": impacts.symmetric,
-        "stops": impacts.stops.tolist(),
-        "times": [repr(t) for t in (impacts.phases / float(omega)).tolist()],
-        "velocities": [repr(v) for v in impacts.velocities.tolist()],
-    }
+def refined(search: Search, theorem: Document) -> Document:
+    """Return a theorem with the state, the impacts' times and the other unknowns in many digits."""
+
+    def equations(now: Document) -> Equations:
+        problem = BoundaryProblem(search.data, now)
+        return problem.centre, problem.residual
+
+    def renewed(now: Document, unknowns: list[arb]) -> Document:
+        problem, numbers = BoundaryProblem(search.data, now), decimals(unknowns, search.digits + 6)
+        size, others = len(problem.state), len(problem.state) + len(problem.names)
+        times = problem.run(unknowns, checked=False).times
+        found = {"state": numbers[:size], "times": decimals(times, search.digits + 6), "direction": numbers[others:]}
+        return now | dict(zip(problem.names, numbers[size:], strict=False)) | found
+
+    return refine(search, theorem, equations, renewed)
 
 
 def orbit_theorem(search: Search, omega: str, clearance: str, impacts: ImpactSequence) -> Document:
     """Return the inputs, the centre and the radius of the box of an orbit."""
-    theorem = sequence_theorem(search, omega, clearance, impacts)
     with ctx.workprec(search.bits):
-        system = system_of(search.data, theorem)
-
-        def equations(unknowns: list[arb]) -> tuple[list[arb], list[list[arb]]]:
-            here = Equations(solution_of(system, theorem, unknowns))
-            return here.residual(), here.jacobian(here.values).tolist()
-
-        start = [arb(x) for x in [*theorem["times"], *theorem["velocities"]]]
-        centre = refine(search, start, equations)
-    count = len(theorem["stops"])
-    numbers = decimals(centre, search.digits + 6)
-    return theorem | {"times": numbers[:count], "velocities": numbers[count:], "radius": radius_of(search, centre)}
+        return refined(search, sequence_theorem(search, inputs(search, omega, clearance), float(omega), impacts))
 
 
 def prove_orbit(search: Search, statement: Document) -> Document:
@@ -75,10 +94,7 @@ def prove_orbit(search: Search, statement: Document) -> Document:
     omega, clearance = statement["omega"], statement["clearance"]
     impacts = starting_sequence(search, omega, clearance, statement["period"], statement["stops"], statement)
     theorem = orbit_theorem(search, omega, clearance, impacts)
-    try:
-        with ctx.workprec(search.bits):
-            matrix = admissible_orbit(search.data, theorem)[2]
-            unstable = sum(abs(m) > 1 for m in eigenvalues(matrix))
-    except Refused as refused:
-        raise Undecided(f"the orbit that was found: {refused}") from None
-    return theorem | {"unstable": unstable}
+    with ctx.workprec(search.bits):
+        problem = BoundaryProblem(search.data, theorem)
+        found = multipliers(problem.run(problem.centre, checked=False), problem.sign)
+    return theorem | {"unstable": sum(abs(m) > 1 for m in found)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from grazemap.checker import FORMAT, check
 from grazemap.checker.arithmetic import Refused
@@ -22,7 +23,7 @@ KINDS: dict[str, Callable[[Search, Document], Document]] = {
     "codimension-two": prove_codimension_two,
 }
 ATTEMPTS = 3
-"""Precisions tried, each twice the one before."""
+"""Numbers of digits tried, each twice the one before."""
 
 
 def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_limit: float = 60.0) -> Document:
@@ -44,37 +45,40 @@ def prove(oscillator: Oscillator, statement: Document, digits: int = 30, time_li
     dict
         `verdict` is "proven", "disproven" or "undecided", with a `reason`; `theorem` is what the checker verifies.
     """
-    search = Search(oscillator, exact_oscillator(oscillator), digits, time.monotonic() + time_limit)
     certificate: Document = {
         "format": FORMAT,
         "statement": statement,
         "verdict": "undecided",
         "reason": "",
-        "oscillator": search.data,
+        "oscillator": exact_oscillator(oscillator),
         "theorem": None,
         "enclosures": {},
-        "bits": search.bits,
+        "bits": 0,
         "digits": digits,
         "time_limit": time_limit,
     }
+    search = Search(oscillator, certificate["oscillator"], digits, time.monotonic() + time_limit)
     try:
-        theorem = {"kind": statement["kind"]} | KINDS[statement["kind"]](search, statement)
-        bits = search.bits + BITS_PER_IMPACT * len(theorem.get("transient", {}).get("times", ()))
-        for attempt in range(ATTEMPTS):
-            search.go_on()
-            proof = _checked(certificate | {"theorem": theorem, "bits": bits << attempt})
-            if proof["verdict"] != "undecided":
-                return proof
+        with search.limited():
+            for attempt in range(ATTEMPTS):
+                search = replace(search, digits=digits << attempt)
+                proof = _attempted(search, certificate)
+                if proof["verdict"] != "undecided":
+                    return proof
         reason = proof["reason"]
     except (Undecided, Refused) as undecided:
         reason = str(undecided)
     except CoreError as error:
         reason = str(error)
-    return certificate | {"reason": f"{reason} ({digits} digits, {time_limit:g} s)"}
+    return certificate | {"reason": f"{reason} ({search.digits} digits, {time_limit:g} s)"}
 
 
-def _checked(certificate: Document) -> Document:
-    """Return a certificate with the verdict that the checker accepts."""
+def _attempted(search: Search, certificate: Document) -> Document:
+    """Return a certificate with the theorem that is found, and the verdict that the checker accepts."""
+    kind = certificate["statement"]["kind"]
+    theorem = {"kind": kind} | KINDS[kind](search, certificate["statement"])
+    bits = search.bits + BITS_PER_IMPACT * len(theorem.get("transient", {}).get("times", ()))
+    certificate = certificate | {"theorem": theorem, "bits": bits}
     for verdict in ("proven", "disproven"):
         answer = check(certificate | {"verdict": verdict})
         if answer.accepted:

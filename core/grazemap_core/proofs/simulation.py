@@ -6,20 +6,22 @@ missed.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, ctx
-from numpy.polynomial.polynomial import polyder, polyval
+from numpy.polynomial.polynomial import polyval
 
+from grazemap.checker.arithmetic import column
 from grazemap.checker.system import System
 from grazemap_core.arrays import Floats
 from grazemap_core.proofs.certificates import Search, Undecided
 
 TERMS = 30
 STEP = 2.0
-"""Length of a step of the series, in units of the norm of the equations."""
+"""Length of a step of the series, in units of the equations' or the forcing's time scale, the shorter."""
 SAMPLES = np.linspace(0.0, 1.0, 65)
+POWERS = np.vander(SAMPLES, TERMS, increasing=True)
 SHORTEST_FLIGHT = 1e-6
 """Time between two impacts, in forcing periods, below which mass 1 is taken to come to rest by complete chatter."""
 BISECTIONS = 40
@@ -44,7 +46,7 @@ class Simulation:
         self.impacts: list[Impact] = []
         self.state, self.time, self.left = state, time, 0
         with ctx.workprec(bits):
-            self.length = (STEP / system.norm).mid()
+            self.length = (STEP / max(system.scale, system.omega.mid())).mid()
             self.stride = system.flow(self.length)
 
     def run(self, until: float) -> None:
@@ -60,12 +62,18 @@ class Simulation:
                 else:
                     self._strike(*contact)
 
+    def state_at(self, time: arb) -> Any:
+        """Return displacements and velocities at a time that is past."""
+        last = [impact for impact in self.impacts if impact.time < time][-1]
+        state = self.system.flow(time - last.time) * last.after
+        return column(state.entries()[: self.system.size])
+
     def _derivatives(self) -> Floats:
         """Return the Taylor coefficients of the contact coordinate in units of the step."""
         found, state, factor = [], self.state, arb(1)
         for m in range(TERMS):
-            found.append(float((self.system.row * state)[0, 0] * factor))
-            state, factor = (self.system.whole * state).mid(), (factor * self.length / (m + 1)).mid()
+            found.append(float((self.system.rows * state)[0, 0] * factor))
+            state, factor = (self.system.matrix * state).mid(), (factor * self.length / (m + 1)).mid()
         return np.array(found)
 
     def _contact(self, coefficients: Floats) -> tuple[int, float] | None:
@@ -89,17 +97,17 @@ class Simulation:
         taken = (self.length * where).mid()
         for _ in range(60):
             state = (system.flow(taken) * self.state).mid()
-            speed = (system.row * (system.whole * state))[0, 0]
+            speed = (system.rows * state)[1, 0]
             if speed == 0:
                 raise Undecided("rests")
-            step = (((system.row * state)[0, 0] - gap) / speed).mid()
+            step = (((system.rows * state)[0, 0] - gap) / speed).mid()
             taken = (taken - step).mid()
             if abs(step) < self.length * arb(2) ** (40 - self.bits):
                 break
         else:
             raise Undecided("an impact of the transient is too close to a graze")
         state = (system.flow(taken) * self.state).mid()
-        speed = (system.row * (system.whole * state))[0, 0].mid()
+        speed = (system.rows * state)[1, 0].mid()
         after, _ = system.strike(state, stop)
         self.time = (self.time + taken).mid()
         period = 2.0 * np.pi / float(system.omega)
@@ -111,9 +119,8 @@ class Simulation:
 
 def _first_bracket(series: Floats) -> tuple[float, float] | None:
     """Return two places in the step, the first at which a series is positive and then negative, minima included."""
-    values = polyval(SAMPLES, series)
-    slope: Floats = np.asarray(polyder(series), dtype=np.float64)
-    slopes = polyval(SAMPLES, slope)
+    values, slope = POWERS[:, : len(series)] @ series, series[1:] * np.arange(1, len(series))
+    slopes = POWERS[:, : len(slope)] @ slope
     beyond = np.flatnonzero(values < 0.0)
     last = int(beyond[0]) if len(beyond) else len(SAMPLES)
     for k in np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] >= 0.0))[:last]:

@@ -12,9 +12,7 @@ from typing import Any, NamedTuple
 from flint import ctx
 
 from grazemap.checker.arithmetic import Refused, require
-from grazemap.checker.attraction import prove_attraction
-from grazemap.checker.bifurcations import prove_bifurcation, prove_codimension_two
-from grazemap.checker.orbits import prove_orbit
+from grazemap.checker.theorems import prove_attraction, prove_bifurcation, prove_codimension_two, prove_orbit
 
 __all__ = ["Verdict", "check"]
 
@@ -85,6 +83,6 @@ def _same(name: str, asked: Any, found: dict[str, Any]) -> bool:
     if name == "symmetric":  # a theorem on an orbit that is not called symmetric does not show that it is not
         return bool(found[name]) or not asked
     if name == "stops":
-        sequences = [found[name], found.get("stops_without_graze", [])]
+        sequences = [found[name], found.get("stops_with_graze", [])]
         return any(stops[i:] + stops[:i] == asked for stops in sequences for i in range(len(stops)))
     return bool(asked == found[name])

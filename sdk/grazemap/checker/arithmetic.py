@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -31,56 +31,51 @@ def rational(text: str) -> Fraction:
 
 def exact(text: str) -> arb:
     """Return a ball around a rational number."""
-    value = rational(text)
-    return arb(fmpq(value.numerator, value.denominator))
+    return arb(fmpq(*rational(text).as_integer_ratio()))
 
 
-def ball(centre: arb, radius: arb) -> arb:
-    """Return the ball of all numbers within a radius of the centre."""
-    return centre + radius * arb(0, 1)
+def ball(radius: arb) -> arb:
+    """Return the ball of all numbers up to a radius."""
+    return radius * arb(0, 1)
+
+
+def column(values: Sequence[Any]) -> Any:
+    """Return a matrix of one column, complex if a value is."""
+    kind = acb_mat if any(isinstance(x, acb) for x in values) else arb_mat
+    return kind([[x] for x in values])
 
 
 def identity(size: int) -> arb_mat:
     """Return the identity matrix."""
-    return arb_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
-
-
-def diagonal(values: arb_mat) -> arb_mat:
-    """Return the diagonal matrix of a column."""
-    size = values.nrows()
-    return arb_mat(size, size, [values[i, 0] if i == j else 0 for i in range(size) for j in range(size)])
-
-
-def stacked(blocks: Iterable[Sequence[arb_mat]]) -> arb_mat:
-    """Return the matrix of rows of blocks."""
-    return arb_mat([[*left, *right] for row in blocks for left, right in zip(*(b.tolist() for b in row), strict=True)])
-
-
-def column(values: Sequence[Any]) -> arb_mat:
-    """Return a matrix of one column."""
-    return arb_mat(len(values), 1, list(values))
-
-
-def largest(matrix: arb_mat) -> arb:
-    """Return an upper bound of the entries' moduli, exact."""
-    return max((abs(x).abs_upper() for x in matrix.entries()), default=arb(0))
-
-
-def eigenvalues(matrix: arb_mat) -> list[acb]:
-    """Return enclosures of the eigenvalues, with repetition."""
-    try:
-        return list(acb_mat(matrix).eig(multiple=True))
-    except ValueError:
-        raise Refused("the eigenvalues are not enclosed at this precision") from None
+    return arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
 
 
 def definite(matrix: arb_mat) -> bool:
-    """Return whether a symmetric matrix is shown to be positive definite: every pivot is positive."""
+    """Return whether a symmetric matrix is shown to be positive definite: every leading minor is positive."""
     rows = matrix.tolist()
-    for i, row in enumerate(rows):
-        if not row[i] > 0:
-            return False
-        for below in rows[i + 1 :]:
-            factor = below[i] / row[i]
-            below[i:] = [x - factor * y for x, y in zip(below[i:], row[i:], strict=True)]
-    return True
+    return all(arb_mat([row[:k] for row in rows[:k]]).det() > 0 for k in range(1, len(rows) + 1))
+
+
+def quotients(function: Callable[[list[Any]], list[Any]], centre: list[arb], step: arb) -> tuple[list[arb], arb_mat]:
+    """Return the values of a function at a centre, and its difference quotients over a step of every unknown."""
+    here = function(centre)
+    moved = [function([x + step * (i == j) for i, x in enumerate(centre)]) for j in range(len(centre))]
+    return here, arb_mat([[(b[i] - a) / step for b in moved] for i, a in enumerate(here)])
+
+
+def newton(function: Callable[[list[Any]], list[Any]], centre: list[arb], radius: arb) -> list[arb]:
+    """Return an enclosure of the only zero of an analytic function in the box of a radius around a centre.
+
+    Newton's operator maps the box into itself. The Jacobian over the box is enclosed by difference quotients. They
+    differ from it by second derivatives, which Cauchy's estimate bounds by the change of the values on complex discs.
+    """
+    here, rows = quotients(function, centre, radius)
+    reach = radius.sqrt().mid()
+    require(2 * radius < reach, "the radius is too large")
+    values = function([acb(x + ball(reach), ball(reach)) for x in centre])
+    bends = [4 * len(centre) * radius * abs(b - a) / (reach - radius) ** 2 for a, b in zip(here, values, strict=True)]
+    jacobian = [[x + ball(bend) for x in row] for row, bend in zip(rows.tolist(), bends, strict=True)]
+    step = arb_mat(jacobian).solve(column(here)).entries()
+    inside = all(abs(dx) < radius for dx in step)
+    require(inside, "Newton's operator does not map the box into itself: no solution is shown to exist in it")
+    return [x - dx for x, dx in zip(centre, step, strict=True)]

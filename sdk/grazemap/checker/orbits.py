@@ -1,125 +1,132 @@
-"""Periodic orbits: existence, uniqueness, admissibility, least period and multipliers."""
+"""Sets of motions through impacts, and the equations of a periodic orbit, its bifurcations and grazes."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
-from flint import acb, arb, arb_mat
+from flint import arb
 
-from grazemap.checker.arithmetic import column, eigenvalues, exact, identity, rational, require
-from grazemap.checker.equations import Equations, Solution, newton
+from grazemap.checker.arithmetic import column, exact, identity, rational, require
 from grazemap.checker.system import System
 
-SIDES = ("gaps", "restitutions")
-"""What has a value for each stop."""
+
+class Run(NamedTuple):
+    """A set of motions: its states at the end, their derivative by the initial ones, and the impacts."""
+
+    system: System
+    state: Any
+    derivative: Any
+    times: list[Any]
+    velocities: list[Any]
 
 
-def system_of(data: dict[str, Any], theorem: dict[str, Any], parameter: str | None = None, value: Any = None) -> System:
-    """Return the equations of motion of a theorem, with the value of a bifurcation's parameter."""
-    gaps = [None if gap is None else exact(gap) for gap in theorem["gaps"]]
-    gaps = [value, value] if parameter == "clearance" else gaps
-    restitutions = [value] * 2 if parameter == "restitution" else [exact(r) for r in theorem["restitutions"]]
-    return System(data, value if parameter == "omega" else exact(theorem["omega"]), gaps, restitutions)
+def carry(
+    system: System, span: tuple[Any, Any], states: Any, impacts: Sequence[tuple[int, str]], ends: Any = None
+) -> Run:
+    """Carry a set of states through impacts at about the given times, by the mean-value form.
+
+    With `ends`, the stops touched at the beginning and the end or 0, show that there is no other contact.
+
+    The set is a centre, the image of a box by the derivative, and the error of the centre. After an impact these are of
+    the motion without the impact's stop, at one time for all of them.
+    """
+    (now, end), middle, left = span, column(states).mid(), ends and ends[0]
+    box = column([*(column(states) - middle).entries(), 0, 0])
+    centre, error, total = system.with_phase(middle.entries(), now), box * 0, identity(len(states) + 2)
+    after, begun, times, velocities = centre + box, now, [], []
+    for i, (stop, text) in enumerate(impacts):
+        name, time = f"impact {i + 1}", exact(text)
+        ahead = system.flow(time - now)
+        late, reached = system.impact(ahead * (centre + total * box + error), stop, name)
+        own, struck = system.impact(ahead * centre, stop, name)
+        times.append(time + late)
+        velocities.append((system.rows * reached)[1, 0])
+        if ends:
+            require(stop * velocities[-1] > 0, f"{name} moves away from its stop")
+            system.fly(after, times[-1] - begun, left, stop, f"the flight to {name}")
+        (after, slope), begun, left = system.strike(reached, stop), times[-1], stop
+        slope = system.flow(-late) * slope * system.flow(late) * ahead
+        moved = system.flow(-own) * system.strike(struck, stop)[0]
+        centre, now = moved.mid(), time
+        error, total = slope * error + moved - centre, slope * total
+    if ends:
+        system.fly(after, end - begun, left, ends[1], "the flight to the section")
+    ahead = system.flow(end - now)
+    state = (ahead * (centre + total * box + error)).entries()[: system.size]
+    return Run(system, column(state), system.free(ahead * total), times, velocities)
 
 
-def solution_of(system: System, theorem: dict[str, Any], unknowns: list[arb]) -> Solution:
-    """Return an orbit with these times and velocities."""
-    period, symmetric, stops = theorem["period"], theorem["symmetric"], theorem["stops"]
-    require(type(period) is int and period >= 1, "the period is not a number of forcing periods")
-    require(not (symmetric and period % 2 == 0), "a symmetric orbit has an odd period")
-    same = all(None not in theorem[name] and len(set(map(rational, theorem[name]))) == 1 for name in SIDES)
-    require(same or not symmetric, "a symmetric orbit needs two equal gaps and two equal restitutions")
-    require(len(stops) > 0 and all(stop in (1, -1) for stop in stops), "a stop is not 1 or -1")
-    turn = arb.pi() * (period if symmetric else 2 * period) / system.omega
-    count = len(stops)
-    return Solution(system, -1 if symmetric else 1, turn, stops, unknowns[:count], unknowns[count : 2 * count])
+class BoundaryProblem:
+    """The boundary value problem of a periodic orbit, or of a bifurcation of it: equations analytic in the unknowns.
 
+    Unknowns are the state on a section between impacts; for a bifurcation the parameter; for a graze the time of the
+    section, on which it lies, and else the perturbation that returns times the critical multiplier. The section's
+    second crossing is after a period, or after half the period of a symmetric orbit, mirrored.
+    """
 
-def centre_of(theorem: dict[str, Any]) -> list[arb]:
-    """Return the centre of the box: times, then velocities."""
-    require(len(theorem["stops"]) == len(theorem["times"]) == len(theorem["velocities"]), "lists differ in length")
-    return [exact(x) for x in theorem["times"] + theorem["velocities"]]
+    def __init__(self, data: dict[str, Any], theorem: dict[str, Any]):
+        self.data, self.theorem = data, theorem
+        point = theorem if theorem.get("kind") == "bifurcation" else {}
+        self.parameter, self.graze = point.get("parameter"), point.get("graze", 0)
+        self.period, self.symmetric, self.stops = theorem["period"], theorem["symmetric"], theorem["stops"]
+        require(type(self.period) is int and self.period >= 1, "the period is not a number of forcing periods")
+        require(not (self.symmetric and self.period % 2 == 0), "a symmetric orbit has an odd period")
+        sides = [theorem["gaps"], theorem["restitutions"]]
+        same = all(None not in pair and rational(pair[0]) == rational(pair[1]) for pair in sides)
+        require(same or not self.symmetric, "a symmetric orbit needs two equal gaps and two equal restitutions")
+        require(all(stop in (1, -1) for stop in [*self.stops, self.graze or 1]), "a stop is not 1 or -1")
+        self.sign = -1 if self.symmetric else 1
+        self.critical = self.sign if point.get("type") == "SN" else -self.sign
+        self.impacts = list(zip(self.stops, theorem["times"], strict=True))
+        texts = theorem["state"], point.get("direction", ())
+        self.state, self.direction = ([exact(x) for x in numbers] for numbers in texts)
+        self.names = ("value", "section")[: 0 if self.parameter is None else 2 if self.graze else 1]
+        self.centre = [*self.state, *(exact(theorem[name]) for name in self.names), *self.direction]
 
+    def run(self, unknowns: list[Any], checked: bool = True) -> Run:
+        """Return the run of a set of orbits over a period; if checked, it is shown to have no other contact."""
+        value, *others = unknowns[len(self.state) :] or [None]
+        system = System(self.data, self.theorem, self.parameter, value)
+        start = others[0] if self.graze else exact(self.theorem["section"])
+        span = start, start + self.turn(system)
+        ends = (self.graze, self.graze * self.sign) if checked else None
+        return carry(system, span, unknowns[: len(self.state)], self.impacts, ends)
 
-def states_of(equations: Equations) -> list[arb_mat]:
-    """Return the states just before the impacts."""
-    system, force = equations.orbit.system, equations.force.entries()
-    responses, found = equations.responses(equations.orbit.sign), []
-    for i, time in enumerate(equations.orbit.times):
-        turning = acb(0, system.omega * time).exp()
-        steady = system.response[0] * turning
-        places = [x.imag for x in steady.entries()]
-        rates = [(x * acb(0, system.omega)).imag / system.scale for x in steady.entries()]
-        kicks = sum((responses[i][j] * force[j] for j in range(equations.count)), arb_mat(2 * system.size, 1))
-        found.append(system.with_phase(column(places + rates) - kicks, time))
-    return found
+    def turn(self, system: System) -> Any:
+        """Return the time between the crossings of the section."""
+        return arb.pi() * (self.period if self.symmetric else 2 * self.period) / system.omega
 
+    def residual(self, unknowns: list[Any]) -> list[Any]:
+        """Return the equations."""
+        run, size = self.run(unknowns, checked=False), len(self.state)
+        found: list[Any] = (run.state * self.sign - column(unknowns[:size])).entries()
+        if self.graze:
+            place, speed, _ = (run.system.rows * run.system.with_phase(unknowns[:size], unknowns[-1])).entries()
+            found += [place - self.graze * run.system.gap(self.graze), speed]
+        elif self.direction:
+            vector = unknowns[size + 1 :]
+            found += (run.derivative * column(vector) - column(vector) * self.critical).entries()
+            found.append(sum(a * (b - a) for a, b in zip(self.direction, vector, strict=True)))
+        return found
 
-def follow(orbit: Solution, states: list[arb_mat], graze: int | None = None) -> arb_mat:
-    """Show that an orbit has its impacts and no other contact; return the monodromy matrix (none with a graze)."""
-    system, count = orbit.system, len(orbit.stops)
-    whole = identity(2 * system.size)
-    for i, stop in enumerate(orbit.stops):
-        require(i == graze or stop * orbit.velocities[i] > 0, f"impact {i + 1} moves away from its stop")
-    for i, stop in enumerate(orbit.stops):
-        last = i == count - 1
-        end = orbit.times[0] + orbit.turn if last else orbit.times[i + 1]
-        following = orbit.sign * orbit.stops[0] if last else orbit.stops[i + 1]
-        after, saltation = states[i], whole
-        if i != graze:
-            after, saltation = system.strike(states[i], stop)
-        length = end - orbit.times[i]
-        system.fly(after, length, stop, following, f"the flight after impact {i + 1}")
-        if graze is None:
-            whole = system.flow(length, free=True) * saltation * whole
-    return whole * orbit.sign
+    def whole(self, stops: list[int]) -> list[int]:
+        """Return the stops of a period: of a symmetric orbit, half of them are mirrored."""
+        return [*stops, *([-stop for stop in stops] if self.symmetric else [])]
 
+    def require_least_period(self, run: Run) -> None:
+        """Show that the impacts do not repeat after a divisor of the period."""
+        stops, turn, halves = self.whole(self.stops), self.turn(run.system), 2 if self.symmetric else 1
+        times = [time + half * turn for half in range(halves) for time in run.times]
+        for parts in (p for p in range(2, self.period + 1) if self.period % p == 0 and len(stops) % p == 0):
+            ahead, time = len(stops) // parts, turn * halves / parts
+            pairs = zip(stops, stops[ahead:], times, times[ahead:], strict=False)
+            differ = any(a != b or not (late - early - time).contains(0) for a, b, early, late in pairs)
+            require(differ, f"the impacts may repeat after {self.period // parts} periods")
 
-def least(orbit: Solution, period: int) -> None:
-    """Show that the impacts do not repeat after a divisor of the period."""
-    halves = range(2 if orbit.sign < 0 else 1)
-    times = [t + h * orbit.turn for h in halves for t in orbit.times]
-    stops = [s * orbit.sign**h for h in halves for s in orbit.stops]
-    count, forcing = len(times), 2 * arb.pi() / orbit.system.omega
-    for parts in (p for p in range(2, period + 1) if period % p == 0):
-        if count % parts == 0:
-            ahead = [(i + count // parts, i) for i in range(count - count // parts)]
-            late = [times[i] - times[j] - forcing * (period // parts) for i, j in ahead]
-            differ = any(stops[i] != stops[j] for i, j in ahead) or any(t > 0 or t < 0 for t in late)
-            require(differ, f"the impacts may repeat after {period // parts} periods")
-
-
-def motion(orbit: Solution, theorem: dict[str, Any]) -> dict[str, Any]:
-    """Return what identifies a motion: period, stops of a period, and the impacts."""
-    stops = orbit.stops + ([-stop for stop in orbit.stops] if orbit.sign < 0 else [])
-    said = {"period": theorem["period"], "symmetric": theorem["symmetric"], "stops": stops}
-    said |= {"impacts_right": stops.count(1), "impacts_left": stops.count(-1)}
-    shown = {"times": [str(t) for t in orbit.times], "velocities": [str(v) for v in orbit.velocities]}
-    return said | shown
-
-
-def admissible_orbit(data: dict[str, Any], theorem: dict[str, Any]) -> tuple[Solution, list[arb_mat], arb_mat]:
-    """Show that an orbit exists, is unique in its box and admissible; return it, its states and its monodromy."""
-    system = system_of(data, theorem)
-
-    def equations(unknowns: list[arb]) -> tuple[list[arb], list[list[arb]]]:
-        here = Equations(solution_of(system, theorem, unknowns))
-        return here.residual(), here.jacobian(here.values).tolist()
-
-    orbit = solution_of(system, theorem, newton(centre_of(theorem), exact(theorem["radius"]), equations))
-    states = states_of(Equations(orbit))
-    matrix = follow(orbit, states)
-    least(orbit, theorem["period"])
-    return orbit, states, matrix
-
-
-def prove_orbit(data: dict[str, Any], theorem: dict[str, Any]) -> dict[str, Any]:
-    """Show that an orbit exists, is unique in a box, is admissible, and so many of its multipliers are unstable."""
-    orbit, _, matrix = admissible_orbit(data, theorem)
-    found = eigenvalues(matrix)
-    outside = sum(abs(m) > 1 for m in found)
-    require(
-        outside + sum(abs(m) < 1 for m in found) == len(found), "a multiplier is not shown to be off the unit circle"
-    )
-    require(outside == theorem["unstable"], f"{outside} multipliers lie outside the unit circle")
-    return motion(orbit, theorem) | {"stable": outside == 0, "multipliers": [str(m) for m in found]}
+    def motion(self, run: Run) -> dict[str, Any]:
+        """Return what identifies a motion: period, stops of a period, and the impacts."""
+        stops, shown = self.whole(self.stops), {"times": run.times, "velocities": run.velocities}
+        said = {"period": self.period, "symmetric": self.symmetric, "stops": stops}
+        said |= {"impacts_right": stops.count(1), "impacts_left": stops.count(-1)}
+        return said | {name: [str(x) for x in values] for name, values in shown.items()}
