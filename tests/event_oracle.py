@@ -1,19 +1,21 @@
 """An impact simulator in multi-precision arithmetic that shares nothing with the core.
 
 The equations of motion are integrated by Taylor series of the matrices themselves (no modes, no closed forms), with a
-fixed step and 40 digits; events are found on the series by sampling every extremum, so a near-grazing contact is told
-by the sign of a 40-digit number.
+fixed step and 40 digits, or more if asked for; events are found on the series by sampling every extremum, so a
+near-grazing contact is told by the sign of a 40-digit number.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any, Self
 
 import mpmath as mp
 import numpy as np
 
-ORDER = 40
+ORDER = 40  # of the series, for up to 48 digits
 
 
 @dataclass
@@ -43,6 +45,7 @@ class EventOracle:
 
     def __post_init__(self) -> None:
         n = len(self.masses)
+        self._order = next(k for k in count(ORDER) if math.lgamma(k + 1) > (self.digits - 1) * math.log(10.0))
         with mp.workdps(self.digits + 8):
             self._x = [mp.mpf(v) for v in (self.displacement or [0.0] * n)]
             self._v = [mp.mpf(v) for v in (self.velocity or [0.0] * n)]
@@ -66,7 +69,7 @@ class EventOracle:
         k_links, c_links, masses, forcing = (
             [mp.mpf(v) for v in values] for values in (self.stiffnesses, self.links, self.masses, self.forcing)
         )
-        for k in range(ORDER - 1):
+        for k in range(self._order - 1):
             drive = cycle[k % 4] * power
             force = [f * drive for f in forcing]
             for i in range(n):

@@ -1,7 +1,8 @@
 """The event simulator of `event_oracle` in the arithmetic of a C library: the same method, some twenty times as fast.
 
-For long runs, and for many. Numbers are midpoints of balls of 48 digits; a given number may itself be a ball or a
-multi-precision number instead of a double, so that an input can be changed by less than its own rounding.
+For long runs, and for many. Numbers are midpoints of balls of 48 digits, or more if asked for; a given number may
+itself be a ball or a multi-precision number instead of a double, so that an input can be changed by less than its own
+rounding.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from event_oracle import ORDER, EventOracle
+from event_oracle import EventOracle
 from flint import arb, arb_mat, arb_poly
 from oracles import digits
 
@@ -38,7 +39,7 @@ class SwiftOracle(EventOracle):
             self._responses: arb_mat | None = None  # the numbers may be changed until the first step
             self._step = arb(float(self._step))
         self._grid = np.linspace(0.0, float(self._step), 65)
-        self._powers = self._grid[:, None] ** np.arange(ORDER + 1)
+        self._powers = self._grid[:, None] ** np.arange(self._order + 1)
 
     def _series(self) -> list[list[arb]]:
         angle = arb(self.omega) * self._t + arb(self.phase)
@@ -46,7 +47,7 @@ class SwiftOracle(EventOracle):
             self._responses = self._unit_responses()
         parts = [*self._x, *self._v, angle.sin().mid(), angle.cos().mid()]
         every = (self._responses * arb_mat([[part] for part in parts])).mid().entries()
-        return [every[i * (ORDER + 1) : (i + 1) * (ORDER + 1)] for i in range(len(self.masses))]
+        return [every[i * (self._order + 1) : (i + 1) * (self._order + 1)] for i in range(len(self.masses))]
 
     def _unit_responses(self) -> arb_mat:
         """The series of all displacements, one below the other, from every coordinate and part of the forcing alone.
@@ -70,7 +71,7 @@ class SwiftOracle(EventOracle):
         k_links, c_links, masses, forcing = (
             [arb(v) for v in values] for values in (self.stiffnesses, self.links, self.masses, self.forcing)
         )
-        for k in range(ORDER - 1):
+        for k in range(self._order - 1):
             drive = cycle[k % 4] * power
             force = [f * drive for f in forcing]
             for i in range(n):

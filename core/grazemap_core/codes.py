@@ -40,6 +40,10 @@ NOT_DISTINCT = 15
 NOT_CAPTURED = 16
 """The orbit is verified, but it is not shown that the trajectory converges to it."""
 
+ROUNDING_DECIDES = 17
+"""The orbit is verified and captures the computed trajectory, but that is sensitive: by round-off it may have missed an
+impact, or made one, that the exact trajectory has not."""
+
 INFINITE = -2
 """In place of a number of impacts: infinitely many."""
 
