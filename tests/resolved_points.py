@@ -31,6 +31,7 @@ LATE = 100  # forcing periods after which a motion settles late
 MAX_PERIODS = 400
 QUIET = 8  # forcing periods without an impact after which none comes
 MOST_IMPACTS = 20_000  # of an exact run
+DECIDED = "decided"
 LEAST_SHARE = 0.95  # of points that are decided
 
 Label = tuple[int, int, int, bool]
@@ -127,6 +128,9 @@ def main(points: int, processes: int) -> int:
                 print(f"decided {one.resolved}, exactly {one.exact}: {one}", flush=True)
             elif one.verified and one.resolved not in (None, label(one.point)):
                 print(f"verified {label(one.point)}, exactly {one.exact}: {one}", flush=True)
+            if len(outcomes) % 20 == 0:
+                counts = dict(Counter(outcome.reason or DECIDED for outcome in outcomes))
+                print(f"{len(outcomes)} of {points}: {counts}", flush=True)
     decided = [one for one in outcomes if one.resolved is not None]
     wrong = sum(one.resolved != one.exact for one in decided)
     wrong_verified = sum(one.verified and label(one.point) != one.resolved for one in decided)

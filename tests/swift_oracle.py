@@ -41,12 +41,23 @@ class SwiftOracle(EventOracle):
         self._grid = np.linspace(0.0, float(self._step), 65)
         self._powers = self._grid[:, None] ** np.arange(self._order + 1)
 
-    def _series(self) -> list[list[arb]]:
+    def _parts(self) -> arb_mat:
+        """The state, and sine and cosine of the forcing's angle, of which every series is a sum."""
         angle = arb(self.omega) * self._t + arb(self.phase)
         if self._responses is None:
             self._responses = self._unit_responses()
-        parts = [*self._x, *self._v, angle.sin().mid(), angle.cos().mid()]
-        every = (self._responses * arb_mat([[part] for part in parts])).mid().entries()
+            rows, n = self._responses.tolist(), len(self.masses)
+            each = [rows[i * (self._order + 1) : (i + 1) * (self._order + 1)] for i in range(n)]
+            self._first_response = arb_mat(each[0])
+            polynomials = [[arb_poly([row[part] for row in one]) for part in range(2 * n + 2)] for one in each]
+            places = [[p(self._step).mid() for p in one] for one in polynomials]
+            rates = [[p.derivative()(self._step).mid() for p in one] for one in polynomials]
+            self._stride = arb_mat(places + rates)
+        return arb_mat([[part] for part in (*self._x, *self._v, angle.sin().mid(), angle.cos().mid())])
+
+    def _series(self) -> list[list[arb]]:
+        parts = self._parts()
+        every = (self._responses * parts).mid().entries()
         return [every[i * (self._order + 1) : (i + 1) * (self._order + 1)] for i in range(len(self.masses))]
 
     def _unit_responses(self) -> arb_mat:
@@ -90,13 +101,18 @@ class SwiftOracle(EventOracle):
     def run(self, impacts: int, until: float = np.inf) -> None:
         """Go on until so many impacts were seen in all, or the time is past `until`."""
         with digits(self.digits):
+            n = len(self.masses)
             while len(self.times) < impacts and self._t < until:
-                series = self._series()
-                stop, at = self._first_contact(series[0])
+                parts = self._parts()
+                stop, at = self._first_contact((self._first_response * parts).mid().entries())
                 h = self._step if at is None else at
-                polynomials = [arb_poly(c) for c in series]
-                self._x = [p(h).mid() for p in polynomials]
-                self._v = [p.derivative()(h).mid() for p in polynomials]
+                if at is None:
+                    after = (self._stride * parts).mid().entries()
+                    self._x, self._v = after[:n], after[n:]
+                else:
+                    polynomials = [arb_poly(c) for c in self._series()]
+                    self._x = [p(h).mid() for p in polynomials]
+                    self._v = [p.derivative()(h).mid() for p in polynomials]
                 self._t = (self._t + h).mid()
                 self._left = stop
                 if stop:

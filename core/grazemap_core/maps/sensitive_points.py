@@ -34,10 +34,16 @@ MOST_WORK: Final = 40_000_000
 """Limit of the work for a point, in impacts times bits: some twenty seconds."""
 IMPACT_BITS: Final = 1000
 """Bits that are counted in addition for every impact, for the work that does not depend on the precision."""
+MODES_PER_IMPACT: Final = 9
+"""N^3 over this is the number of impacts that take as long as computing the modes of N masses."""
+MOST_BITS: Final = 2**16
+"""Limit of the precision, if few impacts make little work: at a graze of the exact trajectory no precision suffices."""
 
 _OF_MOTION: Final = (*range(lane_state.HALVES_RUN), lane_state.UNVERIFIED)
 """Codes that describe the motion, not the run."""
 _FIGURES_OF_MOTION: Final = slice(lane_state.LYAPUNOV_ERROR + 1)
+
+TOO_MUCH_WORK = "the limit of the work is reached"
 
 Start = Callable[[int], MultiprecisionRun]
 """Starts a run with so many bits."""
@@ -103,6 +109,8 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
         coarse.run(periods)
         if not same_impacts(coarse, fine):
             work += _work(coarse)
+            if work > MOST_WORK or fine.bits == MOST_BITS:
+                return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
             coarse, fine = fine, start(2 * fine.bits)
             done, periods = 0, min(FIRST_PERIODS, max_periods)
             continue
@@ -117,7 +125,7 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
         if periods == max_periods:
             return Resolution("not captured within the periods simulated", fine.bits, *undecided)
         if work + _work(coarse) + _work(fine) > MOST_WORK:
-            return Resolution("the limit of the work is reached", fine.bits, *undecided)
+            return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
         done, periods = periods, min(periods + periods // 4, max_periods)
 
 
@@ -129,7 +137,8 @@ def _at_once(codes: Integers) -> Booleans:
 
 
 def _work(run: MultiprecisionRun) -> int:
-    return len(run.impacts) * (run.bits + IMPACT_BITS)
+    masses = len(run.states[0][0])
+    return (len(run.impacts) + masses**3 // MODES_PER_IMPACT) * (run.bits + IMPACT_BITS)
 
 
 def resolve_grid(

@@ -105,6 +105,8 @@ class MultiprecisionRun:
         self.bits, self.period, self.ended = bits, 2.0 * math.pi / omega, ""
         self.impacts, self.states = list[Impact](), [state]
         self._clearance = clearance
+        if abs(state[0, 0]) >= clearance and state[0, 0] * state[1, 0] >= 0.0:
+            raise RunError("mass 1 starts on a stop")
         with ctx.workprec(bits):
             self._restitution = arb(oscillator.restitution)
             self._length = (2 * arb.pi() / arb(omega)).mid()
