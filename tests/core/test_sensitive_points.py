@@ -119,6 +119,13 @@ def test_chatter_and_slow_transients_are_undecided():
     assert len(late.codes) == 0
 
 
+def test_a_steady_motion_that_cancels_is_undecided():
+    beside = Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.95)
+    found = Resolver(beside, 1.0 + 2.0**-40).resolve(1.0, np.zeros((2, 1)))
+    assert found.reason == "double precision does not locate the contacts, as near an undamped resonance"
+    assert not MultiprecisionRun(beside, 1.01, 1.0, np.zeros((2, 1)), 0.0, 128).ended
+
+
 @pytest.mark.parametrize("velocity", [0.0, 0.5])
 def test_a_start_against_a_stop_is_undecided(velocity):
     found = Resolver(CHAOTIC, OMEGA).resolve(CLEARANCE, np.array([[CLEARANCE], [velocity]]))

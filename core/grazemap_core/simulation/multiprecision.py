@@ -28,6 +28,8 @@ FINEST_ANGLE = 1e-6
 """The same time below which all bits decide: the gap then differs from a straight line by less than `ROUNDING`."""
 ROUNDING = 1e-13
 """Error of a displacement in double precision, in units of the sum of the moduli of its terms."""
+MOST_ROUNDING = 1e-3
+"""Limit of this error, in units of the clearance, above which too many contacts would be possible."""
 LONGEST_ANGLE = 100.0
 """Time since the origin of the exponentials, in the same units, after which the origin moves."""
 HALVINGS = 20
@@ -167,6 +169,8 @@ class MultiprecisionRun:
         self._contact: _Contact | None = None
         terms = self._rows * np.array([complex(a) for a in amplitudes])
         place, _, bend = np.abs(terms).sum(axis=1)  # the exponentials do not grow
+        if ROUNDING * place > MOST_ROUNDING * self._clearance:
+            raise RunError("double precision does not locate the contacts, as near an undamped resonance")
         self._flight = _Flight(terms, bend, ROUNDING * place, left, speed / bend)
 
     def _exponentials(self, time: arb) -> acb_mat:
