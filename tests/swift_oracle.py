@@ -15,6 +15,9 @@ from event_oracle import EventOracle
 from flint import arb, arb_mat, arb_poly
 from oracles import digits
 
+ROUGH = 80  # terms of a series that count in double precision
+FEWEST = 16  # digits of the first steps of Newton's method
+
 
 @dataclass
 class SwiftOracle(EventOracle):
@@ -38,8 +41,8 @@ class SwiftOracle(EventOracle):
             self._t = arb(0)
             self._responses: arb_mat | None = None  # the numbers may be changed until the first step
             self._step = arb(float(self._step))
-        self._grid = np.linspace(0.0, float(self._step), 65)
-        self._powers = self._grid[:, None] ** np.arange(self._order + 1)
+        self._grid = np.linspace(0.0, float(self._step), self._samples + 1)
+        self._powers = self._grid[:, None] ** np.arange(min(self._order + 1, ROUGH))
 
     def _parts(self) -> arb_mat:
         """The state, and sine and cosine of the forcing's angle, of which every series is a sum."""
@@ -144,13 +147,13 @@ class SwiftOracle(EventOracle):
         return best
 
     def _first_root(self, gap: list[arb]) -> Any:
-        terms = np.array([float(c) for c in gap])
-        rough = self._powers[:, : len(gap)] @ terms
+        terms = np.array([float(c) for c in gap[:ROUGH]])
+        rough = self._powers[:, : len(terms)] @ terms
         near = 1e-3 * (np.abs(rough).max() + 1e-300)
         candidates = np.flatnonzero(~((rough[:-1] > near) & (rough[1:] > near)))
         if len(candidates) == 0:
             return None
-        steepness = self._powers[:, : len(gap) - 1] @ (np.arange(1, len(gap)) * terms[1:])
+        steepness = self._powers[:, : len(terms) - 1] @ (np.arange(1, len(terms)) * terms[1:])
         for i in candidates.tolist():
             low, high = arb(self._grid[i]), arb(self._grid[i + 1])
             if self._at(gap, high) < 0:
@@ -168,17 +171,19 @@ class SwiftOracle(EventOracle):
     def _cross(self, series: list[arb], low: arb, high: arb) -> arb:
         polynomial = arb_poly(series)
         slope = polynomial.derivative()
-        t = ((low + high) / 2).mid()
+        t, work = ((low + high) / 2).mid(), min(FEWEST, self.digits)
         for _ in range(400):
-            value = polynomial(t).mid()
-            if value < 0:
-                high = t
-            else:
-                low = t
-            new = (t - value / slope(t)).mid()
-            if not (low <= new and new <= high):
-                new = ((low + high) / 2).mid()
-            if abs(new - t) < arb(10) ** (-self.digits):
+            with digits(work):
+                value = polynomial(t).mid()
+                low, high = (low, t) if value < 0 else (t, high)
+                new = (t - value / slope(t)).mid()
+                if not (low <= new and new <= high):
+                    new = ((low + high) / 2).mid()
+                settled = abs(new - t) < arb(10) ** (-work)
+            if settled and work == self.digits:
                 return new
+            if settled:
+                low, high = (low - arb(10) ** (1 - work)).mid(), (high + arb(10) ** (1 - work)).mid()
+                work = min(2 * work, self.digits)
             t = new
         raise AssertionError("the oracle's root search did not converge")
