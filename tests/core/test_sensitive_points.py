@@ -10,8 +10,9 @@ from resolved_points import exact_label, label, late_point, resolved_point
 from swift_oracle import SwiftOracle
 from verified_points import Point
 
-from grazemap_core.codes import RESOLVED
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
+from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.sensitive_points import Resolver, resolution, resolve_grid
 from grazemap_core.maps.settling import Settling, settle_grid
@@ -109,6 +110,38 @@ def test_only_the_sensitive_trajectories_of_a_grid_are_replaced():
     assert [codes[name, 0, 1, 0] for name in names] == [3, 4, 4, RESOLVED]
     assert figures[lane_state.MULTIPLIER, 0, 1, 0] == pytest.approx(0.619644, abs=1e-6)
     assert codes[lane_state.HALVES_RUN, 0, 1, 0] == before[0][lane_state.HALVES_RUN, 0, 1, 0]
+
+
+@pytest.fixture
+def all_sensitive(monkeypatch):
+    """Planted: every trajectory of a map counts as sensitive."""
+
+    def planted(*arguments):
+        codes, figures = settle_grid(*arguments)
+        codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
+        return codes, figures
+
+    monkeypatch.setattr(unfolding, "settle_grid", planted)
+
+
+def test_a_map_has_the_motions_of_its_resolved_points(all_sensitive):
+    grid = np.array([OMEGA]), np.array([CLEARANCE])
+    before, after = (unfolding_map_tile(CHAOTIC, *grid, resolve_sensitive=wanted) for wanted in (False, True))
+    assert before["reason"] == ROUNDING_DECIDES
+    assert not before["verified"]
+    assert after.keys() == before.keys() | {"resolved"}
+    assert after["resolved"]
+    assert after["verified"]
+    assert after["reason"] == RESOLVED
+    assert [after[name][0, 0] for name in ("period", "impacts_right", "impacts_left")] == [3, 4, 4]
+
+
+def test_the_trajectories_of_an_ensemble_are_resolved_before_the_most_frequent_motion_is_chosen(all_sensitive):
+    grid, settings = (np.array([1.4]), np.array([CLEARANCE])), {"policy": "ensemble", "initial_conditions": 3}
+    found = unfolding_map_tile(CHAOTIC, *grid, **settings, resolve_sensitive=True)
+    assert found["resolved"]
+    assert found["verified"]
+    assert found["share"] >= 1 / 3
 
 
 def test_chatter_and_slow_transients_are_undecided():
