@@ -1,19 +1,22 @@
 """An impact simulator in multi-precision arithmetic that shares nothing with the core.
 
 The equations of motion are integrated by Taylor series of the matrices themselves (no modes, no closed forms), with a
-fixed step and 40 digits; events are found on the series by sampling every extremum, so a near-grazing contact is told
-by the sign of a 40-digit number.
+fixed step and 40 digits, or more if asked for; events are found on the series by sampling every extremum, so a
+near-grazing contact is told by the sign of a 40-digit number.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any, Self
 
 import mpmath as mp
 import numpy as np
 
-ORDER = 40
+ORDER = 40  # of the series, for up to 48 digits
+SAMPLES = 64  # of a series over the inverse of the fastest exponent
 
 
 @dataclass
@@ -43,6 +46,11 @@ class EventOracle:
 
     def __post_init__(self) -> None:
         n = len(self.masses)
+        # a step, times the fastest exponent; many digits need fewer terms for a longer step
+        reach = 1 if self.digits <= 48 else 4
+        small = (self.digits - 1) * math.log(10.0)
+        self._order = next(k for k in count(ORDER) if math.lgamma(k + 1) - k * math.log(reach) > small)
+        self._samples = SAMPLES * reach
         with mp.workdps(self.digits + 8):
             self._x = [mp.mpf(v) for v in (self.displacement or [0.0] * n)]
             self._v = [mp.mpf(v) for v in (self.velocity or [0.0] * n)]
@@ -53,7 +61,7 @@ class EventOracle:
             damping = np.array(self.links) + np.array([0.0, *self.links[:-1]])
             slope = float(np.max(2 * damping / self.masses))
             fastest = slope + float(np.sqrt(np.max(2 * stiffness / self.masses)))
-            self._step = 1 / mp.mpf(max(fastest, self.omega))
+            self._step = reach / mp.mpf(max(fastest, self.omega))
 
     def _series(self) -> list[list[mp.mpf]]:
         """Taylor coefficients in time, from here, of every displacement: the chain's equations term by term."""
@@ -66,7 +74,7 @@ class EventOracle:
         k_links, c_links, masses, forcing = (
             [mp.mpf(v) for v in values] for values in (self.stiffnesses, self.links, self.masses, self.forcing)
         )
-        for k in range(ORDER - 1):
+        for k in range(self._order - 1):
             drive = cycle[k % 4] * power
             force = [f * drive for f in forcing]
             for i in range(n):
@@ -126,12 +134,12 @@ class EventOracle:
     def _first_root(self, gap: list[mp.mpf]) -> mp.mpf | None:
         """First zero crossing of a series on [0, step], every local minimum of it looked at in full precision."""
         h = float(self._step)
-        grid = np.linspace(0.0, h, 65)
+        grid = np.linspace(0.0, h, self._samples + 1)
         rough = np.polynomial.polynomial.polyval(grid, [float(c) for c in gap])
         slope = [k * gap[k] for k in range(1, len(gap))]
         steepness = np.polynomial.polynomial.polyval(grid, [float(c) for c in slope])
         near = 1e-3 * (np.abs(rough).max() + 1e-300)
-        for i in range(64):
+        for i in range(self._samples):
             low, high = mp.mpf(grid[i]), mp.mpf(grid[i + 1])
             if rough[i] > near and rough[i + 1] > near:
                 continue

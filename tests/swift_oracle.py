@@ -1,7 +1,8 @@
 """The event simulator of `event_oracle` in the arithmetic of a C library: the same method, some twenty times as fast.
 
-For long runs, and for many. Numbers are midpoints of balls of 48 digits; a given number may itself be a ball or a
-multi-precision number instead of a double, so that an input can be changed by less than its own rounding.
+For long runs, and for many. Numbers are midpoints of balls of 48 digits, or more if asked for; a given number may
+itself be a ball or a multi-precision number instead of a double, so that an input can be changed by less than its own
+rounding.
 """
 
 from __future__ import annotations
@@ -10,9 +11,12 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from event_oracle import ORDER, EventOracle
+from event_oracle import EventOracle
 from flint import arb, arb_mat, arb_poly
 from oracles import digits
+
+ROUGH = 80  # terms of a series that count in double precision
+FEWEST = 16  # digits of the first steps of Newton's method
 
 
 @dataclass
@@ -37,16 +41,27 @@ class SwiftOracle(EventOracle):
             self._t = arb(0)
             self._responses: arb_mat | None = None  # the numbers may be changed until the first step
             self._step = arb(float(self._step))
-        self._grid = np.linspace(0.0, float(self._step), 65)
-        self._powers = self._grid[:, None] ** np.arange(ORDER + 1)
+        self._grid = np.linspace(0.0, float(self._step), self._samples + 1)
+        self._powers = self._grid[:, None] ** np.arange(min(self._order + 1, ROUGH))
 
-    def _series(self) -> list[list[arb]]:
+    def _parts(self) -> arb_mat:
+        """The state, and sine and cosine of the forcing's angle, of which every series is a sum."""
         angle = arb(self.omega) * self._t + arb(self.phase)
         if self._responses is None:
             self._responses = self._unit_responses()
-        parts = [*self._x, *self._v, angle.sin().mid(), angle.cos().mid()]
-        every = (self._responses * arb_mat([[part] for part in parts])).mid().entries()
-        return [every[i * (ORDER + 1) : (i + 1) * (ORDER + 1)] for i in range(len(self.masses))]
+            rows, n = self._responses.tolist(), len(self.masses)
+            each = [rows[i * (self._order + 1) : (i + 1) * (self._order + 1)] for i in range(n)]
+            self._first_response = arb_mat(each[0])
+            polynomials = [[arb_poly([row[part] for row in one]) for part in range(2 * n + 2)] for one in each]
+            places = [[p(self._step).mid() for p in one] for one in polynomials]
+            rates = [[p.derivative()(self._step).mid() for p in one] for one in polynomials]
+            self._stride = arb_mat(places + rates)
+        return arb_mat([[part] for part in (*self._x, *self._v, angle.sin().mid(), angle.cos().mid())])
+
+    def _series(self) -> list[list[arb]]:
+        parts = self._parts()
+        every = (self._responses * parts).mid().entries()
+        return [every[i * (self._order + 1) : (i + 1) * (self._order + 1)] for i in range(len(self.masses))]
 
     def _unit_responses(self) -> arb_mat:
         """The series of all displacements, one below the other, from every coordinate and part of the forcing alone.
@@ -70,7 +85,7 @@ class SwiftOracle(EventOracle):
         k_links, c_links, masses, forcing = (
             [arb(v) for v in values] for values in (self.stiffnesses, self.links, self.masses, self.forcing)
         )
-        for k in range(ORDER - 1):
+        for k in range(self._order - 1):
             drive = cycle[k % 4] * power
             force = [f * drive for f in forcing]
             for i in range(n):
@@ -89,13 +104,18 @@ class SwiftOracle(EventOracle):
     def run(self, impacts: int, until: float = np.inf) -> None:
         """Go on until so many impacts were seen in all, or the time is past `until`."""
         with digits(self.digits):
+            n = len(self.masses)
             while len(self.times) < impacts and self._t < until:
-                series = self._series()
-                stop, at = self._first_contact(series[0])
+                parts = self._parts()
+                stop, at = self._first_contact((self._first_response * parts).mid().entries())
                 h = self._step if at is None else at
-                polynomials = [arb_poly(c) for c in series]
-                self._x = [p(h).mid() for p in polynomials]
-                self._v = [p.derivative()(h).mid() for p in polynomials]
+                if at is None:
+                    after = (self._stride * parts).mid().entries()
+                    self._x, self._v = after[:n], after[n:]
+                else:
+                    polynomials = [arb_poly(c) for c in self._series()]
+                    self._x = [p(h).mid() for p in polynomials]
+                    self._v = [p.derivative()(h).mid() for p in polynomials]
                 self._t = (self._t + h).mid()
                 self._left = stop
                 if stop:
@@ -127,13 +147,13 @@ class SwiftOracle(EventOracle):
         return best
 
     def _first_root(self, gap: list[arb]) -> Any:
-        terms = np.array([float(c) for c in gap])
-        rough = self._powers[:, : len(gap)] @ terms
+        terms = np.array([float(c) for c in gap[:ROUGH]])
+        rough = self._powers[:, : len(terms)] @ terms
         near = 1e-3 * (np.abs(rough).max() + 1e-300)
         candidates = np.flatnonzero(~((rough[:-1] > near) & (rough[1:] > near)))
         if len(candidates) == 0:
             return None
-        steepness = self._powers[:, : len(gap) - 1] @ (np.arange(1, len(gap)) * terms[1:])
+        steepness = self._powers[:, : len(terms) - 1] @ (np.arange(1, len(terms)) * terms[1:])
         for i in candidates.tolist():
             low, high = arb(self._grid[i]), arb(self._grid[i + 1])
             if self._at(gap, high) < 0:
@@ -151,17 +171,19 @@ class SwiftOracle(EventOracle):
     def _cross(self, series: list[arb], low: arb, high: arb) -> arb:
         polynomial = arb_poly(series)
         slope = polynomial.derivative()
-        t = ((low + high) / 2).mid()
+        t, work = ((low + high) / 2).mid(), min(FEWEST, self.digits)
         for _ in range(400):
-            value = polynomial(t).mid()
-            if value < 0:
-                high = t
-            else:
-                low = t
-            new = (t - value / slope(t)).mid()
-            if not (low <= new and new <= high):
-                new = ((low + high) / 2).mid()
-            if abs(new - t) < arb(10) ** (-self.digits):
+            with digits(work):
+                value = polynomial(t).mid()
+                low, high = (low, t) if value < 0 else (t, high)
+                new = (t - value / slope(t)).mid()
+                if not (low <= new and new <= high):
+                    new = ((low + high) / 2).mid()
+                settled = abs(new - t) < arb(10) ** (-work)
+            if settled and work == self.digits:
                 return new
+            if settled:
+                low, high = (low - arb(10) ** (1 - work)).mid(), (high + arb(10) ** (1 - work)).mid()
+                work = min(2 * work, self.digits)
             t = new
         raise AssertionError("the oracle's root search did not converge")

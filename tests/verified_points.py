@@ -85,19 +85,24 @@ class Impacts(NamedTuple):
 
 
 def impacts_in_fifty_digits(point: Point) -> Impacts | None:
+    """As `impacts_in_digits`, in fifty."""
+    return impacts_in_digits(point, DIGITS, MOST_IMPACTS)
+
+
+def impacts_in_digits(point: Point, digits: int, most_impacts: int) -> Impacts | None:
     """Run until a motion of the point's period, or a part of it, has settled; the run ends at the time 0.
 
     None where that takes too long.
     """
-    run = SwiftOracle.of(point.oscillator, point.omega, point.clearance, digits=DIGITS)
+    run = SwiftOracle.of(point.oscillator, point.omega, point.clearance, digits=digits)
     length = 2.0 * np.pi / point.omega
     until = point.settled_after + 4 * point.period
     # what one motion period changes is less than what is left, the more so the slower it settles
     tolerance = SETTLED * max(1e-3, 1.0 - point.multiplier)
     while True:
-        run.run(MOST_IMPACTS, until * length)
+        run.run(most_impacts, until * length)
         seen = Impacts(np.array([float(t) for t in run.times]) / length, np.array([float(v) for v in run.speeds]))
-        if len(seen.time) == MOST_IMPACTS or until >= LONGEST:
+        if len(seen.time) == most_impacts or until >= LONGEST:
             return None
         seen = seen._replace(time=seen.time - until)
         if _repeats(seen, _quiet_moment(seen), point.period, tolerance) is not None:
@@ -127,15 +132,23 @@ def verdict(point: Point, impacts: Impacts | None) -> str:
     """Whether a run has settled to the point's motion, or its mirror image."""
     if impacts is None:
         return NO_VERDICT
+    found = label_of(impacts, point.period)
+    if found is None:
+        return OTHER
+    period, right, left, symmetric = found
+    same = period == point.period and symmetric == point.symmetric
+    return EQUAL if same and sorted([right, left]) == sorted([point.right, point.left]) else OTHER
+
+
+def label_of(impacts: Impacts, longest: int) -> tuple[int, int, int, bool] | None:
+    """Period, impacts on the right and on the left stop, and symmetry; None where no period up to `longest` repeats."""
     end = _quiet_moment(impacts)
-    for period in range(1, point.period + 1):
+    for period in range(1, longest + 1):
         last = _repeats(impacts, end, float(period))
         if last is not None:
             right, left = int(np.sum(last.velocity > 0.0)), int(np.sum(last.velocity < 0.0))
-            symmetric = period % 2 == 1 and _repeats(impacts, end, 0.5 * period, sign=-1.0) is not None
-            same = period == point.period and symmetric == point.symmetric
-            return EQUAL if same and sorted([right, left]) == sorted([point.right, point.left]) else OTHER
-    return OTHER
+            return period, right, left, period % 2 == 1 and _repeats(impacts, end, 0.5 * period, sign=-1.0) is not None
+    return None
 
 
 def _quiet_moment(impacts: Impacts) -> float:

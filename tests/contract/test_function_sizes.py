@@ -20,7 +20,7 @@ MORE_ARGUMENTS = {
     "simulation.monodromy.monodromy": (9, KEYWORDS),
     "simulation.trajectories.trajectory": (11, KEYWORDS),
     "simulation.trajectories.trajectories": (9, KEYWORDS + "; those of `trajectory`"),
-    "maps.unfolding.unfolding_map_tile": (9, KEYWORDS),
+    "maps.unfolding.unfolding_map_tile": (10, KEYWORDS),
     "maps.basins.basin_tile": (10, KEYWORDS),
 }
 """By function: the number of its arguments, and why it may have so many."""

@@ -17,6 +17,7 @@ from grazemap_worker.planning.costs import spectral_bound
 from grazemap_worker.planning.rates import (
     MAP_PERIODS_PER_SECOND,
     PERIODS_PER_SECOND,
+    RESOLUTION_AT_WORST,
     TILE_SECONDS,
     WORST_TILE_SECONDS,
 )
@@ -145,6 +146,15 @@ def test_a_preview_is_expected_sooner(kind: dict[str, object]) -> None:
     whole, preview = (plan("unfolding-maps", request.model_copy(update={"preview": told})) for told in (False, True))
     assert preview.estimate.seconds < 0.85 * whole.estimate.seconds
     assert preview.count <= whole.count
+
+
+def test_the_tiles_of_a_map_that_is_resolved_end_in_time() -> None:
+    request = map_request(64, 64)
+    as_it_is, resolved = (
+        plan("unfolding-maps", request.model_copy(update={"resolve_sensitive": told})) for told in (False, True)
+    )
+    assert resolved.tile_rows * resolved.tile_columns * RESOLUTION_AT_WORST < 1.2 * WORST_TILE_SECONDS
+    assert resolved.estimate.seconds > as_it_is.estimate.seconds
 
 
 @pytest.mark.parametrize("max_periods", [10_000, 1_000_000])

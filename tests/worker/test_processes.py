@@ -432,12 +432,12 @@ def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> Non
     assert same == (policy != "ensemble")
 
 
-def test_adaptive_and_preview_set_to_false_do_not_change_the_id_of_a_map() -> None:
+def test_options_set_to_false_do_not_change_the_id_of_a_map() -> None:
     def asked(**changes: object) -> str:
         return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
 
     # nothing of it is in the question's text, so ids of questions from before maps could be so are the same
-    for name in ("adaptive", "preview"):
+    for name in ("adaptive", "preview", "resolve_sensitive"):
         assert name not in canonical(parse_request("unfolding-maps", {**MAP, name: False}))
         assert asked() == asked(**{name: False}) != asked(**{name: True})
 
@@ -451,6 +451,16 @@ def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> 
     assert whole.keys() == preview.keys() | (set() if adaptive else left_out)
     if adaptive:
         assert whole["at_computed"].keys() == preview["at_computed"].keys() | left_out
+
+
+@pytest.mark.parametrize("policy", ["rest", "ensemble"])
+def test_a_map_says_which_points_it_has_resolved(policy: str) -> None:
+    body = {"omega": [0.28, 0.29], "clearance": [1.5, 1.6, 1.7], "policy": policy, "initial_conditions": 2}
+    asked = (parse_request("unfolding-maps", {**body, "resolve_sensitive": told}) for told in (False, True))
+    as_it_is, resolved = (tiled(request, PLANNING["unfolding-maps"].plan(request)) for request in asked)
+    assert resolved.keys() == as_it_is.keys() | {"resolved"}
+    assert resolved["resolved"].shape == (3, 2)
+    assert resolved["verified"][resolved["resolved"]].all()
 
 
 def test_the_fields_of_an_ensemble_are_part_of_its_request_only() -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import check_range, checked_order
-from grazemap_core.codes import RESOLVED
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
 from grazemap_core.maps.settling import Settling, settle_grid
@@ -33,6 +34,7 @@ def unfolding_map_tile(
     initial_conditions: int = 16,
     seed: int = 0,
     preview: bool = False,
+    resolve_sensitive: bool = False,
 ) -> dict[str, NDArray[Any]]:
     """Find the motion that trajectories settle to at every point of a grid.
 
@@ -60,6 +62,9 @@ def unfolding_map_tile(
     preview : bool
         Whether only periodic motions are identified, which is faster: the growth of small changes is not measured, and
         a trajectory that has not settled is unresolved, chaotic or not.
+    resolve_sensitive : bool
+        Whether the motions of sensitive points are decided in multi-precision arithmetic where possible
+        (`sensitive_points`), which takes seconds a point. Not for a sweep, which starts at rounded states.
 
     Returns
     -------
@@ -77,14 +82,17 @@ def unfolding_map_tile(
         for others), least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
         settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: fraction of the
         initial states that lead to this motion or its mirror image) and motions_found (int32: number of different
-        motions that are not unresolved). A preview has no multiplier, lyapunov and lyapunov_error.
+        motions that are not unresolved). A preview has no multiplier, lyapunov and lyapunov_error. With
+        resolve_sensitive also resolved (bool: the motion was decided in multi-precision arithmetic).
 
     Raises
     ------
     ParameterError
-        A grid value is not positive, a limit is below 1, or there is no such policy.
+        A grid value is not positive, a limit is below 1, there is no such policy, or sensitive points cannot be
+        resolved: the map is a sweep, or python-flint is not installed.
     """
     check_map(omega, clearance, max_periods, max_period, policy, initial_conditions)
+    resolve_grid = _resolution(policy) if resolve_sensitive else None
     down = policy == "sweep-down"
     task = Settling(
         max_periods=max_periods,
@@ -96,7 +104,25 @@ def unfolding_map_tile(
     codes, figures = settle_grid(oscillator, omega, clearance[::-1] if down else clearance, task)
     if down:
         codes, figures = codes[:, ::-1], figures[:, ::-1]
-    return named_arrays(codes, figures, policy == "ensemble", preview)
+    resolved = None
+    if resolve_grid is not None:
+        sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
+        resolved = resolve_grid(oscillator, omega, clearance, task, sensitive, codes, figures)
+    return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
+
+
+def _resolution(policy: str) -> Callable[..., Booleans]:
+    """Return `sensitive_points.resolve_grid`, which needs python-flint."""
+    if policy.startswith("sweep"):
+        raise ParameterError("resolve_sensitive", "must be false for a sweep, which starts at rounded states")
+    try:
+        from grazemap_core.maps.sensitive_points import resolve_grid
+    except ModuleNotFoundError as error:
+        if error.name != "flint":
+            raise
+        message = "must be false here, where python-flint (grazemap[proofs]) is not installed"
+        raise ParameterError("resolve_sensitive", message) from None
+    return resolve_grid
 
 
 def check_map(
@@ -115,8 +141,14 @@ def check_map(
         raise ParameterError("policy", f"must be one of {', '.join(POLICIES)}")
 
 
-def named_arrays(codes: Integers, figures: Floats, ensemble: bool, preview: bool) -> dict[str, NDArray[Any]]:
-    """Return the arrays of `unfolding_map_tile` from codes (CODES, n, m, s) and figures of s trajectories a point."""
+def named_arrays(
+    codes: Integers, figures: Floats, ensemble: bool, preview: bool, resolved: Booleans | None = None
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays of `unfolding_map_tile` from codes (CODES, n, m, s) and figures of s trajectories a point.
+
+    `resolved` (n, m, s) are the trajectories that were decided in multi-precision arithmetic.
+    """
+    chosen = np.zeros(codes.shape[1:3], dtype=np.int64)
     if ensemble:
         chosen, share, motions = _most_frequent(codes)
         arrays = arrays_of(
@@ -126,6 +158,8 @@ def named_arrays(codes: Integers, figures: Floats, ensemble: bool, preview: bool
         arrays |= {"share": share, "motions_found": motions}
     else:
         arrays = arrays_of(codes[..., 0], figures[..., 0])
+    if resolved is not None:
+        arrays["resolved"] = np.take_along_axis(resolved, chosen[..., None], axis=2)[..., 0]
     return {name: array for name, array in arrays.items() if not (preview and name in _OF_SMALL_CHANGES)}
 
 

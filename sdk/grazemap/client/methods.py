@@ -271,6 +271,7 @@ class ProcessMethods:
         seed: int = 0,
         adaptive: bool = False,
         preview: bool = False,
+        resolve_sensitive: bool = False,
         progress: bool = True,
     ) -> Fields:
         """Compute the motion that each point of a rectangle of (omega, clearance) settles to.
@@ -299,6 +300,9 @@ class ProcessMethods:
         preview : bool
             Whether only periodic motions are identified, which is faster. Chaotic motions are not distinguished from
             those that have not settled, and multiplier, lyapunov and lyapunov_error are None.
+        resolve_sensitive : bool
+            Whether the motions of sensitive points are decided in more digits where possible, which takes seconds a
+            point. Not for a sweep or an adaptive map. The result's `resolved` is true where it was possible.
         progress : bool
             Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
             on stderr for what it waits for longer than 5 s.

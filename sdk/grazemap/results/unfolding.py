@@ -85,6 +85,7 @@ class UnfoldingMap(Verifiable, Result):
     share: FloatArray | None = None
     motions_found: IntArray | None = None
     computed: BoolArray | None = None
+    resolved: BoolArray | None = None
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
@@ -238,7 +239,9 @@ class UnfoldingMap(Verifiable, Result):
         share = self.verified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         preview = ", a preview" if self.preview else ""
-        return f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{preview}"
+        resolved = "" if self.resolved is None else f", {int(self.resolved.sum())} resolved in more digits"
+        motions = counted(self.motions(), "motion")
+        return f"{points}, {motions}, {share:.1%} of the periodic points verified{resolved}{preview}"
 
 
 def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:

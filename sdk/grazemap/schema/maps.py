@@ -136,6 +136,13 @@ UNFOLDING_MAPS = ResultSchema(
         *(_of_plane(one, when=_WHEN_FULL[one.when]) for one in _FIGURES),
         deprecated("certified", _VERIFIED),
         field(
+            "resolved",
+            "bool",
+            "Whether the point is sensitive and its motion was decided in more digits.",
+            " ".join(PLANE),
+            when="of maps with resolve_sensitive",
+        ),
+        field(
             "reason",
             "int",
             "Why a motion is unresolved, or is periodic and not verified.",
@@ -169,7 +176,7 @@ TILE_OF_BASINS = Record(
         *(
             one.in_result(index_of="")
             for one in UNFOLDING_MAPS.fields
-            if one.dims == PLANE and not one.replaces and one.name != "computed"
+            if one.dims == PLANE and not one.replaces and one.name not in ("computed", "resolved")
         ),
         field("mean_position", "float", "As for an attractor.", " ".join(PLANE), null=True),
         field("mean_velocity", "float", "As for an attractor.", " ".join(PLANE), null=True),

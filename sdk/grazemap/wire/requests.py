@@ -241,6 +241,16 @@ class UnfoldingMapsRequest(ProcessRequest):
     """Whether points are inferred where all neighbours agree, and computed only elsewhere; not for a sweep."""
     preview: bool = False
     """Whether only periodic motions are identified: faster, without multipliers, exponents and chaos."""
+    resolve_sensitive: bool = False
+    """Whether the motions of sensitive points are decided in more digits, which takes seconds a point."""
+
+    @model_validator(mode="after")
+    def _resolves_computed_points_from_exact_states(self) -> UnfoldingMapsRequest:
+        if self.resolve_sensitive and self.policy.startswith("sweep"):
+            raise invalid("a sweep starts at rounded states", "false for a sweep", "resolve_sensitive")
+        if self.resolve_sensitive and self.adaptive:
+            raise invalid("an adaptive map is not resolved", "false for an adaptive map", "resolve_sensitive")
+        return self
 
     @model_validator(mode="after")
     def _no_adaptive_sweep(self) -> UnfoldingMapsRequest:
@@ -253,7 +263,7 @@ class UnfoldingMapsRequest(ProcessRequest):
     def unused(self) -> Collection[str]:
         """Return the names of the fields of ensembles for other policies, and of options that are false."""
         random = () if self.policy == "ensemble" else ("initial_conditions", "seed")
-        return (*random, *(name for name in ("adaptive", "preview") if not getattr(self, name)))
+        return (*random, *(name for name in ("adaptive", "preview", "resolve_sensitive") if not getattr(self, name)))
 
 
 class UnfoldingDiagramsRequest(ProcessRequest):

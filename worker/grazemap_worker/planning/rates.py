@@ -33,6 +33,11 @@ ADAPTIVE_PERIODS = 1.6
 # Periods that a pixel takes on average to settle, and the share of pixels that reach max_periods.
 PERIODS_TO_SETTLE = 45
 UNSETTLED = 0.1
+# The share of sensitive trajectories in a map with chaotic transients, and the mean and maximum seconds in which one of
+# them is resolved (`make resolve` prints the mean).
+SENSITIVE = 0.02
+RESOLUTION_SECONDS = 3.0
+RESOLUTION_AT_WORST = 30.0
 # The same for the states of a basin, which run side by side and mostly lead to few attractors.
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_UNSETTLED = 0.02

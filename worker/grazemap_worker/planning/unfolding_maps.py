@@ -25,6 +25,9 @@ from grazemap_worker.planning.rates import (
     LONGEST_COLUMN,
     MAP_PERIODS_PER_SECOND,
     PREVIEW_FASTER,
+    RESOLUTION_AT_WORST,
+    RESOLUTION_SECONDS,
+    SENSITIVE,
     SWEEP_PERIODS_PER_SECOND,
     TALLEST_TILE,
     WORST_SLOWER,
@@ -47,7 +50,11 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     if request.adaptive:
         return _adaptive_plan(rows, columns, starts, request.max_periods, cost / MAP_PERIODS_PER_SECOND)
     pixel_seconds = periods_per_pixel * cost / rate
-    pixels = pixels_per_tile(pixel_seconds, WORST_SLOWER * request.max_periods * cost / rate)
+    at_worst = request.max_periods * cost / rate
+    if request.resolve_sensitive:
+        pixel_seconds += starts * SENSITIVE * RESOLUTION_SECONDS
+        at_worst += starts * RESOLUTION_AT_WORST
+    pixels = pixels_per_tile(pixel_seconds, WORST_SLOWER * at_worst)
     tile_rows = rows if sweeps else even(rows, min(pixels, TALLEST_TILE))
     tile_columns = even(columns, max(1, pixels // tile_rows))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)

@@ -42,7 +42,8 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
         assert len(reasons) == NOT_COMPUTED
         reasons.append(NOT_COMPUTED_REASON)
     else:
-        arrays = unfolding_map_tile(oscillator, omega, clearance, **settings)
+        resolve = request.resolve_sensitive
+        arrays = unfolding_map_tile(oscillator, omega, clearance, **settings, resolve_sensitive=resolve)
     return {
         "omega": omega,
         "clearance": clearance,

@@ -1,0 +1,176 @@
+"""Motions of sensitive points, decided in multi-precision arithmetic.
+
+A trajectory is run twice, the second time with twice as many bits, for as long as both runs have the same impacts;
+where they differ, the number of bits is doubled. The state at the start of every forcing period, rounded to double
+precision, starts a trajectory of a map. The first of these that an orbit captures at once decides the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.codes import RESOLVED
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.multiprecision import MultiprecisionRun, RunError, same_impacts
+
+FIRST_BITS: Final = 128
+"""Precision of the first run."""
+FIRST_PERIODS: Final = 16
+"""Forcing periods after which the runs are compared first; then after 1.25 times as many, again and again."""
+LONGER: Final = 4
+"""How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
+ones."""
+AT_ONCE: Final = 4
+"""Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
+SPARE_PERIODS: Final = 6
+"""Forcing periods in addition to these: returns are looked for every few half periods."""
+MOST_WORK: Final = 40_000_000
+"""Limit of the work for a point, in impacts times bits: some twenty seconds."""
+IMPACT_BITS: Final = 1000
+"""Bits that are counted in addition for every impact, for the work that does not depend on the precision."""
+MODES_PER_IMPACT: Final = 9
+"""N^3 over this is the number of impacts that take as long as computing the modes of N masses."""
+MOST_BITS: Final = 2**16
+"""Limit of the precision, if few impacts make little work: at a graze of the exact trajectory no precision suffices."""
+
+_OF_MOTION: Final = (*range(lane_state.HALVES_RUN), lane_state.UNVERIFIED)
+"""Codes that describe the motion, not the run."""
+_FIGURES_OF_MOTION: Final = slice(lane_state.LYAPUNOV_ERROR + 1)
+
+TOO_MUCH_WORK = "the limit of the work is reached"
+
+Start = Callable[[int], MultiprecisionRun]
+"""Starts a run with so many bits."""
+Restart = Callable[[Floats], tuple[Integers, Floats]]
+"""Returns codes (s, CODES) and figures (s, FIGURES) of trajectories in double precision from states (s, 2, N)."""
+
+
+class Resolution(NamedTuple):
+    """The motion of a sensitive point, or why it is undecided.
+
+    Attributes
+    ----------
+    reason : str
+        Why it is undecided; empty if it is decided.
+    bits : int
+        Precision of the more precise run.
+    codes, figures : (CODES,), (FIGURES,)
+        As `lane_state.TrajectoryResults`; empty if undecided.
+    """
+
+    reason: str
+    bits: int
+    codes: Integers
+    figures: Floats
+
+
+class Resolver:
+    """Decides the motions of points of one oscillator at one frequency."""
+
+    def __init__(self, oscillator: Oscillator, omega: float, max_periods: int = 1000, max_period: int = 32) -> None:
+        """Allocate scratch; limits as in `unfolding.unfolding_map_tile`."""
+        self._oscillator, self._omega, self._max_periods = oscillator, omega, max_periods
+        self._settler = Settler(
+            oscillator, Settling(AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
+        )
+        self._steady = self._settler.steady(np.array([omega]))[0]
+
+    def resolve(self, clearance: float, state: Floats, phase: float = 0.0) -> Resolution:
+        """Decide the motion from displacements and velocities (2, N) at a phase of the forcing."""
+
+        def start(bits: int) -> MultiprecisionRun:
+            return MultiprecisionRun(self._oscillator, self._omega, clearance, state, phase, bits)
+
+        def restart(states: Floats) -> tuple[Integers, Floats]:
+            only, origin = np.array([clearance]), np.zeros(state.shape)
+            codes, figures = self._settler.run(self._omega, self._steady, only, origin, states / clearance, phase)
+            return codes[0], figures[0]
+
+        return resolution(start, restart, LONGER * self._max_periods)
+
+
+def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
+    """Return the motion that two runs with the same impacts lead to within so many periods, or why none is decided."""
+    undecided = np.empty(0, dtype=np.int64), np.empty(0)
+    bits, work = FIRST_BITS, 0
+    try:
+        coarse, fine = start(bits), start(2 * bits)
+    except RunError as error:
+        return Resolution(str(error), bits, *undecided)
+    done, periods = 0, min(FIRST_PERIODS, max_periods)
+    while True:
+        fine.run(periods)
+        coarse.run(periods)
+        if not same_impacts(coarse, fine):
+            work += _work(coarse)
+            if work > MOST_WORK or fine.bits == MOST_BITS:
+                return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
+            coarse, fine = fine, start(2 * fine.bits)
+            done, periods = 0, min(FIRST_PERIODS, max_periods)
+            continue
+        if fine.ended:
+            return Resolution(fine.ended, fine.bits, *undecided)
+        codes, figures = restart(np.stack(fine.states[done:periods]))
+        captured = np.flatnonzero(_at_once(codes))
+        if len(captured):
+            first = captured[0]
+            codes[first, lane_state.SETTLED_AFTER] += done + first
+            return Resolution("", fine.bits, codes[first], figures[first])
+        if periods == max_periods:
+            return Resolution("not captured within the periods simulated", fine.bits, *undecided)
+        if work + _work(coarse) + _work(fine) > MOST_WORK:
+            return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
+        done, periods = periods, min(periods + periods // 4, max_periods)
+
+
+def _at_once(codes: Integers) -> Booleans:
+    """Return which trajectories a verified orbit captures at once."""
+    verified = (codes[:, lane_state.REASON] == RESOLVED) & (codes[:, lane_state.UNVERIFIED] == RESOLVED)
+    early = codes[:, lane_state.HALVES_RUN] <= 2 * (AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
+    return np.asarray(verified & early)
+
+
+def _work(run: MultiprecisionRun) -> int:
+    masses = len(run.states[0][0])
+    return (len(run.impacts) + masses**3 // MODES_PER_IMPACT) * (run.bits + IMPACT_BITS)
+
+
+def resolve_grid(
+    oscillator: Oscillator,
+    omega: Floats,
+    clearance: Floats,
+    task: Settling,
+    sensitive: Booleans,
+    codes: Integers,
+    figures: Floats,
+) -> Booleans:
+    """Replace the motions of sensitive trajectories that can be decided. Returns which these are, shape (n, m, s).
+
+    Parameters
+    ----------
+    omega, clearance, task
+        As in `settling.settle_grid`; not a sweep.
+    sensitive : (n, m, s)
+    codes, figures : (CODES, n, m, s), (FIGURES, n, m, s)
+        The results of `settling.settle_grid`, changed in place.
+    """
+    starts = np.zeros((1, 2, oscillator.size)) if task.starts is None else task.starts
+    resolved = np.zeros(sensitive.shape, dtype=np.bool_)
+    for i in np.flatnonzero(sensitive.any(axis=(0, 2))).tolist():
+        w = float(omega[i])
+        resolver = Resolver(oscillator, w, task.max_periods, task.max_period)
+        for row, start in np.argwhere(sensitive[:, i]).tolist():
+            b = float(clearance[row])
+            found = resolver.resolve(b, b * (starts[start] * np.array([1.0, w])[:, None]))
+            if not found.reason:
+                place = row, i, start
+                resolved[place] = True
+                codes[(_OF_MOTION, *place)] = found.codes[list(_OF_MOTION)]
+                figures[(_FIGURES_OF_MOTION, *place)] = found.figures[_FIGURES_OF_MOTION]
+    return resolved

@@ -1,0 +1,214 @@
+"""Points whose motion double precision does not decide, against exact runs by code that shares nothing with these."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from resolved_points import exact_label, label, late_point, resolved_point
+from swift_oracle import SwiftOracle
+from verified_points import Point
+
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps import unfolding
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.sensitive_points import Resolver, resolution, resolve_grid
+from grazemap_core.maps.settling import Settling, settle_grid
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.multiprecision import Impact, MultiprecisionRun, same_impacts
+
+CHAOTIC = Oscillator.create(
+    [3.6716448818791587], [0.5817396920408142], [0.06904996083147477], [0.7754822078311886], 0.99
+)
+OMEGA, CLEARANCE = 0.8902137294606929, 0.17161008122237378
+EXACT = Point(CHAOTIC, OMEGA, CLEARANCE, 3, 4, 4, False, 326, 0.0, 0.0)
+
+CHAINS = [
+    (CHAOTIC, OMEGA, CLEARANCE, [[0.1], [-0.3]], 0.5),
+    (
+        Oscillator.create([1.0, 2.5, 0.7], [1.0, 3.0, 2.0], [0.05, 0.3, 0.01], [1.0, 0.0, -0.5], 0.95),
+        0.7,
+        0.6,
+        None,
+        0.0,
+    ),
+    # overdamped; light damping in SI
+    (Oscillator.create([1.0, 0.5], [1.0, 0.6], [0.2, 1.9], [2.0, 1.0], 0.8), 0.9, 0.2, [[-0.2, 0.1], [0.4, 0.0]], -1.0),
+    (Oscillator.create([2.0], [800.0], [0.5], [10.0], 0.9, "SI"), 18.0, 0.03, None, 2.0),
+    (Oscillator.create([1.0, 2.0], [1.0, 4.0], 0.03, [1.0, 0.3], 0.9), 0.8, 0.5, None, 0.0),
+]
+
+
+@pytest.mark.parametrize(("oscillator", "omega", "clearance", "state", "phase"), CHAINS)
+def test_impacts_are_those_of_the_series_of_the_equations(oscillator, omega, clearance, state, phase):
+    """Damping per link and proportional, overdamped, from any state and phase."""
+    start = np.zeros((2, oscillator.size)) if state is None else np.array(state)
+    run = MultiprecisionRun(oscillator, omega, clearance, start, phase, 192)
+    run.run(12)
+    initial = {"displacement": start[0].tolist(), "velocity": start[1].tolist(), "phase": phase}
+    series = SwiftOracle.of(oscillator, omega, clearance, digits=57, **initial)
+    series.run(10_000, 12 * run.period)
+    count = len(run.impacts)
+    assert count > 10
+    assert [impact.stop for impact in run.impacts] == series.stops[:count]
+    late = [abs(float(impact.time - time)) for impact, time in zip(run.impacts, series.times[:count], strict=True)]
+    assert max(late) < 1e-25 * run.period
+    assert series.times[count:] == [] or series.times[count] > 12 * run.period
+    place, velocity = series.state_at(12 * run.period)
+    if len(series.times) == count:
+        apart = np.array([[float(x) for x in place], [float(v) for v in velocity]]) - run.states[12]
+        assert np.abs(apart).max() < 1e-12 * np.abs(run.states[12]).max()
+
+
+@pytest.mark.parametrize("faster", [1e-9, 2.0**-44, 2.0**-52])
+@pytest.mark.parametrize("stop", [1, -1])
+def test_a_contact_that_double_precision_does_not_resolve_is_decided(faster, stop):
+    """An undamped free mass from the middle reaches the stop with a velocity of 1, and misses it with a smaller one."""
+    oscillator = Oscillator.create([1.0], [1.0], 0.0, [0.0], 0.9)
+    for velocity, impacts in ((1.0 + faster, 1), (1.0 - faster, 0)):
+        run = MultiprecisionRun(oscillator, 4.0, 1.0, np.array([[0.0], [stop * velocity]]), 0.0, 256)
+        run.run(1)
+        assert len(run.impacts) == impacts
+        assert not run.ended
+        if impacts:
+            assert run.impacts[0].stop == stop
+            assert float(run.impacts[0].time) == pytest.approx(np.arcsin(1.0 / velocity), rel=1e-7)
+
+
+def test_the_exact_motion_is_found_where_double_precision_finds_another():
+    found = unfolding_map_tile(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE]))
+    assert [found[name][0, 0] for name in ("period", "impacts_right", "impacts_left")] != [3, 4, 4]
+    resolved, reason, bits = resolved_point(EXACT)
+    assert not reason
+    assert label(resolved) == label(EXACT) == exact_label(resolved, bits)
+    assert bits >= 512
+
+
+@pytest.mark.parametrize("seed", [101, 102])
+def test_points_after_long_transients_are_resolved_as_exactly(seed):
+    point, _, _ = late_point(seed)
+    resolved, reason, bits = resolved_point(point)
+    assert not reason
+    assert exact_label(resolved, bits) == label(resolved)
+
+
+def test_only_the_sensitive_trajectories_of_a_grid_are_replaced():
+    omega, clearance = np.array([0.5, OMEGA]), np.array([CLEARANCE, 1.1 * CLEARANCE])
+    task = Settling(1000, 32)
+    before = settle_grid(CHAOTIC, omega, clearance, task)
+    codes, figures = (part.copy() for part in before)
+    sensitive = np.zeros((2, 2, 1), dtype=bool)
+    sensitive[0, 1, 0] = True
+    resolved = resolve_grid(CHAOTIC, omega, clearance, task, sensitive, codes, figures)
+    np.testing.assert_array_equal(resolved, sensitive)
+    for after, was in zip((codes, figures), before, strict=True):
+        np.testing.assert_array_equal(after[:, ~sensitive], was[:, ~sensitive])
+    names = (lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.UNVERIFIED)
+    assert [codes[name, 0, 1, 0] for name in names] == [3, 4, 4, RESOLVED]
+    assert figures[lane_state.MULTIPLIER, 0, 1, 0] == pytest.approx(0.619644, abs=1e-6)
+    assert codes[lane_state.HALVES_RUN, 0, 1, 0] == before[0][lane_state.HALVES_RUN, 0, 1, 0]
+
+
+@pytest.fixture
+def all_sensitive(monkeypatch):
+    """Planted: every trajectory of a map counts as sensitive."""
+
+    def planted(*arguments):
+        codes, figures = settle_grid(*arguments)
+        codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
+        return codes, figures
+
+    monkeypatch.setattr(unfolding, "settle_grid", planted)
+
+
+def test_a_map_has_the_motions_of_its_resolved_points(all_sensitive):
+    grid = np.array([OMEGA]), np.array([CLEARANCE])
+    before, after = (unfolding_map_tile(CHAOTIC, *grid, resolve_sensitive=wanted) for wanted in (False, True))
+    assert before["reason"] == ROUNDING_DECIDES
+    assert not before["verified"]
+    assert after.keys() == before.keys() | {"resolved"}
+    assert after["resolved"]
+    assert after["verified"]
+    assert after["reason"] == RESOLVED
+    assert [after[name][0, 0] for name in ("period", "impacts_right", "impacts_left")] == [3, 4, 4]
+
+
+def test_the_trajectories_of_an_ensemble_are_resolved_before_the_most_frequent_motion_is_chosen(all_sensitive):
+    grid, settings = (np.array([1.4]), np.array([CLEARANCE])), {"policy": "ensemble", "initial_conditions": 3}
+    found = unfolding_map_tile(CHAOTIC, *grid, **settings, resolve_sensitive=True)
+    assert found["resolved"]
+    assert found["verified"]
+    assert found["share"] >= 1 / 3
+
+
+def test_chatter_and_slow_transients_are_undecided():
+    sticks = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.2)
+    assert Resolver(sticks, 0.4).resolve(0.3, np.zeros((2, 1))).reason == "mass 1 comes to rest on a stop"
+    late = Resolver(CHAOTIC, OMEGA, max_periods=20).resolve(CLEARANCE, np.zeros((2, 1)))
+    assert late.reason == "not captured within the periods simulated"
+    assert len(late.codes) == 0
+
+
+def test_a_steady_motion_that_cancels_is_undecided():
+    beside = Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.95)
+    found = Resolver(beside, 1.0 + 2.0**-40).resolve(1.0, np.zeros((2, 1)))
+    assert found.reason == "double precision does not locate the contacts, as near an undamped resonance"
+    assert not MultiprecisionRun(beside, 1.01, 1.0, np.zeros((2, 1)), 0.0, 128).ended
+
+
+@pytest.mark.parametrize("velocity", [0.0, 0.5])
+def test_a_start_against_a_stop_is_undecided(velocity):
+    found = Resolver(CHAOTIC, OMEGA).resolve(CLEARANCE, np.array([[CLEARANCE], [velocity]]))
+    assert found.reason == "mass 1 starts on a stop"
+
+
+def test_runs_that_never_have_the_same_impacts_end():
+    """Planted: every run has another impact, so that no number of bits suffices."""
+
+    class Planted:
+        def __init__(self, bits: int) -> None:
+            self.bits, self.period, self.ended, self.states = bits, 1.0, "", [np.zeros((2, 1))]
+            self.impacts = [Impact(1, 1.0 / bits)]
+
+        def run(self, periods: int) -> None:
+            pass
+
+    assert resolution(Planted, None, 16).reason == "the limit of the work is reached"
+
+
+def test_runs_with_different_impacts_decide_nothing():
+    """Planted: an impact is late by 2^-8 periods in 128 bits, by half as many digits in twice as many bits."""
+
+    class Planted:
+        def __init__(self, bits: int) -> None:
+            self.bits, self.period, self.ended, self.states = bits, 1.0, "", [np.zeros((2, 1))] * 100
+            self.impacts = [Impact(1, 2.0 ** (-bits // 16))]
+
+        def run(self, periods: int) -> None:
+            pass
+
+    def captured(states):
+        codes = np.zeros((len(states), lane_state.CODES), dtype=np.int64)
+        codes[:, lane_state.PERIOD] = 1
+        return codes, np.zeros((len(states), lane_state.FIGURES))
+
+    assert resolution(Planted, captured, 16).bits == 2048
+    assert same_impacts(Planted(1024), Planted(2048))
+    assert not same_impacts(Planted(512), Planted(1024))
+    other = Planted(2048)
+    other.impacts = [Impact(-1, other.impacts[0].time)]
+    assert not same_impacts(Planted(2048), other)
+
+
+def test_a_sweep_is_not_resolved_nor_without_python_flint(monkeypatch):
+    grid = np.array([0.29]), np.array([1.6])
+    with pytest.raises(ParameterError, match="sweep"):
+        unfolding_map_tile(CHAOTIC, *grid, policy="sweep-up", resolve_sensitive=True)
+    monkeypatch.delitem(sys.modules, "grazemap_core.maps.sensitive_points")
+    monkeypatch.delitem(sys.modules, "grazemap_core.simulation.multiprecision")
+    monkeypatch.setitem(sys.modules, "flint", None)
+    with pytest.raises(ParameterError, match=r"resolve_sensitive: .*grazemap\[proofs\]"):
+        unfolding_map_tile(CHAOTIC, *grid, resolve_sensitive=True)

@@ -1,0 +1,150 @@
+"""Points after long transients, resolved and run once more exactly: `python resolved_points.py POINTS [PROCESSES]`.
+
+Maps of random chains with R = 0.9 to 0.999 are searched for periodic motions that settle late: many of these transients
+are chaotic, and double precision does not decide where they go. `sensitive_points` does, and every point that it
+decides is compared with a run of `swift_oracle`, which shares nothing with it: from rest, with as many digits as the
+less precise of the two runs that decided it, until the impacts repeat. The label is read off these impacts alone. Here
+a motion and its mirror image are two answers.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import Counter
+from dataclasses import replace
+from multiprocessing import get_context
+from typing import NamedTuple
+
+import numpy as np
+from random_chains import random_oscillator
+from swift_oracle import SwiftOracle
+from verified_points import DIGITS, Point, impacts_in_digits, label_of
+
+from grazemap_core.grazing.curve import grazing_curve
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.sensitive_points import Resolver
+from grazemap_core.maps.unfolding import unfolding_map_tile
+
+COLUMN = 48  # points of a map in which late motions are sought
+LATE = 100  # forcing periods after which a motion settles late
+MAX_PERIODS = 400
+QUIET = 8  # forcing periods without an impact after which none comes
+MOST_IMPACTS = 20_000  # of an exact run
+DECIDED = "decided"
+LEAST_SHARE = 0.95  # of points that are decided
+
+Label = tuple[int, int, int, bool]
+
+
+class Outcome(NamedTuple):
+    """Of one point: its label in the map and whether it counts there, the resolved label, and the exact one."""
+
+    point: Point
+    verified: bool
+    sensitive: bool
+    reason: str
+    resolved: Label | None
+    exact: Label | None
+    bits: int
+    seconds: float
+
+
+def late_point(seed: int) -> tuple[Point, bool, bool]:
+    """A point of a random chain's map that is named late; whether it is verified, and whether it is sensitive."""
+    rng = np.random.default_rng(seed)
+    while True:
+        oscillator = random_oscillator(rng, int(rng.integers(1, 4)), bool(rng.integers(2)))
+        oscillator = replace(oscillator, restitution=float(rng.uniform(0.9, 0.999)))
+        omega = float(rng.uniform(0.3, 1.5))
+        amplitude = float(grazing_curve(oscillator, np.array([omega]), max_order=1).clearance[0])
+        clearances = amplitude * np.sort(rng.uniform(0.2, 1.02, COLUMN))
+        tile = unfolding_map_tile(oscillator, np.array([omega]), clearances, MAX_PERIODS)
+        column = {name: values[:, 0] for name, values in tile.items()}
+        sensitive = column.get("sensitive", np.zeros(COLUMN, dtype=bool))
+        late = np.flatnonzero((column["verified"] | sensitive) & (column["settled_after"] >= LATE))
+        if len(late):
+            i = int(rng.choice(late))
+            found = {name: values[i].item() for name, values in column.items()}
+            right, left = (max(found[name], 0) for name in ("impacts_right", "impacts_left"))
+            named = found["period"], right, left, found["symmetric"], found["settled_after"]
+            figures = found["least_impact_velocity"], found["multiplier"]
+            return Point(oscillator, omega, float(clearances[i]), *named, *figures), found["verified"], sensitive[i]
+
+
+def resolved_point(point: Point) -> tuple[Point | None, str, int]:
+    """The point with the motion that multi-precision arithmetic decides, or why it does not; and the bits."""
+    found = Resolver(point.oscillator, point.omega, MAX_PERIODS).resolve(
+        point.clearance, np.zeros((2, point.oscillator.size))
+    )
+    if found.reason:
+        return None, found.reason, found.bits
+    codes, figures = found.codes, found.figures
+    names = lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT
+    period, right, left = (max(int(codes[name]), 0) for name in names)
+    numbers = float(figures[lane_state.LEAST_VELOCITY]), float(figures[lane_state.MULTIPLIER])
+    settled_after = int(codes[lane_state.SETTLED_AFTER])
+    decided = point._replace(
+        period=period, right=right, left=left, symmetric=bool(codes[lane_state.SYMMETRIC]), settled_after=settled_after
+    )
+    return decided._replace(least_velocity=numbers[0], multiplier=numbers[1]), "", found.bits
+
+
+def exact_label(point: Point, bits: int) -> Label | None:
+    """The label of a run in as many digits as the less precise run with `bits` bits at most had."""
+    digits = max(DIGITS, round(0.5 * bits * np.log10(2.0)))
+    if point.right + point.left == 0:
+        run = SwiftOracle.of(point.oscillator, point.omega, point.clearance, digits=digits)
+        length = 2.0 * np.pi / point.omega
+        run.run(MOST_IMPACTS, (point.settled_after + QUIET) * length)
+        return (1, 0, 0, True) if not run.times or run.times[-1] < point.settled_after * length else None
+    impacts = impacts_in_digits(point, digits, MOST_IMPACTS)
+    return None if impacts is None else label_of(impacts, point.period)
+
+
+def label(point: Point) -> Label:
+    """What an exact label is compared with."""
+    return point.period, point.right, point.left, point.symmetric
+
+
+def outcome_of(seed: int) -> Outcome:
+    """Find a point, resolve it, and run it exactly."""
+    point, verified, sensitive = late_point(seed)
+    began = time.process_time()
+    decided, reason, bits = resolved_point(point)
+    seconds = time.process_time() - began
+    if decided is None:
+        return Outcome(point, verified, sensitive, reason, None, None, bits, seconds)
+    return Outcome(point, verified, sensitive, "", label(decided), exact_label(decided, bits), bits, seconds)
+
+
+def main(points: int, processes: int) -> int:
+    """Print the counts, and return whether a label is wrong or too few are decided."""
+    with get_context("spawn").Pool(processes) as pool:
+        outcomes: list[Outcome] = []
+        for one in pool.imap_unordered(outcome_of, range(points)):
+            outcomes.append(one)
+            if one.resolved != one.exact:
+                print(f"decided {one.resolved}, exactly {one.exact}: {one}", flush=True)
+            elif one.verified and one.resolved not in (None, label(one.point)):
+                print(f"verified {label(one.point)}, exactly {one.exact}: {one}", flush=True)
+            if len(outcomes) % 20 == 0:
+                counts = dict(Counter(outcome.reason or DECIDED for outcome in outcomes))
+                print(f"{len(outcomes)} of {points}: {counts}", flush=True)
+    decided = [one for one in outcomes if one.resolved is not None]
+    wrong = sum(one.resolved != one.exact for one in decided)
+    wrong_verified = sum(one.verified and label(one.point) != one.resolved for one in decided)
+    print(f"{len(outcomes)} points that settle after {LATE} to {MAX_PERIODS} periods")
+    print(f"{sum(one.verified for one in outcomes)} verified, {wrong_verified} of them wrong")
+    print(f"{sum(one.sensitive for one in outcomes)} sensitive")
+    print(f"{len(decided)} decided, {len(decided) - wrong} of them as exactly; undecided:")
+    for reason, number in Counter(one.reason for one in outcomes if one.reason).items():
+        print(f"  {number}: {reason}")
+    seconds = [one.seconds for one in outcomes]
+    print(f"seconds a point: mean {np.mean(seconds):.1f}, median {np.median(seconds):.1f}, most {np.max(seconds):.1f}")
+    print(f"bits: {dict(sorted(Counter(one.bits for one in decided).items()))}")
+    return wrong + wrong_verified + (len(decided) < LEAST_SHARE * len(outcomes))
+
+
+if __name__ == "__main__":
+    sys.exit(1 if main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2) else 0)
