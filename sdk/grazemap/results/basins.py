@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted
-from grazemap.results.records import FloatArray, IntArray, MotionShare, Verifiable, described
+from grazemap.results.records import ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable, described
 from grazemap.schema.basins import ATTRACTOR
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ class Basins(Result):
     lyapunov: FloatArray
     reason: IntArray
     reasons: tuple[str, ...]
+    chance_to_settle: ChanceToSettle | None = None
 
     @property
     def unresolved(self) -> float:
@@ -86,4 +87,5 @@ class Basins(Result):
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
-        return f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
+        said = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
+        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"

@@ -14,7 +14,7 @@ from grazemap.colours import colours_of_map
 from grazemap.results.base import Result, counted, outside
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
+from grazemap.results.records import RECORDS, BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.schema.motions import motions_of
 from grazemap.wire import motion_label
@@ -83,6 +83,7 @@ class UnfoldingMap(Verifiable, Result):
     share: FloatArray | None = None
     motions_found: IntArray | None = None
     computed: BoolArray | None = None
+    chance_to_settle: ChanceToSettle | None = None
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
@@ -236,7 +237,8 @@ class UnfoldingMap(Verifiable, Result):
         share = self.verified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         preview = ", a preview" if self.preview else ""
-        return f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{preview}"
+        said = f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{preview}"
+        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"
 
 
 def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
