@@ -141,6 +141,7 @@ def test_a_torus_is_distinguished_from_chaos_and_stays_quasi_periodic(numbers: t
     assert short.kind == long.kind == "quasi-periodic"
     assert abs(long.first_weighted) < 1e-8  # zero, since the forcing is one clock and the torus has another
     assert short.second == pytest.approx(long.second, abs=5.0 * (short.second_error + long.second_error))
+    assert abs(short.first) < short.first_error
 
 
 @pytest.mark.parametrize("numbers", SPIRALS)
@@ -150,12 +151,13 @@ def test_a_slow_spiral_is_no_torus(numbers: tuple) -> None:  # type: ignore[type
     assert lyapunov_exponents(oscillator, *numbers[5:], periods=20_000, transient_periods=400).first_weighted < -1e-5
 
 
-@pytest.mark.parametrize(("memory", "least"), [(0.0, 0.9965), (0.9, 0.99)])
+@pytest.mark.parametrize(("memory", "least"), [(0.0, 0.998), (0.9, 0.99)])
 def test_a_series_with_memory_is_within_three_standard_errors(memory: float, least: float) -> None:
-    # 99.73 % without memory; with memory of a quarter of a window neighbouring windows still depend on each other
+    # with memory of a quarter of a window neighbouring windows depend on each other
     series = lfilter([1.0], [1.0, -memory], np.random.default_rng(3).normal(size=(4000, 600)), axis=1)[:, 100:]
-    off = np.abs(series.mean(axis=1)) / [standard_error(one.copy(), 500) for one in series]
-    assert least < np.mean(off < 3.0) < 0.999
+    means, errors = series.mean(axis=1), np.array([standard_error(one.copy(), 500) for one in series])
+    assert least < np.mean(np.abs(means) < 3.0 * errors)
+    assert np.median(errors) < 1.3 * np.std(means)
 
 
 def test_the_factor_of_the_standard_error_is_students() -> None:

@@ -123,6 +123,12 @@ def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
     assert compared >= 5
 
 
+def test_a_torus_is_not_chaotic_where_the_growth_of_all_windows_is_the_same() -> None:
+    found = unfolding_map_tile(DEFAULT, np.array([0.2860869565217391]), np.array([1.5010443864229766]))
+    assert found["kind"][0, 0] != CHAOTIC
+    assert abs(found["lyapunov"][0, 0]) < found["lyapunov_error"][0, 0]
+
+
 @pytest.mark.parametrize("numbers", TORI)
 def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[type-arg]
     oscillator, omega, clearance = Oscillator.create(*numbers[:5]), numbers[5], numbers[6]

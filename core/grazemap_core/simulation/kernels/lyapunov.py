@@ -239,28 +239,37 @@ def run_growth(
 
 
 @kernel
+def _error_of_independent(values: Floats, count: int) -> float:
+    """Return the standard error of the mean of the first `count` values, as if they were independent."""
+    mean = 0.0
+    for i in range(count):
+        mean += values[i] / count
+    square = 0.0
+    for i in range(count):
+        square += (values[i] - mean) ** 2
+    return math.sqrt(square / (count - 1.0) / count)
+
+
+@kernel
 def standard_error(values: Floats, count: int) -> float:
     """Return the standard error of the mean of the first `count` values of a time series; overwrites them.
 
     It is that of the mean of EXPONENT_WINDOWS means over consecutive windows of equal length, at the end of the series,
-    times EXPONENT_STUDENT. Infinite if a window has fewer than SHORTEST_WINDOW values.
+    times EXPONENT_STUDENT; or that of independent values, if this is larger: the windows of a bounded sum may agree to
+    far less than the error c/count of its mean. Infinite if a window has fewer than SHORTEST_WINDOW values.
     """
     windows = tolerances.EXPONENT_WINDOWS
     length = count // windows
     if length < tolerances.SHORTEST_WINDOW:
         return np.inf
+    independent = _error_of_independent(values, count)
     first = count - windows * length
-    mean = 0.0
     for window in range(windows):
         total = 0.0
         for i in range(first + window * length, first + (window + 1) * length):
             total += values[i]
         values[window] = total / length
-        mean += values[window] / windows
-    square = 0.0
-    for window in range(windows):
-        square += (values[window] - mean) ** 2
-    return tolerances.EXPONENT_STUDENT * math.sqrt(square / (windows - 1.0) / windows)
+    return max(tolerances.EXPONENT_STUDENT * _error_of_independent(values, windows), independent)
 
 
 @kernel
