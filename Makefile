@@ -129,6 +129,11 @@ beside-borders: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 beside-borders: $(STAMP)  ## verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
 	$(BIN)/python tests/beside_borders.py 300 300
 
+chaotic-transients: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+chaotic-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+chaotic-transients: $(STAMP)  ## chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
+	$(BIN)/python tests/chaotic_transients.py 300
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

@@ -32,6 +32,7 @@ TARGETS = (
     "verify",
     "resonance",
     "beside-borders",
+    "chaotic-transients",
     "proofs",
     "borders",
     "reproduce",

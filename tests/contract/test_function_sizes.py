@@ -22,6 +22,7 @@ MORE_ARGUMENTS = {
     "simulation.trajectories.trajectories": (9, KEYWORDS + "; those of `trajectory`"),
     "maps.unfolding.unfolding_map_tile": (10, KEYWORDS),
     "maps.basins.basin_tile": (10, KEYWORDS),
+    "maps.chaotic_transients.chance_in_basins": (11, KEYWORDS + "; those of `basin_tile`"),
 }
 """By function: the number of its arguments, and why it may have so many."""
 

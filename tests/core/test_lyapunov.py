@@ -5,6 +5,9 @@ import math
 import numpy as np
 import pytest
 from chaos_oracle import ChaosOracle
+from scipy.signal import lfilter
+from scipy.stats import norm
+from scipy.stats import t as student
 from tori import TORI
 
 from grazemap_core.contact.kernels.half_period import run_half
@@ -15,6 +18,7 @@ from grazemap_core.simulation.kernels.lyapunov import orthonormalise, standard_e
 from grazemap_core.simulation.linearised_run import linearised_run
 from grazemap_core.simulation.lyapunov import lyapunov_exponents
 from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.tolerances import EXPONENT_STUDENT, EXPONENT_WINDOWS, SHORTEST_WINDOW
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
@@ -37,6 +41,8 @@ def test_on_a_periodic_point_the_exponent_is_that_of_its_multiplier() -> None:
     assert (point.period, point.closing < 1e-13) == (1, True)
     found = lyapunov_exponents(DEFAULT, 0.29, 1.6, *start, periods=4000, transient_periods=200)
     assert found.first_weighted == pytest.approx(point.exponent, abs=1e-9)
+    np.testing.assert_allclose(found.final.displacement, point.displacement, atol=1e-10)
+    np.testing.assert_allclose(found.final.velocity, point.velocity, atol=1e-10)
     # the plain mean only as c over the number of periods, with the c of where the columns began
     bare = lyapunov_exponents(DEFAULT, 0.29, 1.6, *start, periods=4000, transient_periods=0)
     away = np.abs(bare.running - point.exponent) * np.arange(1, 4001) * point.time
@@ -135,6 +141,7 @@ def test_a_torus_is_distinguished_from_chaos_and_stays_quasi_periodic(numbers: t
     assert short.kind == long.kind == "quasi-periodic"
     assert abs(long.first_weighted) < 1e-8  # zero, since the forcing is one clock and the torus has another
     assert short.second == pytest.approx(long.second, abs=5.0 * (short.second_error + long.second_error))
+    assert abs(short.first) < short.first_error
 
 
 @pytest.mark.parametrize("numbers", SPIRALS)
@@ -144,18 +151,24 @@ def test_a_slow_spiral_is_no_torus(numbers: tuple) -> None:  # type: ignore[type
     assert lyapunov_exponents(oscillator, *numbers[5:], periods=20_000, transient_periods=400).first_weighted < -1e-5
 
 
-def test_the_standard_error_of_a_series_with_memory() -> None:
-    rng = np.random.default_rng(3)
-    for memory in (0.0, 0.9):
-        noise = rng.normal(size=2**16)
-        series = np.empty(2**16)
-        value = 0.0
-        for i, step in enumerate(noise):
-            value = memory * value + step
-            series[i] = value
-        exact = 1.0 / (1.0 - memory) / 2**8
-        assert 0.85 * exact < standard_error(series.copy(), 2**16) < 1.6 * exact
-    assert standard_error(np.zeros(31), 31) == np.inf
+@pytest.mark.parametrize(("memory", "least"), [(0.0, 0.998), (0.9, 0.99)])
+def test_a_series_with_memory_is_within_three_standard_errors(memory: float, least: float) -> None:
+    # with memory of a quarter of a window neighbouring windows depend on each other
+    series = lfilter([1.0], [1.0, -memory], np.random.default_rng(3).normal(size=(4000, 600)), axis=1)[:, 100:]
+    means, errors = series.mean(axis=1), np.array([standard_error(one.copy(), 500) for one in series])
+    assert least < np.mean(np.abs(means) < 3.0 * errors)
+    assert np.median(errors) < 1.3 * np.std(means)
+
+
+def test_the_factor_of_the_standard_error_is_students() -> None:
+    expected = student.ppf(norm.cdf(3.0), EXPONENT_WINDOWS - 1) / 3.0
+    assert expected == pytest.approx(EXPONENT_STUDENT, abs=1e-5)
+
+
+def test_windows_of_too_few_periods_have_no_standard_error() -> None:
+    fewest = EXPONENT_WINDOWS * SHORTEST_WINDOW
+    assert standard_error(np.zeros(fewest - 1), fewest - 1) == np.inf
+    assert standard_error(np.zeros(fewest), fewest) == 0.0
 
 
 def test_columns_become_orthonormal_in_the_energy_norm() -> None:
@@ -174,4 +187,4 @@ def test_columns_become_orthonormal_in_the_energy_norm() -> None:
 
 def test_too_few_periods_for_an_error_bar_are_refused() -> None:
     with pytest.raises(ParameterError, match="periods"):
-        lyapunov_exponents(DEFAULT, 0.29, 1.6, periods=31)
+        lyapunov_exponents(DEFAULT, 0.29, 1.6, periods=35)

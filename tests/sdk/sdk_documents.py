@@ -83,6 +83,18 @@ POINTS: list[dict[str, Any]] = [
 ]
 
 
+CHANCE: dict[str, Any] = {
+    "watched": 1000,
+    "run_on": 10_000,
+    "chaotic": 5,
+    "sampled": 4,
+    "settled": 1,
+    "chance": 0.25,
+    "low": 0.0063,
+    "high": 0.8059,
+}
+"""The chance of chaotic motions to settle, in results that have such motions."""
+
 MANY = "trajectories of many"
 """The process trajectories asked with a list of states."""
 MOTIONS = "bifurcation-curves of motions"
@@ -424,6 +436,7 @@ def _basins() -> dict[str, Any]:
         "lyapunov": np.array([[-0.7, -0.7, -0.7], [0.1, np.nan, -0.7]]),
         "reason": np.array([[0, 0, 0], [0, 1, 0]], dtype=np.int8),
         "reasons": np.array(["", "not closed"]),
+        "chance_to_settle": CHANCE,
     }
 
 

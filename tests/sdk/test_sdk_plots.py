@@ -3,6 +3,7 @@
 import itertools
 import json
 import pickle
+from copy import deepcopy
 from dataclasses import replace
 from importlib.resources import files
 from types import SimpleNamespace
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from coloraide import Color
 from matplotlib import pyplot
-from sdk_documents import ADAPTIVE, DRAWN, MANY, POINTS, document, npz
+from sdk_documents import ADAPTIVE, CHANCE, DRAWN, MANY, POINTS, document, npz
 
 from grazemap import Oscillator, engineering_units
 from grazemap.plots import palette, save_picture, unfolding
@@ -367,13 +368,26 @@ def test_basins_show_twins_in_two_shades_and_what_is_unresolved():
     assert legend(ax) == [
         "1-$2_r$-$1_l$ (50.0%)",
         "1-$2_r$-$1_l$, 2 (16.7%)",
-        "chaotic (16.7%)",
+        "chaotic (16.7%)\n1 of 4 settle within 10000 periods",
         "unresolved (16.7%)",
     ]
     colours = [line.get_color() for line in ax.lines]
     assert len(set(colours)) == 4
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("initial displacement $x_{1}$", "initial velocity $v_{2}$")
     assert ax.get_xlim() == (-1.5, 1.5)
+
+
+def test_legends_have_the_chance_of_chaos_to_settle():
+    chaotic = {"kinds": np.array(["chaotic", "periodic"]), "chance_to_settle": CHANCE}
+    said = "\n1 of 4 settle within 10000 periods"
+    umap = decode_result(npz("unfolding-maps", chaotic))
+    assert [text.endswith(said) for text in legend(umap.plot()) if said in text or "chaotic" in text] == [True]
+    sections = deepcopy(document("bifurcation-diagrams")["sections"])
+    sections[1]["motion"]["kind"] = "chaotic"
+    diagram = decode_result(npz("bifurcation-diagrams", {"sections": sections, "chance_to_settle": CHANCE}))
+    assert legend(diagram.plot())[-1] == "chaotic (1 value)" + said
+    # results of an earlier version say nothing
+    assert all("settle" not in text for text in legend(decode_result(npz("unfolding-maps")).plot()))
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,13 @@ import warnings
 
 import numpy as np
 import pytest
-from sdk_documents import ADAPTIVE, MANY, POINTS, REQUESTS, document, npz
+from sdk_documents import ADAPTIVE, CHANCE, MANY, POINTS, REQUESTS, document, npz
 
 import grazemap
 from grazemap.client.methods import ProcessMethods
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
-from grazemap.results import Family, UnfoldingMap, decode_result, load
+from grazemap.results import ChanceToSettle, Family, UnfoldingMap, decode_result, load
 from grazemap.schema.motions import motions_of
 from grazemap.wire import motion_label
 
@@ -220,6 +220,16 @@ def test_basins_have_attractors_with_their_known_properties(tmp_path):
         assert result.unresolved == pytest.approx(1 / 6)
     made = result.to_xarray()
     assert meanings(made["motion"].sel(vertical=0.5)) == ["chaotic", "unresolved", "1-2r-1l"]
+
+
+def test_chaos_has_its_chance_to_settle_and_a_sample_may_be_empty(tmp_path):
+    basins = decode_result(npz("basins"))
+    assert basins.chance_to_settle == ChanceToSettle(**CHANCE)
+    assert "1 of 4 chaotic motions settle within 10000 periods" in str(basins)
+    empty = {**CHANCE, "sampled": 0, "settled": 0, "chance": np.nan, "low": 0.0, "high": 1.0}
+    path = decode_result(npz("basins", {"chance_to_settle": empty})).save(tmp_path / "basins.json")
+    assert json.loads(path.read_text())["chance_to_settle"]["chance"] is None
+    assert np.isnan(load(path).chance_to_settle.chance)
 
 
 def test_a_diagram_has_its_parts_and_the_explanation_of_every_border(tmp_path):

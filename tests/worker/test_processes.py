@@ -391,6 +391,43 @@ def test_any_cut_of_a_map_gives_the_same_bytes() -> None:
     assert uncut["least_impact_velocity"].dtype == np.float64
 
 
+LIGHT = {"masses": [1.0], "stiffnesses": [1.0], "damping": 0.01, "forcing": [1.0], "restitution": 0.9}
+
+
+@pytest.mark.parametrize("policy", ["rest", "sweep-down"])
+def test_a_chaotic_map_has_a_chance_to_settle_that_does_not_depend_on_its_cut(policy: str) -> None:
+    body = {"omega": {"start": 0.7, "stop": 1.5, "points": 6}, "clearance": {"start": 0.2, "stop": 0.6, "points": 4}}
+    request = parse_request("unfolding-maps", {**body, "oscillator": LIGHT, "policy": policy, "max_periods": 100})
+    one, many = (
+        tiled(request, Plan(rows=4, columns=6, tile_rows=4, tile_columns=columns), "unfolding-maps")
+        for columns in (6, 2)
+    )
+    assert encode_npz(one, {}) == encode_npz(many, {})
+    chance = one["chance_to_settle"]
+    chaotic = np.count_nonzero(one["kind"] == one["kinds"].tolist().index("chaotic"))
+    assert (chance["watched"], chance["run_on"], chance["chaotic"]) == (100, 1000, chaotic)
+    assert chance["low"] <= chance["chance"] <= chance["high"]
+
+
+def test_basins_and_diagrams_with_chaos_have_a_chance_to_settle() -> None:
+    chaos = {"oscillator": {**LIGHT, "damping": 0.02, "restitution": 0.8}, "omega": 0.9545}
+    along = {"vary": "clearance", "range": [6.2047, 11.0], "periods": 10, "transient_periods": 90}
+    diagram = whole("bifurcation-diagrams", {**chaos, **along, "policy": "sweep-down"})
+    assert diagram["sections"][0]["motion"]["kind"] == "chaotic"
+    expected = {"watched": 650, "run_on": 6500, "chaotic": 1, "sampled": 1, "settled": 0, "chance": 0.0, "low": 0.0}
+    assert diagram["chance_to_settle"].items() >= expected.items()
+    body = {
+        "clearance": 6.2047,
+        "horizontal": {"quantity": "displacement", "values": [-3.0, 3.0]},
+        "vertical": {"quantity": "velocity", "values": [0.0, 0.1]},
+        "max_periods": 100,
+    }
+    request = parse_request("basins", {**chaos, **body})
+    basins = tiled(request, Plan(rows=2, columns=2, tile_rows=1, tile_columns=2), "basins")
+    assert [attractor["kind"] for attractor in basins["attractors"]] == ["chaotic"]
+    assert (basins["chance_to_settle"]["sampled"], basins["chance_to_settle"]["settled"]) == (4, 0)
+
+
 def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_computed() -> None:
     body = {
         "omega": {"start": 0.272, "stop": 0.29, "points": 40},
@@ -448,7 +485,7 @@ def test_a_preview_has_names_and_no_figures_of_small_changes(adaptive: bool) -> 
     asked = (parse_request("unfolding-maps", {**body, "adaptive": adaptive, "preview": told}) for told in (False, True))
     whole, preview = (tiled(request, PLANNING["unfolding-maps"].plan(request)) for request in asked)
     left_out = {"multiplier", "lyapunov", "lyapunov_error"}
-    assert whole.keys() == preview.keys() | (set() if adaptive else left_out)
+    assert whole.keys() == preview.keys() | {"chance_to_settle"} | (set() if adaptive else left_out)
     if adaptive:
         assert whole["at_computed"].keys() == preview["at_computed"].keys() | left_out
 

@@ -128,8 +128,7 @@ def basin_tile(
     checked_order("max_period", max_period, 1)
     if not np.isfinite(phase):
         raise ParameterError("phase", "must be a finite number")
-    state = _checked_state(oscillator.size, displacement, velocity)
-    scaled = _scaled_states(state, clearance, horizontal, vertical)
+    state, scaled = initial_states(oscillator.size, clearance, horizontal, vertical, displacement, velocity)
     settler = Settler(oscillator, Settling(max_periods, max_period))
     steady = settler.steady(np.array([omega]))[0]
     codes, figures = settler.run(
@@ -141,6 +140,22 @@ def basin_tile(
         "mean_position": figures[MEAN_POSITION].copy(),
         "mean_velocity": figures[MEAN_VELOCITY].copy(),
     }
+
+
+def initial_states(
+    size: int,
+    clearance: float,
+    horizontal: Coordinate,
+    vertical: Coordinate,
+    displacement: ArrayLike | None,
+    velocity: ArrayLike | None,
+) -> tuple[Floats, Floats]:
+    """Return the coordinates that do not vary, (2, N), and the two that do in clearances, (n, m, 2, N).
+
+    Arguments and errors are those of `basin_tile`, for an oscillator of `size` masses.
+    """
+    state = _checked_state(size, displacement, velocity)
+    return state, _scaled_states(state, clearance, horizontal, vertical)
 
 
 def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list[Attractor]]:

@@ -26,7 +26,9 @@ Parameter = Literal["clearance", "omega"]
 PARAMETERS: Final = ("clearance", "omega")
 POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
-"""Forcing periods over which exponents are measured if a trajectory has not closed; a tenth as many precede them."""
+"""Forcing periods over which exponents are measured if a trajectory has not closed."""
+ALIGNING_PERIODS: Final = 50
+"""Forcing periods before these, in which the perturbations align."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,8 @@ class Section:
     motion : Motion
         If the trajectory has not closed, it is chaotic, quasi-periodic or unresolved, as decided by the growth of small
         changes over another EXPONENT_PERIODS.
+    final : State or None
+        Of a motion that is classified so, the state at the end of these periods; None for others.
     """
 
     displacement: Floats
@@ -49,6 +53,7 @@ class Section:
     impact_velocity: Floats
     impact_stop: NDArray[np.int8]
     motion: Motion
+    final: State | None
 
 
 def sections(
@@ -140,20 +145,22 @@ def _follow(
         )
         whole = len(run.time) == periods + 1
         state = run.final if whole and run.final is not None else at_rest
+        motion, final = _named(oscillator, omega, clearance, run) if whole else (run.motion, None)
         yield Section(
             displacement=run.displacement[0, :periods],
             velocity=run.velocity[0, :periods],
             impact_velocity=run.impacts.velocity,
             impact_stop=run.impacts.stop,
-            motion=run.motion if not whole or run.final is None else _named(oscillator, omega, clearance, run),
+            motion=motion,
+            final=final,
         )
 
 
-def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajectory) -> Motion:
-    """Return the motion of a trajectory; if it has not closed, from its exponents."""
+def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajectory) -> tuple[Motion, State | None]:
+    """Return the motion of a trajectory; if it has not closed, from its exponents, with the state at their end."""
     motion, end = run.motion, run.final
     if end is None or motion.reason != REASONS[NOT_CLOSED]:
-        return motion
+        return motion, None
     try:
         exponents = lyapunov_exponents(
             oscillator,
@@ -163,11 +170,11 @@ def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajecto
             end.velocity,
             end.phase,
             periods=EXPONENT_PERIODS,
-            transient_periods=EXPONENT_PERIODS // 10,
+            transient_periods=ALIGNING_PERIODS,
         )
     except LinearisationError:
-        return motion
-    return motion if exponents.kind == "unresolved" else Motion(kind=exponents.kind)
+        return motion, None
+    return (motion if exponents.kind == "unresolved" else Motion(kind=exponents.kind)), exponents.final
 
 
 def _within(state: State, clearance: float) -> State:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import lanes
-from grazemap_core.maps.tolerances import GROWTH_SKIPPED, MOST_GROWTH_PERIODS
+from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
@@ -63,7 +64,8 @@ class Settler:
         self._models = trajectory_models(oscillator)
         self._blocks = _impulse_blocks(self._models.free, task.early)
         self._task = task
-        self._growth_halves = min(task.max_periods, 2 * MOST_GROWTH_PERIODS) if task.linearised else 0
+        growth_periods = min(math.ceil(GROWTH_SHARE * task.max_periods), MOST_GROWTH_PERIODS)
+        self._growth_halves = 2 * growth_periods if task.linearised else 0
         events = RECORDED_IMPACTS if task.linearised or self._blocks.verifiable else 0
         free = self._models.free
         self._masses = (0,) * size

@@ -118,9 +118,24 @@ BORDER_SEARCH_PERIODS: Final = 20_000_000
 """Maximum number of forcing periods, over all random states, of the search for those motions of a map to which neither
 a trajectory from rest nor a neighbour leads: about a minute."""
 
-GROWTH_SKIPPED: Final = 20
-"""The first tenth of the half periods in which growth is measured does not count: twice the integer part of their
+GROWTH_SHARE: Final = 0.75
+"""Share of a trajectory's maximum number of forcing periods, at its end, in which the growth of changes is measured.
+Trajectories that settle in the first quarter, which are most of them, have no such cost."""
+
+GROWTH_SKIPPED: Final = 30
+"""The first fifteenth of the half periods in which growth is measured does not count: twice the integer part of their
 number over this."""
 
 MOST_GROWTH_PERIODS: Final = 2000
 """Maximum number of forcing periods over which the growth of changes is measured."""
+
+RUN_ON: Final = 10
+"""Factor on the maximum number of forcing periods of a trajectory, for the sample of the chaotic ones that is run on to
+see how many of them settle."""
+
+RUN_ON_SAMPLE: Final = 20
+"""Maximum number of chaotic trajectories in that sample. They take 3 % of the time of a map of 512 x 512 points at a
+codimension-two point; the sample does not grow with a map."""
+
+RUN_ON_PERIODS: Final = 5_000_000
+"""Number of forcing periods that the sample does not exceed, unless it is a single trajectory: about a minute."""

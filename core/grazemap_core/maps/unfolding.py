@@ -47,7 +47,7 @@ def unfolding_map_tile(
     omega : (m,), clearance : (n,)
         The grid, in the oscillator's units; both > 0, clearance increasing.
     max_periods : int
-        Maximum number of forcing periods of a trajectory. In the second half of them, or in the last
+        Maximum number of forcing periods of a trajectory. In the last GROWTH_SHARE of them, or in the last
         MOST_GROWTH_PERIODS if these are fewer, the growth of small changes is measured, which identifies chaotic and
         quasi-periodic motions.
     max_period : int
@@ -78,12 +78,13 @@ def unfolding_map_tile(
         complete chatter; all 0 unless periodic), symmetric (bool), sticking (bool: mass 1 rests on a stop some time in
         the period), multiplier (float64: largest modulus over one motion period; NaN unless periodic), lyapunov
         (float64: largest exponent per forcing period, for a periodic motion from its multiplier; NaN where it was not
-        computed), lyapunov_error (float64: standard error of an exponent that was measured along the trajectory, NaN
-        for others), least_impact_velocity (float64; 0 with complete chatter, NaN without impacts or unless periodic),
-        settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble also share (float64: fraction of the
-        initial states that lead to this motion or its mirror image) and motions_found (int32: number of different
-        motions that are not unresolved). A preview has no multiplier, lyapunov and lyapunov_error. With
-        resolve_sensitive also resolved (bool: the motion was decided in multi-precision arithmetic).
+        computed), lyapunov_error (float64: standard error of an exponent that was measured along the trajectory, from
+        its spread between windows, NaN for others), least_impact_velocity (float64; 0 with complete chatter, NaN
+        without impacts or unless periodic), settled_after (int32 forcing periods; -1 unless periodic). Of an ensemble
+        also share (float64: fraction of the initial states that lead to this motion or its mirror image) and
+        motions_found (int32: number of different motions that are not unresolved). A preview has no multiplier,
+        lyapunov and lyapunov_error. With resolve_sensitive also resolved (bool: the motion was decided in
+        multi-precision arithmetic).
 
     Raises
     ------

@@ -20,8 +20,8 @@ from grazemap_core.simulation.kernels.lyapunov import (
     weighted_exponent,
 )
 from grazemap_core.simulation.linearised_run import linearised_run
-from grazemap_core.simulation.start import longer_record
-from grazemap_core.simulation.tolerances import EXPONENT_BLOCKS
+from grazemap_core.simulation.start import State, longer_record
+from grazemap_core.simulation.tolerances import EXPONENT_WINDOWS, SHORTEST_WINDOW
 
 KINDS_BY_EXPONENT: Final = {GROWTH_UNDECIDED: "unresolved", CHAOTIC: "chaotic", QUASI_PERIODIC: "quasi-periodic"}
 """Names of the codes of `classify_growth`."""
@@ -37,8 +37,8 @@ class LyapunovExponents:
         Minus infinity where perturbations vanish exactly: for a single mass that rests on a stop (superstable); for the
         second exponent, where all perturbations become parallel.
     first_error, second_error : float
-        Standard errors of these means over time, by blocking. For a periodic motion the error is deterministic and
-        below c/periods, where c depends on the initial perturbations.
+        Standard errors of these means over time, from the spread between windows of the run (`standard_error`). For a
+        periodic motion the error is deterministic and below c/periods, where c depends on the initial perturbations.
     first_weighted : float
         The first exponent as a mean with weights that decrease to 0 at both ends of the run: far more accurate than the
         unweighted mean for periodic and quasi-periodic motions, no better for chaotic ones.
@@ -50,6 +50,8 @@ class LyapunovExponents:
         All other motions, periodic ones included, are "unresolved".
     running : (periods,)
         Mean of the first exponent over the first 1, 2, ... periods, which shows its convergence.
+    final : State
+        The state at the end of the run.
     """
 
     first: float
@@ -59,6 +61,7 @@ class LyapunovExponents:
     first_weighted: float
     kind: str
     running: Floats
+    final: State
 
 
 def lyapunov_exponents(
@@ -78,7 +81,7 @@ def lyapunov_exponents(
     omega, clearance, displacement, velocity, phase
         As in `trajectories.trajectory`.
     periods : int
-        Forcing periods of the run, at least EXPONENT_BLOCKS.
+        Forcing periods of the run, at least EXPONENT_WINDOWS * SHORTEST_WINDOW.
     transient_periods : int
         Forcing periods before the run, in which the motion settles and the perturbations align.
 
@@ -89,7 +92,7 @@ def lyapunov_exponents(
     LinearisationError
         The trajectory ends early, or an impact is a graze.
     """
-    checked_order("periods", periods, EXPONENT_BLOCKS)
+    checked_order("periods", periods, EXPONENT_WINDOWS * SHORTEST_WINDOW)
     checked_order("transient_periods", transient_periods, 0)
     run = linearised_run(oscillator, omega, clearance, displacement, velocity, phase)
     scratch = tangents(oscillator.size, transient_periods + periods)
@@ -112,4 +115,5 @@ def lyapunov_exponents(
         first_weighted=weighted_exponent(scratch, skipped, 0.5 * run.period),
         kind=KINDS_BY_EXPONENT[kind],
         running=np.cumsum(growth) / (run.period * np.arange(1, periods + 1)),
+        final=State(run.physical[: oscillator.size], run.physical[oscillator.size :], phase),
     )

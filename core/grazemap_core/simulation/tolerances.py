@@ -36,11 +36,20 @@ uncertain whether the orbit touches the stop. Such an orbit is not used."""
 RANK_ROUNDING: Final = 64.0 * EPSILON
 """Relative residual of a perturbation after projection on the others up to which it is in their span: round-off."""
 
-EXPONENT_BLOCKS: Final = 32
-"""Minimum number of block means for a standard error; its own relative error is then 1/sqrt(62) = 13 %."""
+EXPONENT_WINDOWS: Final = 12
+"""Number of windows of a run from whose means the standard error of an exponent is computed. At 1000 periods of a map
+a window has 58 periods: the growth along chaotic motions remembers far less in most cases."""
+
+EXPONENT_STUDENT: Final = 1.28331
+"""Factor on the standard error of the mean of the windows, as their spread is known from so few: by Student's
+distribution with EXPONENT_WINDOWS - 1 degrees of freedom, three errors then have the probability of three standard
+errors of a normal variable, 99.7 %."""
+
+SHORTEST_WINDOW: Final = 3
+"""Minimum number of forcing periods of a window."""
 
 EXPONENT_MARGIN: Final = 5.0
-"""Standard errors between zero and an exponent of decided sign; exceeded by chance once in two million cases."""
+"""Standard errors between zero and an exponent of decided sign; exceeded by chance once in forty thousand cases."""
 
 GROWTH_SURE: Final = 18.0
 """Growth of perturbations, in nats, over either half of a run above which a motion is chaotic, however uneven the

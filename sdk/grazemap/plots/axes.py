@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
     from matplotlib.patheffects import AbstractPathEffect
 
+    from grazemap.results import ChanceToSettle
+
 LegendPlace = Literal["outside", "inside", "none"]
 _UNIT = re.compile(r"\((rad/s|m|s|m/s)\)")
 # Share of the axes' width and height that a legend may cover, and entries below which there is none.
@@ -218,6 +220,13 @@ def _look(handle: Artist) -> tuple[Hashable, ...]:
 def share_text(share: float) -> str:
     """Return a share in percent; a small one is not 0."""
     return "< 0.1%" if 0.0 < share < 0.0005 else f"{share:.1%}"
+
+
+def chance_text(kind: str, chance: ChanceToSettle | None) -> str:
+    """Return the second line of the legend's entry of chaotic motions, or nothing: how many settle later."""
+    if chance is None or kind != "chaotic":
+        return ""
+    return f"\n{chance.settled} of {chance.sampled} settle within {chance.run_on} periods"
 
 
 def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from grazemap.plots.axes import Drawing, axis_label, cell_borders, legend_square, place_text, share_text
+from grazemap.plots.axes import Drawing, axis_label, cell_borders, chance_text, legend_square, place_text, share_text
 from grazemap.plots.palette import UNRESOLVED, motion_colours, motion_text
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
         motion = attractor.motion
         seen[motion.label] += 1
         which = f", {seen[motion.label]}" if seen[motion.label] > 1 else ""
-        legend_square(ax, colour, f"{motion_text(motion)}{which} ({share_text(motion.share)})")
+        chance = chance_text(motion.kind, result.chance_to_settle)
+        legend_square(ax, colour, f"{motion_text(motion)}{which} ({share_text(motion.share)}){chance}")
     if result.unresolved > 0.0:
         legend_square(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
     ax.pcolormesh(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grazemap.plots.axes import Drawing, axis_label, legend_square, place_text
+from grazemap.plots.axes import Drawing, axis_label, chance_text, legend_square, place_text
 from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
 
 if TYPE_CHECKING:
@@ -36,7 +36,12 @@ def plot_bifurcation_diagram(
     order = np.lexsort([first, -counts])
     shown = [result.sections[first[i]].motion for i in order[:motions]]
     entries = [
-        (label_of_point == names[i], colour, f"{motion_text(motion)} ({counts[i]} value{'s' if counts[i] > 1 else ''})")
+        (
+            label_of_point == names[i],
+            colour,
+            f"{motion_text(motion)} ({counts[i]} value{'s' if counts[i] > 1 else ''})"
+            f"{chance_text(motion.kind, result.chance_to_settle)}",
+        )
         for i, colour, motion in zip(order[:motions], motion_colours(shown, colours), shown, strict=True)
     ]
     if len(order) > motions:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.colours import COLOURED, colours_of_map
-from grazemap.plots.axes import Drawing, cell_borders, legend_square, share_text
+from grazemap.plots.axes import Drawing, cell_borders, chance_text, legend_square, share_text
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
@@ -132,7 +132,11 @@ def _draw_regions(
     ax: Axes, umap: UnfoldingMap, shown: Mapping[MotionShare, str], rest: list[MotionShare]
 ) -> dict[str, float]:
     """Draw the regions, and return the entries of the legend with their shares."""
-    entries = {f"{motion_text(motion)}{_images(motion)} ({share_text(motion.share)})": motion.share for motion in shown}
+    entries = {
+        f"{motion_text(motion)}{_images(motion)} ({share_text(motion.share)})"
+        f"{chance_text(motion.kind, umap.chance_to_settle)}": motion.share
+        for motion in shown
+    }
     colours = list(shown.values())
     codes = np.full(umap.kind.shape, len(shown), dtype=np.int16)
     for code, motion in enumerate(shown):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.results.base import Result, counted
-from grazemap.results.records import BoolArray, FloatArray, IntArray, MotionShare, Verifiable, described
+from grazemap.results.records import BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable, described
 from grazemap.schema.basins import ATTRACTOR
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ class Basins(Result):
     verified: BoolArray | None = None
     sensitive: BoolArray | None = None
     transient_growth: FloatArray | None = None
+    chance_to_settle: ChanceToSettle | None = None
 
     @property
     def unresolved(self) -> float:
@@ -89,4 +90,5 @@ class Basins(Result):
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
-        return f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
+        said = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
+        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap.results.base import Result, counted
-from grazemap.results.records import FloatArray, IntArray, Motion, described
+from grazemap.results.records import ChanceToSettle, FloatArray, IntArray, Motion, described
 from grazemap.schema.trajectories import SECTION
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class BifurcationDiagram(Result):
 
     parameter: FloatArray
     sections: tuple[Section, ...]
+    chance_to_settle: ChanceToSettle | None = None
 
     @property
     def vary(self) -> str:
@@ -80,4 +81,5 @@ class BifurcationDiagram(Result):
         return plot_bifurcation_diagram(self, drawing(ax, legend, labels, 10.0, 5.5), quantity, motions, colours)
 
     def _summary(self) -> str:
-        return f"{counted(self.parameter, 'value')} of {self.vary}"
+        said = f"{counted(self.parameter, 'value')} of {self.vary}"
+        return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"

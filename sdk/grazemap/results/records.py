@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.schema import Field, Record, ResultSchema
-from grazemap.schema.common import IMPACTS, MOTION, RESTS, STATE
+from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, STATE
 
 R = TypeVar("R")
 FloatArray = NDArray[np.float64]
@@ -137,6 +137,23 @@ class Sticking:
 
     def __len__(self) -> int:
         return len(self.start)
+
+
+@described(CHANCE_TO_SETTLE, comparable=True)
+class ChanceToSettle:
+    """How many of a sample of the chaotic motions settle when they are simulated for ten times as long."""
+
+    watched: int
+    run_on: int
+    chaotic: int
+    sampled: int
+    settled: int
+    chance: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.settled} of {self.sampled} chaotic motions settle within {self.run_on} periods"
 
 
 @described(STATE)

@@ -14,7 +14,7 @@ from grazemap.colours import colours_of_map
 from grazemap.results.base import Result, counted, outside
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.records import RECORDS, BoolArray, FloatArray, IntArray, MotionShare, Verifiable
+from grazemap.results.records import RECORDS, BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.schema.motions import motions_of
 from grazemap.wire import motion_label
@@ -86,6 +86,7 @@ class UnfoldingMap(Verifiable, Result):
     motions_found: IntArray | None = None
     computed: BoolArray | None = None
     resolved: BoolArray | None = None
+    chance_to_settle: ChanceToSettle | None = None
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
@@ -239,9 +240,10 @@ class UnfoldingMap(Verifiable, Result):
         share = self.verified[periodic].mean() if periodic.any() else 1.0
         points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
         preview = ", a preview" if self.preview else ""
-        resolved = "" if self.resolved is None else f", {int(self.resolved.sum())} resolved in more digits"
-        motions = counted(self.motions(), "motion")
-        return f"{points}, {motions}, {share:.1%} of the periodic points verified{resolved}{preview}"
+        more = "" if self.sensitive is None else f", {int(self.sensitive.sum())} sensitive"
+        more += "" if self.resolved is None else f", {int(self.resolved.sum())} resolved in more digits"
+        more += preview if self.chance_to_settle is None else f"{preview}, {self.chance_to_settle}"
+        return f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{more}"
 
 
 def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:

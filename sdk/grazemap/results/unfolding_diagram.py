@@ -176,6 +176,8 @@ class UnfoldingDiagram(Result):
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
             f"unresolved: {unresolved} of the {others} points that are not chaotic ({unresolved / max(1, others):.2%})",
         ]
+        if umap.chance_to_settle is not None:
+            lines.append(str(umap.chance_to_settle))
         if self.borders is None:
             return "\n".join(lines)
         borders = self.borders

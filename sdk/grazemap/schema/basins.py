@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grazemap.schema.common import KINDS, NAME, SENSITIVE, SINCE, TRANSIENT_GROWTH, VERIFIED
+from grazemap.schema.common import CHANCE_TO_SETTLE, KINDS, NAME, SENSITIVE, SINCE, TRANSIENT_GROWTH, VERIFIED
 from grazemap.schema.fields import Record, ResultSchema, deprecated, field
 
 _PLANE, _KNOWN = "vertical horizontal", "of periodic motions"
@@ -62,6 +62,13 @@ BASINS = ResultSchema(
             index_of="reasons",
         ),
         field("reasons", "str", "The reasons.", "reason", texts=True, variable=None),
+        field(
+            "chance_to_settle",
+            CHANCE_TO_SETTLE,
+            "The chance that a motion that is called chaotic settles within ten times the periods that were watched.",
+            when="where states lead to chaos",
+            variable=None,
+        ),
     ),
     process="basins",
     derived=(

@@ -68,6 +68,25 @@ MOTION = Record(
         ),
     ),
 )
+CHANCE_TO_SETTLE = Record(
+    "ChanceToSettle",
+    "How many of a sample of the chaotic motions settle when they are simulated for ten times as long.",
+    (
+        field("watched", "int", "Forcing periods after which motions were called chaotic.", unit="forcing periods"),
+        field(
+            "run_on",
+            "int",
+            "Forcing periods, from the same start, after which the motions of the sample were named again.",
+            unit="forcing periods",
+        ),
+        field("chaotic", "int", "Number of chaotic motions."),
+        field("sampled", "int", "Number of them that were run on; trajectories that ended early do not count."),
+        field("settled", "int", "Number of the sampled ones that became periodic."),
+        field("chance", "float", "settled/sampled.", null=True),
+        field("low", "float", "Lower end of the 95 % interval of the chance (Clopper & Pearson)."),
+        field("high", "float", "Upper end of the interval."),
+    ),
+)
 STATE = Record(
     "State",
     "The state at a moment, as `initial` of a trajectory takes it.",

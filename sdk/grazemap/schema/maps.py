@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from grazemap.schema.common import (
+    CHANCE_TO_SETTLE,
     CLEARANCE,
     IMPACTS_LEFT,
     IMPACTS_RIGHT,
@@ -59,7 +60,7 @@ _FIGURES = (
     field(
         "lyapunov_error",
         "float",
-        "Standard error of an exponent that was measured along the trajectory.",
+        "Standard error of an exponent that was measured along the trajectory, from its spread between windows.",
         null=True,
         when=_PREVIEW,
     ),
@@ -159,6 +160,13 @@ UNFOLDING_MAPS = ResultSchema(
             when=_ADAPTIVE,
         ),
         field("at_computed", AT_COMPUTED, "The values at computed points only.", when=_ADAPTIVE, variable=None),
+        field(
+            "chance_to_settle",
+            CHANCE_TO_SETTLE,
+            "The chance that a motion that is called chaotic settles within ten times the periods that were watched.",
+            when="of maps with chaotic points",
+            variable=None,
+        ),
     ),
     process="unfolding-maps",
     roles={"vertical": "clearance", "horizontal": "omega"},

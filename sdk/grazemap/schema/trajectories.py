@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grazemap.schema.common import IMPACTS, MOTION, RESTS, STATE, STOPS
+from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, STATE, STOPS
 from grazemap.schema.fields import Record, ResultSchema, field
 
 _FIELDS = (
@@ -64,6 +64,13 @@ BIFURCATION_DIAGRAMS = ResultSchema(
     (
         field("parameter", "float", "Values of the parameter that varies, increasing.", "parameter"),
         field("sections", SECTION, "The sections, one for each value.", "parameter"),
+        field(
+            "chance_to_settle",
+            CHANCE_TO_SETTLE,
+            "The chance that a motion that is called chaotic settles within ten times the periods that were watched.",
+            when="of diagrams with chaotic motions",
+            variable=None,
+        ),
     ),
     process="bifurcation-diagrams",
 )

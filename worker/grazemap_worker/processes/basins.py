@@ -9,7 +9,7 @@ import numpy as np
 from grazemap.codec import Document
 from grazemap.wire import BasinCoordinate, BasinsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, core_oscillator, joined, label, record
+from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, joined, label, record
 from grazemap_worker.processes.process import Process
 
 if TYPE_CHECKING:
@@ -23,28 +23,18 @@ def compute_tile(request: BasinsRequest, tile: Tile) -> Document:
     """Return the arrays [vertical, horizontal] of the core for a part of the rectangle. Raises CoreError."""
     from grazemap_core.maps.basins import basin_tile
 
-    initial = request.initial
-    return basin_tile(
-        core_oscillator(request.oscillator),
-        request.omega,
-        request.clearance,
-        _coordinate(request.horizontal, tile.columns),
-        _coordinate(request.vertical, tile.rows),
-        None if initial.displacement is None else np.array(initial.displacement),
-        None if initial.velocity is None else np.array(initial.velocity),
-        initial.phase,
-        request.max_periods,
-        request.max_period,
-    )
+    return basin_tile(*_arguments(request, tile.rows, tile.columns))
 
 
 def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: Report | None = None) -> Document:
     """Return the attractors, and the label of every state, from the documents of the tiles in the plan's order."""
     from grazemap_core.maps.basins import attractors
+    from grazemap_core.maps.chaotic_transients import chance_in_basins
     from grazemap_core.simulation.motion import REASONS
 
     whole = {name: joined(plan, [tile[name] for tile in tiles]) for name in tiles[0]}
     labels, found = attractors(whole)
+    chance = chance_in_basins(whole["kind"], *_arguments(request, slice(None), slice(None)))
     return {
         "horizontal": grid_values(request.horizontal.values),
         "vertical": grid_values(request.vertical.values),
@@ -52,7 +42,25 @@ def assemble(request: BasinsRequest, plan: Plan, tiles: list[Document], report: 
         "attractors": [_named(record(attractor)) for attractor in found],
         **{name: whole[name] for name in _OF_STATES},
         "reasons": np.array([REASONS.get(code, "") for code in range(1 + max(REASONS))]),
+        **chance_document(chance),
     }
+
+
+def _arguments(request: BasinsRequest, rows: slice, columns: slice) -> tuple[Any, ...]:
+    """Return the arguments of the core's `basin_tile` for a part of the rectangle."""
+    initial = request.initial
+    return (
+        core_oscillator(request.oscillator),
+        request.omega,
+        request.clearance,
+        _coordinate(request.horizontal, columns),
+        _coordinate(request.vertical, rows),
+        None if initial.displacement is None else np.array(initial.displacement),
+        None if initial.velocity is None else np.array(initial.velocity),
+        initial.phase,
+        request.max_periods,
+        request.max_period,
+    )
 
 
 def _coordinate(coordinate: BasinCoordinate, part: slice) -> Coordinate:

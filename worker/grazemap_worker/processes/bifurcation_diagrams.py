@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
 from grazemap.wire import BifurcationDiagramsRequest, grid_values
-from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields
+from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, counted, fields
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
 
@@ -19,11 +19,13 @@ REPORTS = 100
 
 def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
     """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
-    from grazemap_core.maps.bifurcation_diagrams import sections
+    from grazemap_core.maps.bifurcation_diagrams import ALIGNING_PERIODS, EXPONENT_PERIODS, sections
+    from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
     values = grid_values(request.range)
+    oscillator = core_oscillator(request.oscillator)
     found = sections(
-        core_oscillator(request.oscillator),
+        oscillator,
         request.vary,
         values,
         request.fixed,
@@ -32,10 +34,12 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
         request.transient_periods,
         request.max_period,
     )
-    records = [_record(section) for section in counted(found, len(values), report, REPORTS)]
+    listed = list(counted(found, len(values), report, REPORTS))
     if request.policy == "sweep-down":
-        records.reverse()
-    return {"parameter": values, "sections": records}
+        listed.reverse()
+    watched = request.transient_periods + request.periods + ALIGNING_PERIODS + EXPONENT_PERIODS
+    chance = chance_in_diagram(oscillator, request.vary, values, request.fixed, listed, watched, request.max_period)
+    return {"parameter": values, "sections": list(map(_record, listed)), **chance_document(chance)}
 
 
 def _record(section: Section) -> dict[str, Any]:

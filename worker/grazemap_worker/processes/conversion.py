@@ -15,6 +15,7 @@ from grazemap.wire import Oscillator, ProcessRequest, motion_label
 from grazemap_worker.planning import Plan
 
 if TYPE_CHECKING:
+    from grazemap_core.maps.chaotic_transients import ChanceToSettle
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
 Item = TypeVar("Item")
@@ -81,6 +82,11 @@ def label(motion: Mapping[str, Any]) -> str | None:
     """Return the label of a motion from its record; None where its period or its impacts are not known."""
     counts: list[Any] = [motion.get(name) for name in ("period", "impacts_right", "impacts_left")]
     return motion_label(*counts) if None not in counts else None
+
+
+def chance_document(chance: ChanceToSettle | None) -> Document:
+    """Return the field of a result that has the chance of its chaotic motions to settle, if there are any."""
+    return {} if chance is None else {"chance_to_settle": record(chance)}
 
 
 def counted(found: Iterable[Item], count: int, report: Report, times: int) -> Iterator[Item]:

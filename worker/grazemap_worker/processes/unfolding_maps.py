@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, core_oscillator, fields, joined
+from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, fields, joined
 from grazemap_worker.processes.process import Process
 
 _AXES = ("omega", "clearance")
@@ -57,15 +57,21 @@ def assemble(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report | None = None
 ) -> Document:
     """Return the whole map from the documents of its tiles, in the plan's order. Raises CoreError."""
+    from grazemap_core.maps.chaotic_transients import chance_in_map
+
     names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
     whole: Document = {name: joined(plan, [tile[name] for tile in tiles]) for name in names}
     if request.adaptive:
         whole[_AT_COMPUTED] = _closed(request, plan, tiles, whole, report)
+    omega, clearance = grid_values(request.omega), grid_values(request.clearance)
+    settings = fields(request, *_SETTINGS)
+    chance = chance_in_map(whole["kind"], core_oscillator(request.oscillator), omega, clearance, **settings)
     return {
-        "omega": grid_values(request.omega),
-        "clearance": grid_values(request.clearance),
+        "omega": omega,
+        "clearance": clearance,
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
+        **chance_document(chance),
     }
 
 

@@ -8,9 +8,8 @@ The kernels do not allocate, so that a map can call them at every point; all scr
 The growth of two perturbations is measured over every half period in the energy norm of the blocks, the sum of
 w^2 u^2 + u'^2, and they are made orthonormal after it (Benettin et al. 1980). The mean over n periods differs from the
 exponent by c/n, which depends on the initial perturbations, and for a chaotic motion by a statistical error. The latter
-is estimated by blocking (Flyvbjerg & Petersen 1989): the standard error of the mean of block means, for blocks of 1, 2,
-4, ... periods, as long as there are 32 blocks. It increases with the length until the blocks are independent; the
-maximum is taken.
+is estimated from the spread of the means over a few long windows of the run (`standard_error`); many short blocks, as
+of Flyvbjerg & Petersen (1989), do not show that intermittent growth changes slowly.
 
 References
 ----------
@@ -240,25 +239,37 @@ def run_growth(
 
 
 @kernel
-def standard_error(values: Floats, count: int) -> float:
-    """Return the standard error of the mean of the first `count` values of a time series, by blocking; overwrites them.
+def _error_of_independent(values: Floats, count: int) -> float:
+    """Return the standard error of the mean of the first `count` values, as if they were independent."""
+    mean = 0.0
+    for i in range(count):
+        mean += values[i] / count
+    square = 0.0
+    for i in range(count):
+        square += (values[i] - mean) ** 2
+    return math.sqrt(square / (count - 1.0) / count)
 
-    Infinite for fewer than EXPONENT_BLOCKS values.
+
+@kernel
+def standard_error(values: Floats, count: int) -> float:
+    """Return the standard error of the mean of the first `count` values of a time series; overwrites them.
+
+    It is that of the mean of EXPONENT_WINDOWS means over consecutive windows of equal length, at the end of the series,
+    times EXPONENT_STUDENT; or that of independent values, if this is larger: the windows of a bounded sum may agree to
+    far less than the error c/count of its mean. Infinite if a window has fewer than SHORTEST_WINDOW values.
     """
-    largest = 0.0 if count >= tolerances.EXPONENT_BLOCKS else np.inf
-    while count >= tolerances.EXPONENT_BLOCKS:
-        mean = 0.0
-        for i in range(count):
-            mean += values[i]
-        mean /= count
-        square = 0.0
-        for i in range(count):
-            square += (values[i] - mean) ** 2
-        largest = max(largest, math.sqrt(square / (count - 1.0) / count))
-        count //= 2
-        for i in range(count):
-            values[i] = 0.5 * (values[2 * i] + values[2 * i + 1])
-    return largest
+    windows = tolerances.EXPONENT_WINDOWS
+    length = count // windows
+    if length < tolerances.SHORTEST_WINDOW:
+        return np.inf
+    independent = _error_of_independent(values, count)
+    first = count - windows * length
+    for window in range(windows):
+        total = 0.0
+        for i in range(first + window * length, first + (window + 1) * length):
+            total += values[i]
+        values[window] = total / length
+    return max(tolerances.EXPONENT_STUDENT * _error_of_independent(values, windows), independent)
 
 
 @kernel

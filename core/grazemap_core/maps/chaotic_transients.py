@@ -1,0 +1,224 @@
+"""The chance that a chaotic motion settles later: a sample of chaotic trajectories, run on for ten times as long.
+
+A motion is called chaotic after the forcing periods that were simulated. It may be a transient that ends on a periodic
+motion: trajectories leave the neighbourhood of a chaotic saddle after times that vary exponentially (Lai & Tél 2011),
+and one trajectory does not distinguish such a saddle from an attractor. So the chance to settle is measured for all
+chaotic motions of a result together: trajectories that are evenly spaced among them are simulated for RUN_ON times as
+many periods in all, and those that become periodic are counted. The interval is that of Clopper & Pearson (1934).
+
+References
+----------
+Y.-C. Lai, T. Tél, Transient Chaos, Springer (2011), chapter 1.
+C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import betaincinv
+
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.codes import RESOLVED
+from grazemap_core.maps.adaptive_map import Settings
+from grazemap_core.maps.basins import Coordinate, initial_states
+from grazemap_core.maps.bifurcation_diagrams import Parameter, Section
+from grazemap_core.maps.kernels.lane_state import GROWTH, HALVES_RUN, REASON, UNVERIFIED
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
+from grazemap_core.maps.unfolding import random_starts
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS, kinds_of
+
+CONFIDENCE: Final = 0.95
+"""Probability with which the interval of a chance contains it."""
+
+_CHAOTIC: Final = KINDS.index("chaotic")
+
+
+@dataclass(frozen=True)
+class ChanceToSettle:
+    """How many chaotic motions settle if they are simulated for RUN_ON times as many forcing periods.
+
+    Attributes
+    ----------
+    watched, run_on : int
+        Forcing periods after which motions were called chaotic, and after which those of the sample were named again.
+    chaotic : int
+        Number of chaotic motions.
+    sampled, settled : int
+        Number of those that were run on, without trajectories that ended early, and of those that became periodic.
+    chance : float
+        settled/sampled; NaN for an empty sample.
+    low, high : float
+        The interval of the chance, with the probability CONFIDENCE.
+    """
+
+    watched: int
+    run_on: int
+    chaotic: int
+    sampled: int
+    settled: int
+    chance: float
+    low: float
+    high: float
+
+
+def chance_in_map(
+    kind: NDArray[Any], oscillator: Oscillator, omega: Floats, clearance: Floats, **settings: Unpack[Settings]
+) -> ChanceToSettle | None:
+    """Return the chance of the chaotic points of an unfolding map to settle; None if it has none.
+
+    Parameters
+    ----------
+    kind : (n, m)
+        Positions in `motion.KINDS`.
+    oscillator, omega, clearance, **settings
+        As of `unfolding.unfolding_map_tile`, of the whole map.
+    """
+    rows, columns = np.nonzero(kind == _CHAOTIC)
+    watched, max_period = settings.get("max_periods", 1000), settings.get("max_period", 32)
+    policy = settings.get("policy", "rest")
+    sweeps = policy.startswith("sweep")
+    starts = np.zeros((1, 2, oscillator.size))
+    if policy == "ensemble":
+        starts = random_starts(oscillator, settings.get("initial_conditions", 16), settings.get("seed", 0))
+    # a sweep reaches the point as in the map, and goes on there
+    longer = Settling(watched if sweeps else RUN_ON * watched, max_period, linearised=sweeps, follow=sweeps)
+    settler, at_rest = Settler(oscillator, longer), np.zeros((2, oscillator.size))
+    of_map = Settler(oscillator, Settling(watched, max_period)) if policy == "ensemble" else None
+
+    def settles(position: int) -> bool | None:
+        row, w = rows[position], float(omega[columns[position]])
+        steady, path = settler.steady(np.array([w]))[0], clearance[[row]]
+        start = starts * np.array([1.0, w])[:, None]
+        if of_map is not None:
+            start = start[[_first_chaotic(of_map, w, steady, path, start)]]
+        if sweeps:
+            path = clearance[: row + 1] if policy == "sweep-up" else clearance[row:][::-1]
+            path = np.append(path, np.full(RUN_ON - 1, clearance[row]))
+        codes, _ = settler.run(w, steady, path, at_rest, start)
+        return _outcome(codes[-RUN_ON if sweeps else -1 :, 0], longer)
+
+    return _chance(len(rows), watched, settles)
+
+
+def chance_in_basins(
+    kind: NDArray[Any],
+    oscillator: Oscillator,
+    omega: float,
+    clearance: float,
+    horizontal: Coordinate,
+    vertical: Coordinate,
+    displacement: ArrayLike | None,
+    velocity: ArrayLike | None,
+    phase: float,
+    max_periods: int,
+    max_period: int,
+) -> ChanceToSettle | None:
+    """Return the chance of the states that lead to chaos to settle; None if there are none.
+
+    Parameters
+    ----------
+    kind : (n, m)
+        Positions in `motion.KINDS`.
+    oscillator, omega, clearance, horizontal, vertical, displacement, velocity, phase, max_periods, max_period
+        As of `basins.basin_tile`, of the whole rectangle.
+    """
+    rows, columns = np.nonzero(kind == _CHAOTIC)
+    longer = Settling(RUN_ON * max_periods, max_period, linearised=False)
+    settler = Settler(oscillator, longer)
+    steady = settler.steady(np.array([omega]))[0]
+
+    def settles(position: int) -> bool | None:
+        one = horizontal._replace(values=horizontal.values[columns[[position]]])
+        other = vertical._replace(values=vertical.values[rows[[position]]])
+        state, scaled = initial_states(oscillator.size, clearance, one, other, displacement, velocity)
+        codes, _ = settler.run(omega, steady, np.array([clearance]), state, scaled[0], phase)
+        return _outcome(codes[:, 0], longer)
+
+    return _chance(len(rows), max_periods, settles)
+
+
+def chance_in_diagram(
+    oscillator: Oscillator,
+    vary: Parameter,
+    values: Floats,
+    fixed: float,
+    sections: Sequence[Section],
+    watched: int,
+    max_period: int,
+) -> ChanceToSettle | None:
+    """Return the chance of the chaotic motions of a bifurcation diagram to settle; None if it has none.
+
+    Parameters
+    ----------
+    vary, values, fixed, max_period
+        As of `bifurcation_diagrams.sections`.
+    sections : (n,)
+        In the order of the values.
+    watched : int
+        Forcing periods of a chaotic motion until Section.final.
+    """
+    chaotic = [number for number, section in enumerate(sections) if section.motion.kind == "chaotic"]
+    longer = Settling((RUN_ON - 1) * watched, max_period, linearised=False)
+    settler = Settler(oscillator, longer)
+
+    def settles(position: int) -> bool | None:
+        number = chaotic[position]
+        final, value = sections[number].final, float(values[number])
+        omega, clearance = (fixed, value) if vary == "clearance" else (value, fixed)
+        if final is None or not abs(final.displacement[0]) < clearance:
+            return None
+        steady = settler.steady(np.array([omega]))[0]
+        state, nothing = np.stack([final.displacement, final.velocity]), np.zeros((1, 2, oscillator.size))
+        codes, _ = settler.run(omega, steady, np.array([clearance]), state, nothing, final.phase)
+        return _outcome(codes[:, 0], longer)
+
+    return _chance(len(chaotic), watched, settles)
+
+
+def sample(chaotic: int, watched: int) -> list[int]:
+    """Return the positions of the sample among a number of chaotic motions, in the order of a result's arrays."""
+    number = min(chaotic, RUN_ON_SAMPLE, max(1, RUN_ON_PERIODS // (RUN_ON * watched)))
+    return [(2 * k + 1) * chaotic // (2 * number) for k in range(number)]
+
+
+def _chance(chaotic: int, watched: int, settles: Callable[[int], bool | None]) -> ChanceToSettle | None:
+    """Return the chance of chaotic motions from a sample; `settles` takes a position among them. None without any."""
+    if chaotic == 0:
+        return None
+    outcomes = [settled for settled in map(settles, sample(chaotic, watched)) if settled is not None]
+    sampled, settled = len(outcomes), sum(outcomes)
+    tail = (1.0 - CONFIDENCE) / 2.0
+    return ChanceToSettle(
+        watched=watched,
+        run_on=RUN_ON * watched,
+        chaotic=chaotic,
+        sampled=sampled,
+        settled=settled,
+        chance=settled / sampled if sampled else np.nan,
+        low=float(betaincinv(settled, sampled - settled + 1, tail)) if settled else 0.0,
+        high=float(betaincinv(settled + 1, sampled - settled, 1.0 - tail)) if settled < sampled else 1.0,
+    )
+
+
+def _outcome(codes: Integers, task: Settling) -> bool | None:
+    """Return whether a trajectory settles in one of its consecutive runs (k, CODES); None if one ends early."""
+    for run in codes:
+        if run[REASON] == RESOLVED:
+            return True
+        if run[HALVES_RUN] < 2 * task.max_periods:
+            return None
+    return False
+
+
+def _first_chaotic(settler: Settler, omega: float, steady: Complexes, clearance: Floats, starts: Floats) -> int:
+    """Return the first of the initial states (s, 2, N) of a point from which the trajectory is chaotic; 0 for none."""
+    codes = settler.run(omega, steady, clearance, np.zeros(starts.shape[1:]), starts)[0][0].T
+    kind, _ = kinds_of(codes[REASON], codes[GROWTH], codes[UNVERIFIED])
+    return int(np.argmax(kind == _CHAOTIC))

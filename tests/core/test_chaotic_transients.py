@@ -1,0 +1,126 @@
+"""The chance of chaotic motions to settle: against longer maps, basins and diagrams, and exact binomial intervals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from grazemap_core.codes import HIDDEN_BY_ROUNDING
+from grazemap_core.maps import chaotic_transients
+from grazemap_core.maps.basins import Coordinate, basin_tile
+from grazemap_core.maps.bifurcation_diagrams import Section, sections
+from grazemap_core.maps.chaotic_transients import chance_in_basins, chance_in_diagram, chance_in_map, sample
+from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
+from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.simulation.motion import KINDS, Motion
+from grazemap_core.simulation.start import State
+
+DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
+ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
+CHAOS = (0.9545, 6.2047)
+CHAOTIC, PERIODIC = KINDS.index("chaotic"), KINDS.index("periodic")
+# a map with chaos, some of it transient
+LIGHT = Oscillator.create([1.0], [1.0], 0.01, [1.0], 0.9)
+OMEGA, CLEARANCE = np.linspace(0.6, 1.6, 12), np.linspace(0.2, 0.8, 14)
+WATCHED = 150
+
+
+def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic() -> None:
+    short = unfolding_map_tile(LIGHT, OMEGA, CLEARANCE, WATCHED)
+    chance = chance_in_map(short["kind"], LIGHT, OMEGA, CLEARANCE, max_periods=WATCHED)
+    assert chance is not None
+    longer = unfolding_map_tile(LIGHT, OMEGA, CLEARANCE, RUN_ON * WATCHED, preview=True)
+    chaotic = np.flatnonzero(short["kind"] == CHAOTIC)
+    chosen = sample(len(chaotic), WATCHED)
+    then = longer["kind"].ravel()[chaotic[chosen]]
+    assert (chance.watched, chance.run_on, chance.chaotic) == (WATCHED, RUN_ON * WATCHED, len(chaotic))
+    assert (chance.sampled, chance.settled) == (len(chosen), np.count_nonzero(then == PERIODIC))
+    assert 0 < chance.settled < chance.sampled
+    exact = binomtest(chance.settled, chance.sampled).proportion_ci(0.95, "exact")
+    assert (chance.low, chance.high) == pytest.approx((exact.low, exact.high), abs=1e-12)
+    assert chance.chance == chance.settled / chance.sampled
+
+
+@pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
+def test_a_point_is_run_on_along_the_trajectory_of_the_map(policy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings: dict[str, Any] = {"max_periods": WATCHED, "policy": policy, "initial_conditions": 3}
+    kind = unfolding_map_tile(LIGHT, OMEGA, CLEARANCE, **settings)["kind"]
+    longer = chance_in_map(kind, LIGHT, OMEGA, CLEARANCE, **settings)
+    # after as many periods as in the map nothing of it is periodic
+    monkeypatch.setattr(chaotic_transients, "RUN_ON", 1)
+    chance = chance_in_map(kind, LIGHT, OMEGA, CLEARANCE, **settings)
+    assert longer is not None
+    assert chance is not None
+    assert (longer.sampled, chance.sampled, chance.settled) == (RUN_ON_SAMPLE, RUN_ON_SAMPLE, 0)
+
+
+def test_a_sweep_of_one_clearance_is_run_on_as_the_map_from_rest() -> None:
+    for row in (0, 2):
+        one = CLEARANCE[[row]]
+        kind = unfolding_map_tile(LIGHT, OMEGA, one, WATCHED)["kind"]
+        rest = chance_in_map(kind, LIGHT, OMEGA, one, max_periods=WATCHED)
+        assert rest is not None
+        assert rest.settled > 0
+        for policy in ("sweep-up", "sweep-down"):
+            assert chance_in_map(kind, LIGHT, OMEGA, one, max_periods=WATCHED, policy=policy) == rest
+
+
+def test_points_that_are_not_chaotic_have_no_chance_and_planted_ones_settle() -> None:
+    omega, clearance = np.array([0.29]), np.array([1.6, 1.7])
+    kind = unfolding_map_tile(DEFAULT, omega, clearance, 200)["kind"]
+    assert np.all(kind == PERIODIC)
+    assert chance_in_map(kind, DEFAULT, omega, clearance, max_periods=200) is None
+    planted = chance_in_map(np.full_like(kind, CHAOTIC), DEFAULT, omega, clearance, max_periods=200)
+    assert planted is not None
+    assert (planted.sampled, planted.settled, planted.high) == (2, 2, 1.0)
+
+
+def test_states_of_a_basin_are_run_on_from_where_they_start() -> None:
+    across, up = Coordinate("displacement", 1, np.linspace(-6.0, 6.0, 3)), Coordinate("velocity", 1, np.array([0.1]))
+    arguments = (ONE_MASS, *CHAOS, across, up, None, None, 0.3, 150, 32)
+    kind = basin_tile(*arguments)["kind"]
+    assert np.all(kind == CHAOTIC)
+    chance = chance_in_basins(kind, *arguments)
+    assert chance is not None
+    assert (chance.sampled, chance.settled, chance.low) == (3, 0, 0.0)
+    settles = (DEFAULT, 0.29, 1.6, *(one._replace(values=one.values / 10.0) for one in (across, up)), *arguments[5:])
+    planted = chance_in_basins(kind, *settles)
+    assert planted is not None
+    assert planted.settled == 3
+
+
+def test_a_diagram_is_run_on_from_the_ends_of_its_sections() -> None:
+    values = np.array([6.1, 6.2047])
+    found = list(sections(ONE_MASS, "clearance", values, CHAOS[0], periods=10, transient_periods=100))
+    assert [section.motion.kind for section in found][1] == "chaotic"
+    chance = chance_in_diagram(ONE_MASS, "clearance", values[1:], CHAOS[0], found[1:], 660, 32)
+    assert chance is not None
+    assert (chance.watched, chance.run_on, chance.sampled, chance.settled) == (660, 6600, 1, 0)
+    nothing = np.zeros(0)
+    states = [State(np.zeros(3), np.zeros(3)), State(np.array([1.6, 0.0, 0.0]), np.zeros(3)), None]
+    planted = [Section(nothing, nothing, nothing, nothing.astype(np.int8), Motion("chaotic"), one) for one in states]
+    chance = chance_in_diagram(DEFAULT, "omega", np.array([0.29, 0.29, 0.29]), 1.6, planted, 200, 32)
+    assert chance is not None
+    assert (chance.chaotic, chance.sampled, chance.settled) == (3, 1, 1)  # a state on a stop is not run on
+
+
+def test_a_trajectory_that_ends_early_does_not_count() -> None:
+    omega, clearance = np.array([0.9]), np.array([1e-17])
+    assert unfolding_map_tile(LIGHT, omega, clearance, 50)["reason"] == HIDDEN_BY_ROUNDING
+    chance = chance_in_map(np.full((1, 1), CHAOTIC), LIGHT, omega, clearance, max_periods=50)
+    assert chance is not None
+    assert (chance.sampled, chance.low, chance.high) == (0, 0.0, 1.0)
+    assert np.isnan(chance.chance)
+
+
+def test_a_sample_is_bounded_in_number_and_in_periods() -> None:
+    assert sample(7, 1000) == list(range(7))
+    spread = sample(10_000, 1000)
+    assert len(spread) == RUN_ON_SAMPLE
+    assert np.ptp(np.diff(spread)) == 0
+    assert len(sample(10_000, RUN_ON_PERIODS // (3 * RUN_ON))) == 3
+    assert sample(10_000, RUN_ON_PERIODS) == [5000]
