@@ -21,7 +21,7 @@ from grazemap_core.contact.kernels.cells import (
     flow_state,
     reference_at,
 )
-from grazemap_core.contact.kernels.first_contact import first_contact, gap_and_rate, least_passage
+from grazemap_core.contact.kernels.first_contact import enter_passage, first_contact, gap_and_rate
 from grazemap_core.contact.kernels.workspace import Workspace, record_event
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
 from grazemap_core.numerics.jit.compiled import kernel
@@ -123,10 +123,7 @@ def run_cell(
             return workspace.IMPACT_BUDGET_SPENT
         anchor = work.cursor[workspace.ANCHOR]
         stop, t = first_contact(work, clearance, length, size, tail, rest)
-        if work.tally[workspace.LEAST_GAP] > 0.0:
-            at_rest = work.cursor[workspace.ROOTS] > 1
-            least = least_passage(work.taylor, clearance, t, at_rest)
-            work.tally[workspace.LEAST_GAP] = max(min(work.tally[workspace.LEAST_GAP], least), 0.0)
+        enter_passage(work, clearance, t)
         if stop == 0:
             if offset == 0.0:
                 advance_cell(problem, u, cell + 1)

@@ -10,8 +10,6 @@ release) are divided out. Arbitrarily small bounces are therefore resolved to fu
 
 from __future__ import annotations
 
-import numpy as np
-
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.workspace import Workspace
@@ -140,14 +138,19 @@ def first_contact(
 
 
 @kernel
-def least_passage(taylor: Floats, clearance: float, end: float, at_rest: bool) -> float:
-    """Return the smallest distance from the stop at which mass 1 turns back before t = `end`; infinite if it does not.
+def enter_passage(work: Workspace, clearance: float, end: float) -> None:
+    """Enter the smallest distance from the stop at which mass 1 turns back before t = `end` into the tally.
 
-    `taylor` is the series of x1 over at most a cell, in which its slope changes so slowly that an extremum shows as a
-    change of sign between a few points. Four steps of regula falsi determine the distance to round-off. Where mass 1
-    turns toward the stop, as between two bounces, does not count, nor does the start if it is at rest on a stop.
+    Nothing is done where LEAST_GAP is not wanted. The series work.taylor is over at most a cell, in which its slope
+    changes so slowly that an extremum shows as a change of sign between a few points. Four steps of regula falsi
+    determine the distance to round-off. Where mass 1 turns toward the stop, as between two bounces, does not count, nor
+    does the start if it is at rest on a stop.
     """
-    least, low = np.inf, END_OF_REST * end if at_rest else 0.0
+    least = work.tally[workspace.LEAST_GAP]
+    if not least > 0.0:
+        return
+    taylor = work.taylor
+    low = END_OF_REST * end if work.cursor[workspace.ROOTS] > 1 else 0.0
     _, slope_low = value_and_slope(taylor, TAYLOR_DEGREE, low)
     for part in range(PASSAGE_PARTS):
         high = low + (end - low) / (PASSAGE_PARTS - part)
@@ -166,4 +169,4 @@ def least_passage(taylor: Floats, clearance: float, end: float, at_rest: bool) -
                 if slope == 0.0:
                     break
         low, slope_low = high, slope_high
-    return least
+    work.tally[workspace.LEAST_GAP] = max(least, 0.0)
