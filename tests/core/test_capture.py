@@ -58,13 +58,14 @@ class Arrival(NamedTuple):
     clearance: float
     length: int
     count: int
+    returns: int
 
     def ratio(self, change: Floats) -> float:
         """Of the trajectory that is moved by `change`."""
         scratch = self.settler._scratch["verification"]
         before = scratch.capture.arrival.copy()
         scratch.capture.arrival[...] += change
-        found = verify(self.problem, self.settler._blocks, scratch, self.clearance, self.count, self.length, 1e6)
+        found = verify(self.problem, self.settler._blocks, scratch, self.clearance, self.count, self.length, 1e6, 0.0)
         scratch.capture.arrival[...] = before
         assert found.reason == RESOLVED
         return float(found.ratio)
@@ -79,14 +80,16 @@ def arrivals(name: str, number: int) -> list[Arrival]:
         settler = Settler(oscillator, Settling(1000, 32, linearised=False))
         steady = forced_response(oscillator, np.array([omega]))[0]
         at_rest = np.zeros((1, 2, oscillator.size))
-        codes = settler.run(omega, steady, np.array([clearance]), at_rest[0], at_rest)[0][0, 0]
+        codes, figures = (part[0, 0] for part in settler.run(omega, steady, np.array([clearance]), at_rest[0], at_rest))
         impacts = np.maximum(codes[lane_state.IMPACTS_RIGHT : lane_state.IMPACTS_LEFT + 1], 0).sum()
         if codes[lane_state.REASON] != RESOLVED or codes[lane_state.UNVERIFIED] != RESOLVED or impacts == 0:
             continue
         symmetric = bool(codes[lane_state.SYMMETRIC])
         length = int(codes[lane_state.PERIOD]) * (1 if symmetric else 2)
         problem, held = cell_problem(trajectory_models(oscillator), steady, omega)
-        found.append(Arrival(settler, problem, held, clearance, length, int(impacts) // (2 if symmetric else 1)))
+        over_return = np.log(figures[lane_state.MULTIPLIER]) / (2 if symmetric else 1)
+        count, returns = int(impacts) // (2 if symmetric else 1), 200 + int(np.log(1e-4) / over_return)
+        found.append(Arrival(settler, problem, held, clearance, length, count, returns))
     return found
 
 
@@ -107,7 +110,7 @@ def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[i
 def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
     rng = np.random.default_rng(1)
     for arrival in arrivals(name, 8):
-        halves = arrival.length * 200
+        halves = arrival.length * arrival.returns
         target, _ = after(arrival, np.zeros((1, 1)), halves)
         for _ in range(4):
             change = rng.normal(size=target.shape) * arrival.clearance

@@ -6,8 +6,9 @@ along, which soon has the direction that grows most. W is in displacement of mas
 nothing more is carried.
 
 A decision is an impact that happens, with speed v and acceleration a, where it could have been missed: it cannot if
-v^2/(2 |a|) exceeds the error. Or it is a passage without contact, whose distance from the stop is compared. The
-derivative alone says nothing about these: where a passage at a small distance becomes an impact, it jumps.
+v^2/(2 |a|) exceeds the error, in the share of W that the change has in the displacement there. Or it is a passage
+without contact, whose distance from the stop is compared with W. The derivative alone says nothing about these: where a
+passage at a small distance becomes an impact, it jumps.
 """
 
 from __future__ import annotations
@@ -42,8 +43,10 @@ class LaneErrors(NamedTuple):
         Squares of the largest growth up to now from any earlier time, and of the largest growth between any two times.
     sensitive : (LANES,)
         1 if a decision may be wrong.
-    lanes, grown : (LANES,)
-        Scratch: lanes that are carried together, and squares of the growth of their changes over the half period.
+    lanes, grown, sharpest, steepest : (LANES,)
+        Scratch: lanes that are carried together; squares of the growth of their changes over the half period; largest
+        2 |a|/v^2 of their impacts, with and without the displacement of mass 1 in the change, as a share of the largest
+        possible one.
     """
 
     carried: Integers
@@ -54,6 +57,8 @@ class LaneErrors(NamedTuple):
     sensitive: Integers
     lanes: Integers
     grown: Floats
+    sharpest: Floats
+    steepest: Floats
 
 
 def lane_errors(masses: int) -> LaneErrors:
@@ -67,6 +72,8 @@ def lane_errors(masses: int) -> LaneErrors:
         sensitive=np.zeros(LANES, dtype=np.int64),
         lanes=np.zeros(LANES, dtype=np.int64),
         grown=np.zeros(LANES),
+        sharpest=np.zeros(LANES),
+        steepest=np.zeros(LANES),
     )
 
 
@@ -122,6 +129,24 @@ def transient_growth_of(errors: LaneErrors, lane: int) -> float:
     return 0.5 * math.log(errors.growth[lane])
 
 
+@kernel
+def _largest_reach(problem: CellProblem) -> float:
+    """Return the largest displacement of mass 1 in a change of length 1."""
+    square = 0.0
+    for j in range(problem.reach.shape[0]):
+        square += problem.reach[j] * problem.reach[j]
+    return math.sqrt(square)
+
+
+@kernel
+def note_impacts(errors: LaneErrors, events: Floats, lane: int, first: int, rows: int) -> None:
+    """Write `sharpest` and `steepest` of the first of `errors.lanes`, for a change of which no more is known."""
+    steep = 0.0
+    for row in range(first, rows):
+        steep = max(steep, 2.0 * abs(events[lane, row, CONTACT_ACCELERATION]) / events[lane, row, VELOCITY] ** 2)
+    errors.sharpest[0], errors.steepest[0] = steep, steep
+
+
 @fused_kernel
 def carry_changes(
     problem: CellProblem, viscous_term: float, group: Lanes, errors: LaneErrors, before: Integers, count: int
@@ -136,8 +161,9 @@ def carry_changes(
     decay, frequency_squared, factor = problem.decay, problem.frequency_squared, 1.0 + problem.restitution
     output_row, unit_impulse = problem.output_row, problem.unit_impulse
     events, after, change, lanes = group.events, group.cursor, errors.change, errors.lanes
+    sharpest, steepest, farthest = errors.sharpest, errors.steepest, _largest_reach(problem)
     for k in range(count):
-        lane = lanes[k]
+        lane, sharp, steep = lanes[k], 0.0, 0.0
         rows, passed = after[lane, ROWS], 0.0
         for row in range(before[lane, ROWS], rows + 1):
             time = events[lane, row, TIME] if row < rows else end
@@ -160,13 +186,17 @@ def carry_changes(
                 v += output_row[j, 2] * y + output_row[j, 3] * y1
             if row == rows:
                 break
-            ratio = events[lane, row, CONTACT_ACCELERATION] / abs(events[lane, row, VELOCITY]) - viscous_term * factor
+            speed = abs(events[lane, row, VELOCITY])
+            ratio = events[lane, row, CONTACT_ACCELERATION] / speed - viscous_term * factor
+            steep = max(steep, 2.0 * abs(ratio) / speed)
+            sharp = max(sharp, 2.0 * abs(ratio) / speed * abs(x) / farthest)
             jump, moved = -factor * (v - ratio * x), -factor * x
             for j in range(decay.shape[0]):
                 impulse, slope = unit_impulse[j, 0], unit_impulse[j, 1]
                 curvature = frequency_squared[j] * impulse + 2.0 * decay[j] * slope
                 change[lane, 2 * j, 0] += jump * impulse + moved * slope
                 change[lane, 2 * j + 1, 0] += jump * slope - moved * curvature
+        sharpest[k], steepest[k] = sharp, steep
 
 
 @kernel
@@ -188,18 +218,17 @@ def _normalise(frequency: Floats, errors: LaneErrors, count: int) -> None:
 
 
 @kernel
-def carry_widths(
-    frequency: Floats, group: Lanes, errors: LaneErrors, before: Integers, count: int, impacts_only: bool
-) -> None:
+def carry_widths(frequency: Floats, group: Lanes, errors: LaneErrors, count: int, impacts_only: bool) -> None:
     """Carry the errors of the first `count` lanes of `errors.lanes` over a half period, after their changes.
 
     They are compared with the decisions. Without `impacts_only` mass 1 rests, after a chatter that leads to the rest in
     any case; or there is a graze, or too many impacts, and the decision is open.
     """
     _normalise(frequency, errors, count)
-    clearances, reaches, tally, events, cursor = group.clearance, group.reach, group.tally, group.events, group.cursor
+    clearances, reaches, tally = group.clearance, group.reach, group.tally
     lanes, grown, squares, since = errors.lanes, errors.grown, errors.square, errors.since
     most, sensitive, carried = errors.growth, errors.sensitive, errors.carried
+    sharpest, steepest = errors.sharpest, errors.steepest
     for k in range(count):
         lane, growth = lanes[k], grown[k]
         clearance = clearances[lane]
@@ -211,14 +240,12 @@ def carry_widths(
         since[lane] = max(growth * since[lane], 1.0)
         most[lane] = max(most[lane], since[lane])
         least = min(tally[LEAST_GAP, lane], CLOSE_PASSAGE * clearance)
+        share = math.sqrt(max(start, end)) / least
         if impacts_only:
-            for row in range(before[lane, ROWS], cursor[lane, ROWS]):
-                square, acceleration = events[lane, row, VELOCITY] ** 2, abs(events[lane, row, CONTACT_ACCELERATION])
-                if square < 2.0 * acceleration * least:
-                    least = square / (2.0 * acceleration)
+            share = max(share, math.sqrt(start) * sharpest[k] + math.sqrt(added) * steepest[k])
         elif tally[HELD_RIGHT, lane] + tally[HELD_LEFT, lane] == 0.0:
-            least = 0.0
-        if not ERROR_SAFETY * ERROR_SAFETY * max(start, end) < least * least:
+            share = np.inf
+        if not ERROR_SAFETY * share < 1.0:
             sensitive[lane] = 1
         if not end < largest:
             carried[lane] = 0

@@ -28,6 +28,7 @@ from grazemap_core.maps.kernels.lane_errors import (
     lane_errors,
     lose_error,
     move_error,
+    note_impacts,
 )
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
@@ -280,18 +281,19 @@ def carry_errors(
         ready[0] = lane
         if impacts_only:
             first, rows = before[lane, ROWS], after[lane, ROWS]
+            note_impacts(errors, events, lane, first, rows)
             _carry_through_impacts(problem, events[lane], first, rows, viscous_term, change[lane])
         elif _carry_again(problem, held, tangents, lane, group.clearance[lane], half, change[lane], u) != OK:
             lose_error(errors, lane)
             continue
-        carry_widths(frequency, group, errors, before, one, impacts_only)
+        carry_widths(frequency, group, errors, one, impacts_only)
     count = int(np.int64(0))
     for lane in range(used if tabulated else 0):
         if carried[lane] != 0 and status[lane] == OK and _has_impacts_only(events, before, after, lane):
             ready[count] = lane
             count += 1
     carry_changes(problem, viscous_term, group, errors, before, count)
-    carry_widths(frequency, group, errors, before, count, one > 0)
+    carry_widths(frequency, group, errors, count, one > 0)
 
 
 @kernel
