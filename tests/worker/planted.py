@@ -39,7 +39,8 @@ def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     omega = grid_values(request.omega)[column_start:column_stop]
     clearance = grid_values(request.clearance)[row_start:row_stop]
     names = {"kinds": omega[:0], "reasons": omega[:0]}
-    return {"omega": omega, "clearance": clearance, "product": clearance[:, None] * omega, **names}
+    product = clearance[:, None] * omega
+    return {"omega": omega, "clearance": clearance, "kind": 0.0 * product, "product": product, **names}
 
 
 def compute_for(seconds: float) -> None:
