@@ -45,7 +45,7 @@ TRANSIENT_GROWTH = field(
     "transient_growth",
     "float",
     "Largest logarithm by which a small change of the state has grown between any two times before the orbit captured "
-    "the trajectory.",
+    "the trajectory; counted until the error of the trajectory is as large as its motion.",
     null=True,
     when=SINCE,
 )
