@@ -103,10 +103,11 @@ def test_the_docs_page_shows_every_operation(watched: Watched, url: str) -> None
         for block in blocks.all()
     }
     assert shown == expected
-    # unfolded, each shows its parameters or body and its responses
+    # unfolded, each shows its parameters or body and its responses; a page with all of them unfolded is slow
     for block in blocks.all():
         block.locator(".opblock-summary-control").click()
         expect(block.locator(".responses-wrapper")).to_be_visible()
+        block.locator(".opblock-summary-control").click()
     expect(page.locator(".errors-wrapper")).to_have_count(0)
 
 

@@ -242,9 +242,9 @@ def test_light_damping_and_long_periods_stay_cheap():
     codimension_two_points(DEFAULT, 0.2, 0.3)
     light = Oscillator.create(MASSES, STIFFNESSES, 1e-7, FORCING, 0.8)
     for oscillator, start in ((DEFAULT, 0.05), (light, 0.05), (DEFAULT, 0.005)):
-        begin = time.perf_counter()
+        begin = time.process_time()
         codimension_two_points(oscillator, start, 2.5)
-        assert time.perf_counter() - begin < 2.0
+        assert time.process_time() - begin < 2.0
 
 
 def test_systems_without_such_points_are_refused():
