@@ -25,6 +25,7 @@ from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
     carry_errors,
     carry_lanes,
+    count_impacts,
     move_tangents,
     save_lane_starts,
 )
@@ -171,18 +172,21 @@ def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     empty_full_events(column, k, used)
     if column.task.growth_halves > 0:
         start_growth(column, k, used)
-    save_lane_starts(group, column.tangents, used)
+    carries = column.blocks.verifiable or column.task.growth_halves > 0
+    if carries:
+        save_lane_starts(group, column.tangents, used)
     run_half(masses, column.model, group, k, used, column.u, column.work)
+    if carries:
+        count_impacts(group, column.tangents, used)
     if column.blocks.verifiable:
-        carry_errors(problem, column.model.held, group, column.tangents, k, used, column.u)
+        carry_errors(problem, column.model.held, group, column.tangents, k, used)
     if column.task.growth_halves > 0:
         skipped = column.task.growth_skipped
-        carry_lanes(problem, column.model.held, group, column.tangents, k, skipped, used, column.u)
+        carry_lanes(problem, column.model.held, group, column.tangents, k, skipped, used)
+    sizes, tally, chatter_impacts = records.sizes, group.tally, problem.chatter_impacts
     for lane in range(used):
-        records.sizes[lane, lane_state.FOLLOWED_IMPACTS] += group.tally[workspace.FOLLOWED, lane]
-        records.sizes[lane, lane_state.COUNTED_IMPACTS] += counted(
-            problem.chatter_impacts, group.tally[workspace.FOLLOWED, lane]
-        )
+        sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]
+        sizes[lane, lane_state.COUNTED_IMPACTS] += counted(chatter_impacts, tally[workspace.FOLLOWED, lane])
     _enter_history(column.history, k + 1, group, used)
 
 

@@ -1,7 +1,8 @@
 """Small changes of the state along all lanes, half period by half period, as in `lyapunov` for one trajectory.
 
 After a half period the lanes' events hold its impacts, which determine the propagation of changes between rests. Pairs
-of changes are propagated side by side (`tangent_pairs`) where the flow over half a period is tabulated. A half period
+and single changes are propagated side by side (`tangent_batches`) where the flow over half a period is tabulated, lanes
+with about as many impacts together. A half period
 with a rest, with an impact at speed 0, or with more impacts than the events hold is computed again for the lane alone
 (`tangent`), from the lane's state at its start. The errors of the lanes (`lane_errors`) are carried along.
 
@@ -20,19 +21,41 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import HELD, IMPACT, KIND, OK, ROWS, TIME, VELOCITY, Workspace, workspace
+from grazemap_core.contact.kernels.workspace import (
+    HELD,
+    HELD_LEFT,
+    HELD_RIGHT,
+    IMPACT,
+    KIND,
+    OK,
+    ROWS,
+    TIME,
+    VELOCITY,
+    Workspace,
+    workspace,
+)
 from grazemap_core.maps.kernels.lane_errors import (
     LaneErrors,
-    carry_changes,
-    carry_widths,
+    carry_error,
     lane_errors,
+    largest_reach,
     lose_error,
     move_error,
-    note_impacts,
+    shorten_change,
+    steepest_impact,
 )
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
-from grazemap_core.maps.kernels.tangent_pairs import PairBatch, carry_pairs, pair_batch
+from grazemap_core.maps.kernels.tangent_batches import (
+    REST,
+    SHARPEST,
+    SQUARE,
+    STEEPEST,
+    WIDTH,
+    TangentBatch,
+    carry_batch,
+    tangent_batch,
+)
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel, plain
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
@@ -49,6 +72,11 @@ NOTHING, ALL, PAIR, LOST = 0, 1, 2, 3
 """Changes along a lane: none; a basis of all; two that are kept orthonormal, with their growth; or propagation has
 failed."""
 
+NOT_ALL = -1
+"""Number of impacts of a half period that are not all in a lane's events, or not all of nonzero speed."""
+MOST_SORTED = 16
+"""Number of impacts from which on lanes are not sorted by it any further."""
+
 
 class LaneTangents(NamedTuple):
     """Small changes of the state along every lane.
@@ -62,9 +90,14 @@ class LaneTangents(NamedTuple):
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
     errors : LaneErrors
+    impacts, sorted : (LANES,)
+        Number of impacts of every lane in the half period, NOT_ALL with others or with a rest; lanes, sorted by it.
+    places : (MOST_SORTED + 2,)
+        Scratch.
     even, cursor, near, resting, since
         State and regime of every lane at the start of the half period, as in `lockstep.Lanes`.
-    batch : PairBatch
+    batch : TangentBatch
+    state : (N, 2)
     scratch : Tangents
     work : Workspace
         Scratch for a lane alone.
@@ -77,12 +110,16 @@ class LaneTangents(NamedTuple):
     growth: Floats
     moments: Floats
     errors: LaneErrors
+    impacts: Integers
+    sorted: Integers
+    places: Integers
     even: Floats
     cursor: Integers
     near: Floats
     resting: Floats
     since: Floats
-    batch: PairBatch
+    batch: TangentBatch
+    state: Floats
     scratch: lyapunov.Tangents
     work: Workspace
 
@@ -99,12 +136,16 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
         errors=lane_errors(masses),
+        impacts=np.zeros(LANES, dtype=np.int64),
+        sorted=np.zeros(LANES, dtype=np.int64),
+        places=np.zeros(MOST_SORTED + 2, dtype=np.int64),
         even=np.zeros((2 * masses + 2) * LANES),
         cursor=np.zeros((LANES, 4), dtype=np.int64),
         near=np.zeros((LANES, 3)),
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
-        batch=pair_batch(decay, frequency_squared),
+        batch=tangent_batch(decay, frequency_squared),
+        state=np.zeros((masses, 2)),
         scratch=lyapunov.tangents(masses, (halves + 1) // 2),
         work=workspace(masses, SCALAR_EVENTS),
     )
@@ -144,9 +185,11 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
 def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
     """Save the states and regimes of the lanes at the start of a half period."""
     regime = group.regime
-    copy_vector(tangents.even, group.even)
-    copy_matrix(tangents.cursor, group.cursor)
+    even, saved, cursor, saved_cursor = group.even, tangents.even, group.cursor, tangents.cursor
+    for c in range(even.shape[0] // LANES):
+        copy_vector(saved[c * LANES : c * LANES + used], even[c * LANES : c * LANES + used])
     for lane in range(used):
+        copy_vector(saved_cursor[lane], cursor[lane])
         if regime[lane] != FREE:
             copy_vector(tangents.near[lane], group.near[lane])
             copy_matrix(tangents.resting[lane], group.resting[lane])
@@ -180,10 +223,9 @@ def _carry_again(
     clearance: float,
     half: int,
     columns: Floats,
-    u: Floats,
 ) -> int:
     """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
-    work = tangents.work
+    work, u = tangents.work, tangents.state
     for j in range(u.shape[0]):
         for c in range(2):
             u[j, c] = tangents.even[(2 * j + c) * LANES + lane]
@@ -195,19 +237,83 @@ def _carry_again(
 
 
 @kernel
-def _orthonormalise_pair(
-    problem: CellProblem, group: Lanes, tangents: LaneTangents, lane: int, sign: float, skipped: int
-) -> None:
-    """Make a lane's pair orthonormal at the end of a half period; enter its growth and the moments of the orbit."""
-    k, halves = tangents.grown[lane], tangents.growth.shape[1]
-    if k >= halves:
-        return
-    lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], tangents.growth[lane, k])
+def _carry_alone(
+    problem: CellProblem,
+    held: HeldProblem,
+    group: Lanes,
+    tangents: LaneTangents,
+    lane: int,
+    half: int,
+    columns: Floats,
+) -> int:
+    """Propagate changes along a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
+    impacts, first = tangents.impacts[lane], tangents.cursor[lane, ROWS]
+    if impacts == NOT_ALL:
+        return _carry_again(problem, held, tangents, lane, group.clearance[lane], half, columns)
+    _carry_through_impacts(problem, group.events[lane], first, first + impacts, held.viscous_term, columns)
+    return OK
+
+
+@kernel
+def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
+    """Write `tangents.impacts` of the half period since `save_lane_starts`."""
+    before, after, events, impacts = tangents.cursor, group.cursor, group.events, tangents.impacts
+    for lane in range(used):
+        first, rows = before[lane, ROWS], after[lane, ROWS]
+        impacts[lane] = rows - first
+        if before[lane, HELD] != 0 or after[lane, HELD] != 0 or rows > events.shape[1]:
+            impacts[lane] = NOT_ALL
+            continue
+        for row in range(first, rows):
+            if events[lane, row, KIND] != IMPACT or events[lane, row, VELOCITY] == 0.0:
+                impacts[lane] = NOT_ALL
+
+
+@kernel
+def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, wanted: Integers, sort: int, used: int) -> int:
+    """Write the lanes that can be carried in batches to `tangents.sorted`, those with fewer impacts first.
+
+    They are lanes with this sort of `wanted`. Returns their number.
+    """
+    impacts, places, ready = tangents.impacts, tangents.places, tangents.sorted
+    if problem.flow_table.shape[0] <= problem.cells // 2:
+        return 0
+    last = places.shape[0] - 1
+    for place in range(last + 1):
+        places[place] = 0
+    for lane in range(used):
+        if wanted[lane] == sort and impacts[lane] != NOT_ALL:
+            places[min(impacts[lane], last - 1) + 1] += 1
+    for place in range(last):
+        places[place + 1] += places[place]
+    for lane in range(used):
+        if wanted[lane] == sort and impacts[lane] != NOT_ALL:
+            place = min(impacts[lane], last - 1)
+            ready[places[place]] = lane
+            places[place] += 1
+    return int(places[last])
+
+
+@kernel
+def _fill_batch(tangents: LaneTangents, begin: int, count: int) -> int:
+    """Put lanes of `tangents.sorted` into the batch, from number `begin` on; `count` are sorted. Returns how many."""
+    batch, filled = tangents.batch, min(count - begin, tangents.batch.lanes.shape[0])
+    for k in range(filled):
+        lane = tangents.sorted[begin + k]
+        batch.lanes[k], batch.first[k] = lane, tangents.cursor[lane, ROWS]
+        batch.impacts[k] = tangents.impacts[lane]
+    return filled
+
+
+@kernel
+def _enter_moments(group: Lanes, tangents: LaneTangents, lane: int, sign: float, skipped: int) -> None:
+    """Count a half period in which the growth of a lane's pair was written; enter the moments of the orbit."""
+    k, halves, even = tangents.grown[lane], tangents.growth.shape[1], group.even
     tangents.grown[lane] = k + 1
     if k >= skipped:
         moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
         for c in range(moments.shape[0]):
-            z = sign * group.even[c * LANES + lane]
+            z = sign * even[c * LANES + lane]
             moments[c, 0] += z
             moments[c, 1] += z * z
 
@@ -221,9 +327,8 @@ def carry_lanes(
     half: int,
     skipped: int,
     used: int,
-    u: Floats,
 ) -> None:
-    """Propagate changes of the state along the half period since `save_lane_starts`.
+    """Propagate bases and pairs of changes along the half period since `save_lane_starts`, after `count_impacts`.
 
     Parameters
     ----------
@@ -231,101 +336,70 @@ def carry_lanes(
         Index of the half period.
     skipped : int
         Half periods at the start of a measurement of growth that do not count.
-    u : (N, 2)
-        Scratch.
     """
-    carried, batch = tangents.carried, tangents.batch
-    width = batch.lanes.shape[0]
-    tabulated = problem.flow_table.shape[0] > problem.cells // 2
+    carried, status, batch, growth = tangents.carried, group.status, tangents.batch, tangents.growth
     sign = 1.0 if half % 2 == 0 else -1.0
-    filled, most = int(np.int64(0)), int(np.int64(0))
     for lane in range(used):
-        if (carried[lane] != ALL and carried[lane] != PAIR) or group.status[lane] != OK:
+        if carried[lane] == PAIR and (status[lane] != OK or tangents.grown[lane] == growth.shape[1]):
+            carried[lane] = NOTHING
+    count = _sort_by_impacts(problem, tangents, carried, plain(PAIR), used)
+    for lane in range(used):
+        pair = carried[lane] == PAIR and (count == 0 or tangents.impacts[lane] == NOT_ALL)
+        if not pair and (carried[lane] != ALL or status[lane] != OK):
             continue
-        first, rows = tangents.cursor[lane, ROWS], group.cursor[lane, ROWS]
-        impacts_only = _has_impacts_only(group.events, tangents.cursor, group.cursor, lane)
-        if carried[lane] == PAIR and impacts_only and tabulated:
-            batch.lanes[filled], batch.first[filled], batch.impacts[filled] = lane, first, rows - first
-            filled += 1
-            most = max(most, rows - first)
-            if filled == width:
-                _carry_batch(problem, held.viscous_term, group, tangents, filled, most, skipped, sign)
-                filled, most = int(np.int64(0)), int(np.int64(0))
-            continue
-        columns = tangents.full[lane] if carried[lane] == ALL else tangents.pair[lane]
-        if impacts_only:
-            _carry_through_impacts(problem, group.events[lane], first, rows, held.viscous_term, columns)
-        elif _carry_again(problem, held, tangents, lane, group.clearance[lane], half, columns, u) != OK:
+        columns = tangents.pair[lane] if pair else tangents.full[lane]
+        if _carry_alone(problem, held, group, tangents, lane, half, columns) != OK:
             carried[lane] = LOST
-        if carried[lane] == PAIR:
-            _orthonormalise_pair(problem, group, tangents, lane, sign, skipped)
-    if filled > 0:
-        _carry_batch(problem, held.viscous_term, group, tangents, filled, most, skipped, sign)
+        elif pair:
+            lyapunov.orthonormalise(problem.frequency, columns, growth[lane, tangents.grown[lane]])
+            _enter_moments(group, tangents, lane, sign, skipped)
+    for begin in range(0, count, batch.lanes.shape[0]):
+        filled = _fill_batch(tangents, begin, count)
+        carry_batch((0, 0), batch, filled, group.events, tangents.pair, problem, held.viscous_term)
+        for k in range(filled):
+            lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
+            entry = growth[lane, tangents.grown[lane]]
+            if square > 0.0:
+                entry[0], entry[1] = 0.5 * math.log(square), 0.5 * math.log(rest) if rest > 0.0 else -np.inf
+            else:
+                lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], entry)
+            _enter_moments(group, tangents, lane, sign, skipped)
 
 
 @kernel
 def carry_errors(
-    problem: CellProblem, held: HeldProblem, group: Lanes, tangents: LaneTangents, half: int, used: int, u: Floats
+    problem: CellProblem, held: HeldProblem, group: Lanes, tangents: LaneTangents, half: int, used: int
 ) -> None:
     """Carry the errors of the lanes over the half period since `save_lane_starts`; parameters as `carry_lanes`."""
-    errors, status, frequency, viscous_term = tangents.errors, group.status, problem.frequency, held.viscous_term
-    carried, change, events, before, after = errors.carried, errors.change, group.events, tangents.cursor, group.cursor
-    tabulated = problem.flow_table.shape[0] > problem.cells // 2
-    ready, one = errors.lanes, plain(1)
+    errors, status, frequency, tally = tangents.errors, group.status, problem.frequency, group.tally
+    carried, change, cursor, batch = errors.carried, errors.change, tangents.cursor, tangents.batch
+    farthest = largest_reach(problem)
     for lane in range(used):
-        if carried[lane] == 0 or status[lane] != OK:
+        if status[lane] != OK:
+            carried[lane] = 0
+    count = _sort_by_impacts(problem, tangents, carried, plain(1), used)
+    for lane in range(used):
+        impacts = tangents.impacts[lane]
+        if carried[lane] == 0 or (count > 0 and impacts != NOT_ALL):
             continue
-        impacts_only = _has_impacts_only(events, before, after, lane)
-        if impacts_only and tabulated:
-            continue
-        ready[0] = lane
-        if impacts_only:
-            first, rows = before[lane, ROWS], after[lane, ROWS]
-            note_impacts(errors, events, lane, first, rows)
-            _carry_through_impacts(problem, events[lane], first, rows, viscous_term, change[lane])
-        elif _carry_again(problem, held, tangents, lane, group.clearance[lane], half, change[lane], u) != OK:
+        steepest = 0.0
+        if impacts != NOT_ALL:
+            steepest = steepest_impact(group.events[lane], cursor[lane, ROWS], cursor[lane, ROWS] + impacts)
+        elif tally[HELD_RIGHT, lane] + tally[HELD_LEFT, lane] == 0.0:
+            steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
+        if _carry_alone(problem, held, group, tangents, lane, half, change[lane]) != OK:
             lose_error(errors, lane)
             continue
-        carry_widths(frequency, group, errors, one, impacts_only)
-    count = int(np.int64(0))
-    for lane in range(used if tabulated else 0):
-        if carried[lane] != 0 and status[lane] == OK and _has_impacts_only(events, before, after, lane):
-            ready[count] = lane
-            count += 1
-    carry_changes(problem, viscous_term, group, errors, before, count)
-    carry_widths(frequency, group, errors, count, one > 0)
-
-
-@kernel
-def _has_impacts_only(events: Floats, before: Integers, after: Integers, lane: int) -> bool:
-    """Return whether a lane's half period has impacts of nonzero speed only, all of them in its events.
-
-    `before` and `after` are the lanes' cursors at its start and at its end.
-    """
-    first, rows = before[lane, ROWS], after[lane, ROWS]
-    if before[lane, HELD] != 0 or after[lane, HELD] != 0 or rows > events.shape[1]:
-        return False
-    for row in range(first, rows):
-        if events[lane, row, KIND] != IMPACT or events[lane, row, VELOCITY] == 0.0:
-            return False
-    return True
-
-
-@kernel
-def _carry_batch(
-    problem: CellProblem,
-    viscous_term: float,
-    group: Lanes,
-    tangents: LaneTangents,
-    count: int,
-    most: int,
-    skipped: int,
-    sign: float,
-) -> None:
-    """Propagate the pairs of the first `count` lanes of the batch, with `most` impacts at most."""
-    carry_pairs(tangents.batch, count, most, group.events, tangents.pair, problem, viscous_term)
-    for k in range(count):
-        _orthonormalise_pair(problem, group, tangents, tangents.batch.lanes[k], sign, skipped)
+        carry_error(group, errors, lane, shorten_change(frequency, errors, lane), steepest, steepest)
+    for begin in range(0, count, batch.lanes.shape[0]):
+        filled = _fill_batch(tangents, begin, count)
+        carry_batch((0,), batch, filled, group.events, change, problem, held.viscous_term)
+        for k in range(filled):
+            lane, square = batch.lanes[k], batch.rows[SQUARE * WIDTH + k]
+            if not square > 0.0:
+                square = shorten_change(frequency, errors, lane)
+            sharpest, steepest = batch.rows[SHARPEST * WIDTH + k], batch.rows[STEEPEST * WIDTH + k]
+            carry_error(group, errors, lane, square, sharpest / farthest, steepest)
 
 
 @kernel

@@ -1,0 +1,351 @@
+"""Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
+
+As in `multi_impact_cell`, WIDTH lanes are side by side in a batch, and every loop over them is straight-line
+arithmetic; their length is not a constant to the compiler, which would write out short loops one by one instead of
+vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In each step all lanes advance to their next impact; a lane without a further impact advances to the end of
+the half period and stays there. A lane has one change, or two.
+
+The flow between impacts is a flow over whole cells, from a table, followed by one over at most half a cell forward or
+backward, from a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the
+changes of a lane are made orthonormal in the energy norm.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.workspace import TIME, VELOCITY
+from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION
+from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
+from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
+from grazemap_core.simulation.tolerances import RANK_ROUNDING
+
+WIDTH = 16
+"""Lanes of a batch: two of the longest vectors of any processor."""
+
+FLOW_DEGREE = 8
+"""Degree of the series of a flow over half a cell, with exponents up to CELL_REACH / 2 = 1/2. The omitted term is
+2^-9/9! = 5e-9, and growth is not known to more than three digits."""
+
+# rows of `TangentBatch.rows`
+SHORT, PASSED, FACTOR, RATIO = 0, 1, 2, 3
+"""The short time of a flow; time of the last impact; 1 + R, or 0 without an impact; ratio of acceleration and velocity
+at the impact, without the viscous term."""
+STEEPNESS, STEEPEST, SHARPEST = 4, 5, 6
+"""2 |a|/v^2 at an impact, largest one of the half period, and largest product with the position in the first change."""
+SQUARE, OVERLAP, WHOLE, REST = 7, 8, 9, 10
+"""Scalar products of the changes at the end: of the first with itself and with the second, of the second with itself,
+and the same after the first has been subtracted; 0 if nothing was left."""
+SCALE = 11
+"""Factor on a change."""
+POSITION, SPEED = 12, 14
+"""Position and velocity of mass 1 in both changes; then their jumps at the impact."""
+ROWS = 16
+
+Columns = tuple[int, ...]
+Places = tuple[int, int, int]
+"""Position of a lane in the batch, column of a change, and number of columns."""
+Numbers = tuple[float, float, float, float]
+
+
+class TangentBatch(NamedTuple):
+    """WIDTH lanes.
+
+    Attributes
+    ----------
+    lanes, first, impacts : (WIDTH,)
+        Index of a lane, row of the half period's first impact in its events, and number of impacts.
+    changes : (4 N * WIDTH,)
+        For every block, u of every change, then u' of every change.
+    flow : (4 N * WIDTH,)
+        The flow over whole cells, row by row.
+    rows : (ROWS * WIDTH,)
+    series : (2, N, FLOW_DEGREE)
+        Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
+        the derivative, from the constant on.
+    """
+
+    lanes: Integers
+    first: Integers
+    impacts: Integers
+    changes: Floats
+    flow: Floats
+    rows: Floats
+    series: Floats
+
+
+def tangent_batch(decay: Floats, frequency_squared: Floats) -> TangentBatch:
+    """Return an empty batch for a chain's blocks."""
+    masses = len(decay)
+    return TangentBatch(
+        lanes=np.zeros(WIDTH, dtype=np.int64),
+        first=np.zeros(WIDTH, dtype=np.int64),
+        impacts=np.zeros(WIDTH, dtype=np.int64),
+        changes=np.zeros(4 * masses * WIDTH),
+        flow=np.zeros(4 * masses * WIDTH),
+        rows=np.zeros(ROWS * WIDTH),
+        series=flow_series(decay, frequency_squared),
+    )
+
+
+def flow_series(decay: Floats, frequency_squared: Floats) -> Floats:
+    """Return `TangentBatch.series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
+    series = np.zeros((2, len(decay), FLOW_DEGREE))
+    before, term = np.zeros(len(decay)), np.ones(len(decay))
+    for power in range(1, FLOW_DEGREE + 1):
+        series[0, :, power - 1], series[1, :, power - 1] = term, power * term
+        following = -(2.0 * decay * power * term + frequency_squared * before) / (power * (power + 1.0))
+        before, term = term, following
+    return series
+
+
+@fused_inlined
+def _series(s: Floats, t: float) -> float:
+    """Return the polynomial of degree 7 with these coefficients."""
+    value: float = s[7]
+    value = value * t + s[6]
+    value = value * t + s[5]
+    value = value * t + s[4]
+    value = value * t + s[3]
+    value = value * t + s[2]
+    value = value * t + s[1]
+    value = value * t + s[0]
+    return value
+
+
+@fused_inlined
+def _set_targets(
+    batch: TangentBatch, filled: int, index: int, events: Floats, problem: CellProblem, viscous_term: float
+) -> None:
+    """Write the flow of every lane to its impact number `index`, or to the end, and the factors of the impact."""
+    flow_table, step, factor = problem.flow_table, problem.step, 1.0 + problem.restitution
+    end, blocks, rows, flow = step * (problem.cells // 2), flow_table.shape[1], batch.rows, batch.flow
+    for k in range(filled):
+        time, ratio, jump, steepness = end, 0.0, 0.0, 0.0
+        if index < batch.impacts[k]:
+            event = events[np.uintp(batch.lanes[k]), np.uintp(batch.first[k] + index)]
+            time, jump, speed = event[TIME], factor, abs(event[VELOCITY])
+            ratio = event[CONTACT_ACCELERATION] / speed
+            steepness = 2.0 * abs(ratio) / speed
+            ratio -= viscous_term * factor
+        away = time - rows[PASSED * WIDTH + k]
+        cells = int(away / step + 0.5)
+        rows[SHORT * WIDTH + k] = away - cells * step
+        rows[PASSED * WIDTH + k] = time
+        rows[FACTOR * WIDTH + k] = jump
+        rows[RATIO * WIDTH + k] = ratio
+        rows[STEEPNESS * WIDTH + k] = steepness
+        table = flow_table[np.uintp(cells)]
+        for j in range(blocks):
+            for i in range(4):
+                flow[np.uintp((4 * j + i) * WIDTH + k)] = table[j, i]
+
+
+@fused_inlined
+def _flow_change(rows: Floats, over: Floats, block: Floats, places: Places, short: Numbers, output: Numbers) -> None:
+    """Carry a block of one change of a lane over whole cells, and the short time; add to POSITION and SPEED."""
+    k, c, columns = places
+    stays, answer, back, rate = short
+    u, du = block[c * WIDTH + k], block[(columns + c) * WIDTH + k]
+    whole = over[k] * u + over[WIDTH + k] * du
+    whole_rate = over[2 * WIDTH + k] * u + over[3 * WIDTH + k] * du
+    u, du = stays * whole + answer * whole_rate, back * whole + rate * whole_rate
+    block[c * WIDTH + k] = u
+    block[(columns + c) * WIDTH + k] = du
+    rows[(POSITION + c) * WIDTH + k] += output[0] * u + output[1] * du
+    rows[(SPEED + c) * WIDTH + k] += output[2] * u + output[3] * du
+
+
+@fused_inlined
+def _flow_changes(columns: Columns, batch: TangentBatch, problem: CellProblem) -> None:
+    """Carry all changes over whole cells and the short time; write position and velocity of mass 1."""
+    rows, flow, changes, series = batch.rows, batch.flow, batch.changes, batch.series
+    frequency_squared, decay, output_row = problem.frequency_squared, problem.decay, problem.output_row
+    count, width = len(columns), batch.lanes.shape[0]
+    for k in range(width):
+        rows[POSITION * WIDTH + k] = 0.0
+        rows[(POSITION + 1) * WIDTH + k] = 0.0
+        rows[SPEED * WIDTH + k] = 0.0
+        rows[(SPEED + 1) * WIDTH + k] = 0.0
+    for j in range(decay.shape[0]):
+        square, twice, answers, slopes = frequency_squared[j], 2.0 * decay[j], series[0, j], series[1, j]
+        output = (output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3])
+        over = flow[4 * j * WIDTH : (4 * j + 4) * WIDTH]
+        block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
+        for k in range(width):
+            time = rows[SHORT * WIDTH + k]
+            y, rate = _series(answers, time) * time, _series(slopes, time)
+            short = (rate + twice * y, y, -square * y, rate)
+            _flow_change(rows, over, block, (k, 0, count), short, output)
+            if count == 2:
+                _flow_change(rows, over, block, (k, 1, count), short, output)
+
+
+@fused_inlined
+def _strike_change(rows: Floats, block: Floats, places: Places, impulse: Numbers) -> None:
+    """Add the jumps to a block of one change of a lane."""
+    k, c, columns = places
+    x, v = rows[(POSITION + c) * WIDTH + k], rows[(SPEED + c) * WIDTH + k]
+    block[c * WIDTH + k] += v * impulse[0] + x * impulse[1]
+    block[(columns + c) * WIDTH + k] += v * impulse[1] - x * impulse[2]
+
+
+@fused_inlined
+def _strike_changes(columns: Columns, batch: TangentBatch, problem: CellProblem) -> None:
+    """Carry all changes through an impact; those with FACTOR 0 do not change."""
+    rows, changes, frequency_squared, decay = batch.rows, batch.changes, problem.frequency_squared, problem.decay
+    unit_impulse, count, width = problem.unit_impulse, len(columns), batch.lanes.shape[0]
+    for k in range(width):
+        steepness, factor, ratio = rows[STEEPNESS * WIDTH + k], rows[FACTOR * WIDTH + k], rows[RATIO * WIDTH + k]
+        x, y = rows[POSITION * WIDTH + k], rows[(POSITION + 1) * WIDTH + k]
+        sharpness = steepness * abs(x)
+        steepest, sharpest = rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k]
+        rows[STEEPEST * WIDTH + k] = steepness if steepness > steepest else steepest
+        rows[SHARPEST * WIDTH + k] = sharpness if sharpness > sharpest else sharpest
+        rows[SPEED * WIDTH + k] = -factor * (rows[SPEED * WIDTH + k] - ratio * x)
+        rows[(SPEED + 1) * WIDTH + k] = -factor * (rows[(SPEED + 1) * WIDTH + k] - ratio * y)
+        rows[POSITION * WIDTH + k] = -factor * x
+        rows[(POSITION + 1) * WIDTH + k] = -factor * y
+    for j in range(decay.shape[0]):
+        displacement, velocity = unit_impulse[j, 0], unit_impulse[j, 1]
+        curvature = frequency_squared[j] * displacement + 2.0 * decay[j] * velocity
+        impulse = (displacement, velocity, curvature, 0.0)
+        block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
+        for k in range(width):
+            _strike_change(rows, block, (k, 0, count), impulse)
+            if count == 2:
+                _strike_change(rows, block, (k, 1, count), impulse)
+
+
+@fused_inlined
+def _products(columns: Columns, batch: TangentBatch, frequency: Floats) -> None:
+    """Write SQUARE, and of two changes OVERLAP and WHOLE."""
+    rows, changes, count, width = batch.rows, batch.changes, len(columns), batch.lanes.shape[0]
+    for k in range(width):
+        rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k], rows[WHOLE * WIDTH + k] = 0.0, 0.0, 0.0
+    for j in range(frequency.shape[0]):
+        stiffness = frequency[j] * frequency[j]
+        block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
+        for k in range(width):
+            u, du = block[k], block[count * WIDTH + k]
+            rows[SQUARE * WIDTH + k] += stiffness * (u * u) + du * du
+            if count == 2:
+                w, dw = block[WIDTH + k], block[3 * WIDTH + k]
+                rows[OVERLAP * WIDTH + k] += stiffness * (u * w) + du * dw
+                rows[WHOLE * WIDTH + k] += stiffness * (w * w) + dw * dw
+
+
+@fused_inlined
+def _subtract_first(batch: TangentBatch, frequency: Floats) -> None:
+    """Subtract from the second change its share of the first, and write REST."""
+    rows, changes, width = batch.rows, batch.changes, batch.lanes.shape[0]
+    for k in range(width):
+        rows[REST * WIDTH + k] = 0.0
+        rows[SCALE * WIDTH + k] = rows[OVERLAP * WIDTH + k] / rows[SQUARE * WIDTH + k]
+    for j in range(frequency.shape[0]):
+        stiffness = frequency[j] * frequency[j]
+        block = changes[4 * j * WIDTH : 4 * (j + 1) * WIDTH]
+        for k in range(width):
+            share = rows[SCALE * WIDTH + k]
+            w = block[WIDTH + k] - share * block[k]
+            dw = block[3 * WIDTH + k] - share * block[2 * WIDTH + k]
+            block[WIDTH + k], block[3 * WIDTH + k] = w, dw
+            rows[REST * WIDTH + k] += stiffness * (w * w) + dw * dw
+
+
+@fused_inlined
+def _shorten(columns: Columns, batch: TangentBatch, blocks: int) -> None:
+    """Make the lengths of the changes 1; of those with the square 0 nothing is left, those with a negative one stay."""
+    rows, changes, count, width = batch.rows, batch.changes, len(columns), batch.lanes.shape[0]
+    for c in range(count):
+        row = SQUARE if c == 0 else REST
+        squares, scale = rows[row * WIDTH : (row + 1) * WIDTH], rows[SCALE * WIDTH : (SCALE + 1) * WIDTH]
+        for k in range(width):
+            square = squares[k]
+            scale[k] = 1.0 / np.sqrt(square) if square > 0.0 else (0.0 if square == 0.0 else 1.0)
+        for j in range(blocks):
+            block = changes[(2 * count * j + c) * WIDTH : 2 * count * (j + 1) * WIDTH]
+            for k in range(width):
+                block[k] *= scale[k]
+                block[count * WIDTH + k] *= scale[k]
+
+
+@inlined
+def is_safe(square: float) -> bool:
+    """Return whether a sum of squares has all its digits."""
+    safe: bool = MIN_SAFE_SQUARE < square < 1.0 / MIN_SAFE_SQUARE
+    return safe
+
+
+@fused_inlined
+def _orthonormalise(columns: Columns, batch: TangentBatch, filled: int, frequency: Floats) -> None:
+    """Make the changes of every lane orthonormal; SQUARE and REST become -1 where products have lost digits.
+
+    Those lanes keep their changes as they are.
+    """
+    rows, count = batch.rows, len(columns)
+    _products(columns, batch, frequency)
+    for k in range(WIDTH):
+        square, whole = rows[SQUARE * WIDTH + k], rows[WHOLE * WIDTH + k]
+        if k >= filled or not is_safe(square) or (count == 2 and not is_safe(whole)):
+            rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k] = -1.0, 0.0
+    if count == 2:
+        _subtract_first(batch, frequency)
+        for k in range(WIDTH):
+            rest, whole = rows[REST * WIDTH + k], rows[WHOLE * WIDTH + k]
+            left = rest if rest > RANK_ROUNDING * RANK_ROUNDING * whole else 0.0
+            rows[REST * WIDTH + k] = left if rows[SQUARE * WIDTH + k] > 0.0 else -1.0
+    _shorten(columns, batch, frequency.shape[0])
+
+
+@fused_kernel
+def carry_batch(
+    columns: Columns,
+    batch: TangentBatch,
+    filled: int,
+    events: Floats,
+    changes: Floats,
+    problem: CellProblem,
+    viscous_term: float,
+) -> None:
+    """Propagate changes along the half period of their lanes, and make them orthonormal, in place.
+
+    Parameters
+    ----------
+    columns : tuple of length 1 or 2
+        Only its length matters: the number of changes of a lane.
+    batch : TangentBatch
+        Input: `lanes`, `first` and `impacts` of the first `filled` lanes. In `rows` are left SQUARE and REST (-1 for a
+        lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
+    events : (LANES, capacity, LANE_EVENT_COLUMNS)
+    changes : (LANES, 2 N, columns)
+    problem : CellProblem
+        Its flow_table must have all cells of half a period.
+    viscous_term : float
+        Damping that changes sign with the velocity at an impact, C_11/m_1.
+    """
+    rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
+    for k in range(batch.lanes.shape[0]):
+        rows[PASSED * WIDTH + k], rows[SHORT * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
+        rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k] = 0.0, 0.0
+    for k in range(filled):
+        most = max(most, batch.impacts[k])
+        one = changes[np.uintp(batch.lanes[k])]
+        for i in range(one.shape[0]):
+            for c in range(count):
+                beside[np.uintp((count * i + c) * WIDTH + k)] = one[i, c]
+    for index in range(most + 1):
+        _set_targets(batch, filled, index, events, problem, viscous_term)
+        _flow_changes(columns, batch, problem)
+        if index < most:
+            _strike_changes(columns, batch, problem)
+    _orthonormalise(columns, batch, filled, problem.frequency)
+    for k in range(filled):
+        one = changes[np.uintp(batch.lanes[k])]
+        for i in range(one.shape[0]):
+            for c in range(count):
+                one[i, c] = beside[np.uintp((count * i + c) * WIDTH + k)]
