@@ -105,7 +105,7 @@ def lyapunov_exponents(
             break
         run.work = longer_record(run.work)
     run.require(status)
-    kind, first, first_error, second, second_error = classify_growth(run.problem, clearance, skipped, scratch)
+    kind, first, first_error, second, second_error = classify_growth(run.problem, clearance, skipped, skipped, scratch)
     growth = scratch.growth[skipped:, 0].reshape(periods, 2).sum(axis=1)
     return LyapunovExponents(
         first=first,

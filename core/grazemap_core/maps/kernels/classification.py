@@ -54,7 +54,6 @@ from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.lane_errors import error_of, transient_growth_of
 from grazemap_core.maps.kernels.lane_tangents import (
     ALL,
-    PAIR,
     begin_growth_of,
     begin_matrix_of,
     growth_of_lane,
@@ -403,8 +402,6 @@ def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> No
 def _write_growth(column: Column, codes: Integers, figures: Floats, lane: int) -> None:
     """Write what the growth along a lane implies, if it was measured to the end."""
     problem, tangents, task = column.model.problem, column.tangents, column.task
-    if tangents.carried[lane] != PAIR or tangents.grown[lane] != task.growth_halves:
-        return
     growth, exponent, error = growth_of_lane(problem, column.group.clearance[lane], task.growth_skipped, tangents, lane)
     codes[lane_state.GROWTH] = growth
     figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells

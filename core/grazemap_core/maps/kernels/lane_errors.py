@@ -73,7 +73,7 @@ def forget_error(errors: LaneErrors, lane: int) -> None:
 
 
 @kernel
-def _begin_change(frequency: Floats, change: Floats) -> None:
+def begin_change(frequency: Floats, change: Floats) -> None:
     """Write a change (2 N, 1) of length 1 without the symmetries of the chain."""
     square = 0.0
     for c in range(change.shape[0]):
@@ -89,7 +89,7 @@ def begin_error(frequency: Floats, errors: LaneErrors, lane: int) -> None:
     errors.carried[lane] = 1
     errors.since[lane] = 1.0
     errors.growth[lane] = 1.0
-    _begin_change(frequency, errors.change[lane])
+    begin_change(frequency, errors.change[lane])
 
 
 @kernel
@@ -145,7 +145,7 @@ def shorten_change(frequency: Floats, errors: LaneErrors, lane: int) -> float:
         for c in range(change.shape[0]):
             change[c, 0] /= math.sqrt(square)
     else:  # after a rest nothing may be left of it
-        _begin_change(frequency, change)
+        begin_change(frequency, change)
     return square
 
 

@@ -8,7 +8,7 @@ with a rest, with an impact at speed 0, or with more impacts than the events hol
 
     begin_matrix_of, begin_growth_of     start propagating changes along a lane
     save_lane_starts                     at the start of a half period, all lanes
-    carry_lanes                          at its end
+    count_impacts, carry_lanes, carry_changes   at its end
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.codes import GROWTH_UNDECIDED
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import (
@@ -36,6 +37,7 @@ from grazemap_core.contact.kernels.workspace import (
 )
 from grazemap_core.maps.kernels.lane_errors import (
     LaneErrors,
+    begin_change,
     carry_error,
     lane_errors,
     largest_reach,
@@ -57,10 +59,11 @@ from grazemap_core.maps.kernels.tangent_batches import (
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
-from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel, plain
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.simulation.kernels import lyapunov
 from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
+from grazemap_core.simulation.tolerances import GROWTH_SURE
 
 RECORDED_IMPACTS = MAX_VERIFIED_IMPACTS + HALF_PERIOD_EVENTS
 """Capacity of a lane's events. In at least half of all cases this suffices for all impacts of a motion that is to be
@@ -68,9 +71,9 @@ verified; otherwise the motion is run again to obtain them."""
 SCALAR_EVENTS = 4096
 """Maximum number of events in half a period with which changes are propagated."""
 
-NOTHING, ALL, PAIR, LOST = 0, 1, 2, 3
-"""Changes along a lane: none; a basis of all; two that are kept orthonormal, with their growth; or propagation has
-failed."""
+NOTHING, ALL, FIRST, PAIR, LOST = 0, 1, 2, 3, 4
+"""Changes along a lane: none; a basis of all; the one of its error, with its growth; two that are kept orthonormal, with
+their growth; or propagation has failed."""
 
 NOT_ALL = -1
 """Number of impacts of a half period that are not all in a lane's events, or not all of nonzero speed."""
@@ -84,14 +87,15 @@ class LaneTangents(NamedTuple):
     Attributes
     ----------
     carried, grown : (LANES,)
-        NOTHING, ALL, PAIR or LOST; half periods over which growth was measured.
+        NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured.
     full, pair : (LANES, 2 N, 2 N), (LANES, 2 N, 2)
         The tangents, as columns.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
     errors : LaneErrors
-    impacts, sorted : (LANES,)
-        Number of impacts of every lane in the half period, NOT_ALL with others or with a rest; lanes, sorted by it.
+    wanted, impacts, sorted : (LANES,)
+        1 for the lanes that are carried together; number of impacts of every lane in the half period, NOT_ALL with
+        others or with a rest; lanes, sorted by it.
     places : (MOST_SORTED + 2,)
         Scratch.
     even, cursor, near, resting, since
@@ -110,6 +114,7 @@ class LaneTangents(NamedTuple):
     growth: Floats
     moments: Floats
     errors: LaneErrors
+    wanted: Integers
     impacts: Integers
     sorted: Integers
     places: Integers
@@ -136,6 +141,7 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
         errors=lane_errors(masses),
+        wanted=np.zeros(LANES, dtype=np.int64),
         impacts=np.zeros(LANES, dtype=np.int64),
         sorted=np.zeros(LANES, dtype=np.int64),
         places=np.zeros(MOST_SORTED + 2, dtype=np.int64),
@@ -270,24 +276,24 @@ def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
 
 
 @kernel
-def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, wanted: Integers, sort: int, used: int) -> int:
-    """Write the lanes that can be carried in batches to `tangents.sorted`, those with fewer impacts first.
+def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) -> int:
+    """Write the wanted lanes that can be carried in batches to `tangents.sorted`, those with fewer impacts first.
 
-    They are lanes with this sort of `wanted`. Returns their number.
+    Returns their number.
     """
-    impacts, places, ready = tangents.impacts, tangents.places, tangents.sorted
+    wanted, impacts, places, ready = tangents.wanted, tangents.impacts, tangents.places, tangents.sorted
     if problem.flow_table.shape[0] <= problem.cells // 2:
         return 0
     last = places.shape[0] - 1
     for place in range(last + 1):
         places[place] = 0
     for lane in range(used):
-        if wanted[lane] == sort and impacts[lane] != NOT_ALL:
+        if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
             places[min(impacts[lane], last - 1) + 1] += 1
     for place in range(last):
         places[place + 1] += places[place]
     for lane in range(used):
-        if wanted[lane] == sort and impacts[lane] != NOT_ALL:
+        if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
             place = min(impacts[lane], last - 1)
             ready[places[place]] = lane
             places[place] += 1
@@ -306,8 +312,8 @@ def _fill_batch(tangents: LaneTangents, begin: int, count: int) -> int:
 
 
 @kernel
-def _enter_moments(group: Lanes, tangents: LaneTangents, lane: int, sign: float, skipped: int) -> None:
-    """Count a half period in which the growth of a lane's pair was written; enter the moments of the orbit."""
+def _enter_growth(group: Lanes, tangents: LaneTangents, lane: int, sign: float, skipped: int) -> None:
+    """Count a half period in which the growth along a lane was written; enter the moments of the orbit."""
     k, halves, even = tangents.grown[lane], tangents.growth.shape[1], group.even
     tangents.grown[lane] = k + 1
     if k >= skipped:
@@ -316,6 +322,29 @@ def _enter_moments(group: Lanes, tangents: LaneTangents, lane: int, sign: float,
             z = sign * even[c * LANES + lane]
             moments[c, 0] += z
             moments[c, 1] += z * z
+
+
+@kernel
+def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int) -> None:
+    """Propagate a second change from the middle of the measurement on, unless the first one says that it is chaos."""
+    k, growth = tangents.grown[lane], tangents.growth[lane]
+    if k != _middle(growth.shape[0], skipped):
+        return
+    total = 0.0
+    for row in range(skipped, k):
+        total += growth[row, 0]
+    if total > GROWTH_SURE:
+        return
+    tangents.carried[lane] = PAIR
+    for c in range(tangents.pair.shape[1]):
+        tangents.pair[lane, c, 0] = tangents.errors.change[lane, c, 0]
+    lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], growth[k])
+
+
+@kernel
+def _middle(halves: int, skipped: int) -> int:
+    """Return the half period in the middle of those that count."""
+    return skipped + (halves - skipped) // 2
 
 
 @kernel
@@ -338,21 +367,22 @@ def carry_lanes(
         Half periods at the start of a measurement of growth that do not count.
     """
     carried, status, batch, growth = tangents.carried, group.status, tangents.batch, tangents.growth
-    sign = 1.0 if half % 2 == 0 else -1.0
+    sign, wanted = 1.0 if half % 2 == 0 else -1.0, tangents.wanted
     for lane in range(used):
-        if carried[lane] == PAIR and (status[lane] != OK or tangents.grown[lane] == growth.shape[1]):
+        if status[lane] != OK or ((carried[lane] == PAIR) and tangents.grown[lane] == growth.shape[1]):
             carried[lane] = NOTHING
-    count = _sort_by_impacts(problem, tangents, carried, plain(PAIR), used)
+        wanted[lane] = 1 if carried[lane] == PAIR else 0
+    count = _sort_by_impacts(problem, tangents, used)
     for lane in range(used):
         pair = carried[lane] == PAIR and (count == 0 or tangents.impacts[lane] == NOT_ALL)
-        if not pair and (carried[lane] != ALL or status[lane] != OK):
+        if not pair and carried[lane] != ALL:
             continue
         columns = tangents.pair[lane] if pair else tangents.full[lane]
         if _carry_alone(problem, held, group, tangents, lane, half, columns) != OK:
             carried[lane] = LOST
         elif pair:
             lyapunov.orthonormalise(problem.frequency, columns, growth[lane, tangents.grown[lane]])
-            _enter_moments(group, tangents, lane, sign, skipped)
+            _enter_growth(group, tangents, lane, sign, skipped)
     for begin in range(0, count, batch.lanes.shape[0]):
         filled = _fill_batch(tangents, begin, count)
         carry_batch((0, 0), batch, filled, group.events, tangents.pair, problem, held.viscous_term)
@@ -363,43 +393,76 @@ def carry_lanes(
                 entry[0], entry[1] = 0.5 * math.log(square), 0.5 * math.log(rest) if rest > 0.0 else -np.inf
             else:
                 lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], entry)
-            _enter_moments(group, tangents, lane, sign, skipped)
+            _enter_growth(group, tangents, lane, sign, skipped)
 
 
 @kernel
-def carry_errors(
-    problem: CellProblem, held: HeldProblem, group: Lanes, tangents: LaneTangents, half: int, used: int
+def carry_changes(
+    problem: CellProblem,
+    held: HeldProblem,
+    group: Lanes,
+    tangents: LaneTangents,
+    half: int,
+    skipped: int,
+    used: int,
 ) -> None:
-    """Carry the errors of the lanes over the half period since `save_lane_starts`; parameters as `carry_lanes`."""
-    errors, status, frequency, tally = tangents.errors, group.status, problem.frequency, group.tally
-    carried, change, cursor, batch = errors.carried, errors.change, tangents.cursor, tangents.batch
-    farthest = largest_reach(problem)
+    """Propagate the changes of errors, and the errors, or measure their growth; parameters as `carry_lanes`."""
+    errors, status, tally, wanted, rows = tangents.errors, group.status, group.tally, tangents.wanted, tangents.cursor
+    sign, change, batch, farthest = (
+        1.0 if half % 2 == 0 else -1.0,
+        errors.change,
+        tangents.batch,
+        largest_reach(problem),
+    )
     for lane in range(used):
         if status[lane] != OK:
-            carried[lane] = 0
-    count = _sort_by_impacts(problem, tangents, carried, plain(1), used)
+            errors.carried[lane] = 0
+        first = tangents.carried[lane] == FIRST and status[lane] == OK
+        if first and tangents.grown[lane] == tangents.growth.shape[1]:
+            tangents.carried[lane], first = NOTHING, False
+        wanted[lane] = 1 if first or errors.carried[lane] != 0 else 0
+    count = _sort_by_impacts(problem, tangents, used)
     for lane in range(used):
         impacts = tangents.impacts[lane]
-        if carried[lane] == 0 or (count > 0 and impacts != NOT_ALL):
+        if wanted[lane] == 0 or (count > 0 and impacts != NOT_ALL):
             continue
         steepest = 0.0
         if impacts != NOT_ALL:
-            steepest = steepest_impact(group.events[lane], cursor[lane, ROWS], cursor[lane, ROWS] + impacts)
+            steepest = steepest_impact(group.events[lane], rows[lane, ROWS], rows[lane, ROWS] + impacts)
         elif tally[HELD_RIGHT, lane] + tally[HELD_LEFT, lane] == 0.0:
             steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
         if _carry_alone(problem, held, group, tangents, lane, half, change[lane]) != OK:
-            lose_error(errors, lane)
+            if errors.carried[lane] != 0:
+                lose_error(errors, lane)
+            if tangents.carried[lane] == FIRST:
+                tangents.carried[lane] = LOST
             continue
-        carry_error(group, errors, lane, shorten_change(frequency, errors, lane), steepest, steepest)
+        square = shorten_change(problem.frequency, errors, lane)
+        if errors.carried[lane] != 0:
+            carry_error(group, errors, lane, square, steepest, steepest)
+        _enter_first(problem, group, tangents, lane, square, sign, skipped)
     for begin in range(0, count, batch.lanes.shape[0]):
         filled = _fill_batch(tangents, begin, count)
         carry_batch((0,), batch, filled, group.events, change, problem, held.viscous_term)
         for k in range(filled):
             lane, square = batch.lanes[k], batch.rows[SQUARE * WIDTH + k]
             if not square > 0.0:
-                square = shorten_change(frequency, errors, lane)
-            sharpest, steepest = batch.rows[SHARPEST * WIDTH + k], batch.rows[STEEPEST * WIDTH + k]
-            carry_error(group, errors, lane, square, sharpest / farthest, steepest)
+                square = shorten_change(problem.frequency, errors, lane)
+            if errors.carried[lane] != 0:
+                sharpest, steepest = batch.rows[SHARPEST * WIDTH + k], batch.rows[STEEPEST * WIDTH + k]
+                carry_error(group, errors, lane, square, sharpest / farthest, steepest)
+            _enter_first(problem, group, tangents, lane, square, sign, skipped)
+
+
+@kernel
+def _enter_first(
+    problem: CellProblem, group: Lanes, tangents: LaneTangents, lane: int, square: float, sign: float, skipped: int
+) -> None:
+    """Write the growth of a lane's change, of which the square is given, where it is measured."""
+    if tangents.carried[lane] == FIRST:
+        tangents.growth[lane, tangents.grown[lane], 0] = 0.5 * math.log(square) if square > 0.0 else -np.inf
+        _enter_growth(group, tangents, lane, sign, skipped)
+        _begin_pair(problem, tangents, lane, skipped)
 
 
 @kernel
@@ -411,10 +474,15 @@ def begin_matrix_of(tangents: LaneTangents, lane: int) -> None:
 
 @kernel
 def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
-    """Start propagating two changes of the state along a lane and measuring their growth."""
-    tangents.carried[lane] = PAIR
+    """Start measuring the growth of a change along a lane: of that of its error if this is carried, else a new one.
+
+    From the middle of the measurement on there are two, unless the first has grown as only chaos makes it.
+    """
+    tangents.carried[lane] = FIRST
     tangents.grown[lane] = 0
     lyapunov.begin_growth(problem, tangents_of_lane(tangents, lane))
+    if tangents.errors.carried[lane] == 0:
+        begin_change(problem.frequency, tangents.errors.change[lane])
 
 
 @kernel
@@ -428,6 +496,15 @@ def multiplier_of_lane(problem: CellProblem, tangents: LaneTangents, lane: int) 
 def growth_of_lane(
     problem: CellProblem, clearance: float, skipped: int, tangents: LaneTangents, lane: int
 ) -> tuple[int, float, float]:
-    """Return the kind of motion that the growth along a lane implies, the largest exponent per time, and its error."""
-    kind, first, error, _, _ = lyapunov.classify_growth(problem, clearance, skipped, tangents_of_lane(tangents, lane))
+    """Return the kind of motion that the growth along a lane implies, the largest exponent per time, and its error.
+
+    NaN where growth was not measured to the end.
+    """
+    halves, carried = tangents.growth.shape[1], tangents.carried[lane]
+    if (carried != FIRST and carried != PAIR) or tangents.grown[lane] != halves:
+        return GROWTH_UNDECIDED, np.nan, np.nan
+    second_skipped = _middle(halves, skipped) + skipped if carried == PAIR else halves
+    kind, first, error, _, _ = lyapunov.classify_growth(
+        problem, clearance, skipped, second_skipped, tangents_of_lane(tangents, lane)
+    )
     return kind, first, error

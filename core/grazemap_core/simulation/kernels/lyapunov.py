@@ -276,9 +276,11 @@ def standard_error(values: Floats, count: int) -> float:
 def exponent(scratch: Tangents, column: int, skipped: int, half_time: float) -> tuple[float, float]:
     """Return an exponent per unit of time and its standard error, from scratch.growth without its first rows.
 
-    Minus infinity and 0 if the column vanished.
+    Minus infinity and 0 if the column vanished, NaN if no rows are left.
     """
     halves = scratch.growth.shape[0]
+    if skipped >= halves:
+        return np.nan, np.nan
     total = 0.0
     for k in range(skipped, halves):
         total += scratch.growth[k, column]
@@ -331,14 +333,15 @@ def _extent(problem: CellProblem, scratch: Tangents, part: int, count: int) -> f
 
 @kernel
 def classify_growth(
-    problem: CellProblem, clearance: float, skipped: int, scratch: Tangents
+    problem: CellProblem, clearance: float, skipped: int, second_skipped: int, scratch: Tangents
 ) -> tuple[int, float, float, float, float]:
     """Return the kind of a motion that its exponents imply, and the exponents.
 
     Parameters
     ----------
-    skipped : int
-        Even number of half periods at the beginning, in which the perturbations align; they do not count.
+    skipped, second_skipped : int
+        Even numbers of half periods at the beginning, in which the first and the second perturbation align; they do not
+        count.
     scratch : Tangents
         From `run_growth`.
 
@@ -351,7 +354,7 @@ def classify_growth(
     """
     half_time = problem.step * (problem.cells // 2)
     first, first_error = exponent(scratch, 0, skipped, half_time)
-    second, second_error = exponent(scratch, 1, skipped, half_time)
+    second, second_error = exponent(scratch, 1, second_skipped, half_time)
     halves = scratch.growth.shape[0]
     middle = skipped + (halves - skipped) // 2
     if not (np.isfinite(first) and np.isfinite(first_error)):
