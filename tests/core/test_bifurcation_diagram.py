@@ -6,13 +6,18 @@ import numpy as np
 import pytest
 from one_impact_orbits import orbits_at_clearance
 
+from grazemap_core.codes import ROUNDING_DECIDES, STICKS
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.bifurcation_diagrams import sections
+from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
+from grazemap_core.maps.kernels.lane_state import IMPACTS
+from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.harmonic_response import steady_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.simulation.motion import KINDS
+from grazemap_core.simulation.motion import KINDS, REASONS
+from grazemap_core.simulation.start import State
+from grazemap_core.simulation.trajectories import trajectory
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 
@@ -74,6 +79,66 @@ def test_sweeps_name_what_sweeps_of_maps_name():
                 assert counts == sorted((tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]))
 
 
+def test_labels_from_rest_are_those_of_a_map():
+    clearance = np.linspace(1.3, 1.99, 9)
+    tile = unfolding_map_tile(DEFAULT, np.array([0.28]), clearance, max_periods=30 + 20 + EXPONENT_PERIODS)
+    found = list(sections(DEFAULT, "clearance", clearance, 0.28, "rest", 20, 30))
+    assert {section.motion.kind for section in found} == {"chaotic", "periodic"}
+    assert [KINDS.index(section.motion.kind) for section in found] == tile["kind"][:, 0].tolist()
+    for name in ("verified", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
+        assert [getattr(section.motion, name) or 0 for section in found] == tile[name][:, 0].tolist()
+    for name in ("sensitive", "transient_growth"):
+        np.testing.assert_array_equal([getattr(section, name) for section in found], tile[name][:, 0])
+
+
+def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes():
+    # as `test_capture`: the trajectory comes close to the verified orbit 3-2r-2l, and leaves it again
+    (found,) = sections(DEFAULT, "clearance", [1.7718524462135552], 0.2604494382022472)
+    motion = found.motion
+    assert (motion.period, motion.impacts_right, motion.impacts_left, motion.verified) == (1, 1, 1, True)
+
+
+def test_a_motion_after_a_long_chaotic_transient_is_sensitive():
+    light = Oscillator.create(
+        [3.6716448818791587], [0.5817396920408142], [0.06904996083147477], [0.7754822078311886], 0.99
+    )
+    (found,) = sections(light, "omega", [0.8902137294606929], 0.17161008122237378)
+    assert (found.motion.kind, found.motion.verified, found.sensitive) == ("periodic", False, True)
+    assert found.motion.reason == REASONS[ROUNDING_DECIDES]
+
+
+def test_a_trajectory_of_a_sweep_has_the_error_of_the_one_before_unless_that_was_captured():
+    clearance = [1.383333, 1.390909, 1.398485]
+    chaotic, after, captured = sections(DEFAULT, "clearance", clearance, 0.28, "sweep-down")
+    assert (chaotic.motion.kind, chaotic.sensitive) == ("chaotic", False)
+    assert (after.motion.kind, after.motion.verified, after.sensitive) == ("periodic", False, True)
+    assert (captured.motion.verified, captured.sensitive) == (True, False)
+    from_rest = list(sections(DEFAULT, "clearance", clearance, 0.28))[1]
+    assert (from_rest.motion.verified, from_rest.sensitive) == (True, False)
+
+
+@pytest.mark.parametrize("stop", [1.0, -1.0])
+@pytest.mark.parametrize("velocity", [0.0, -0.3, 0.3])
+def test_a_state_on_a_stop_is_followed_as_by_a_recorded_trajectory(stop, velocity):
+    settler = Settler(DEFAULT, Settling(8, 32, early=False, linearised=False))
+    for phase in (0.0, 2.0, 4.0):
+        state = State(np.array([0.7 * stop, 0.1, -0.2]), np.array([velocity * stop, 0.1, 0.0]), phase)
+        codes, _ = settler.run_from(0.4, 0.7, state)
+        run = trajectory(DEFAULT, 0.4, 0.7, state.displacement, state.velocity, phase, periods=8)
+        at_start = run.impacts.time == 0.0
+        assert np.count_nonzero(at_start) == (velocity > 0.0)
+        assert codes[IMPACTS] == np.count_nonzero(~at_start)
+
+
+def test_a_sweep_goes_on_from_a_rest_on_a_stop():
+    soft = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
+    rested, after = sections(soft, "omega", [0.457, 0.465], 0.5, "sweep-up")
+    assert (abs(after.start.displacement[0]), after.start.velocity[0]) == (0.5, 0.0)
+    for motion in (rested.motion, after.motion):
+        assert (motion.period, motion.impacts_right, motion.impacts_left, motion.sticking) == (1, -2, -2, True)
+        assert motion.reason == REASONS[STICKS]
+
+
 def test_chaos_is_distinguished_from_motions_that_have_not_settled():
     clearance = np.linspace(1.2, 2.1, 32)
     tile = unfolding_map_tile(DEFAULT, np.array([0.28]), clearance)
@@ -84,7 +149,8 @@ def test_chaos_is_distinguished_from_motions_that_have_not_settled():
         if section.motion.kind == "chaotic":
             assert tile["kind"][i, 0] in (KINDS.index("chaotic"), KINDS.index("unresolved"))
             assert section.motion.reason is None
-        assert (section.motion.reason is not None) == (section.motion.kind == "unresolved")
+            assert not section.motion.verified
+        assert (section.motion.reason is None) == (section.motion.verified or section.motion.kind == "chaotic")
 
 
 @pytest.mark.parametrize(

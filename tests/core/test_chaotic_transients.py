@@ -93,19 +93,20 @@ def test_states_of_a_basin_are_run_on_from_where_they_start() -> None:
     assert planted.settled == 3
 
 
-def test_a_diagram_is_run_on_from_the_ends_of_its_sections() -> None:
+def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories() -> None:
     values = np.array([6.1, 6.2047])
     found = list(sections(ONE_MASS, "clearance", values, CHAOS[0], periods=10, transient_periods=100))
     assert [section.motion.kind for section in found][1] == "chaotic"
-    chance = chance_in_diagram(ONE_MASS, "clearance", values[1:], CHAOS[0], found[1:], 660, 32)
+    chance = chance_in_diagram(ONE_MASS, "clearance", values[1:], CHAOS[0], found[1:], 610, 32)
     assert chance is not None
-    assert (chance.watched, chance.run_on, chance.sampled, chance.settled) == (660, 6600, 1, 0)
+    assert (chance.watched, chance.run_on, chance.sampled, chance.settled) == (610, 6100, 1, 0)
     nothing = np.zeros(0)
-    states = [State(np.zeros(3), np.zeros(3)), State(np.array([1.6, 0.0, 0.0]), np.zeros(3)), None]
-    planted = [Section(nothing, nothing, nothing, nothing.astype(np.int8), Motion("chaotic"), one) for one in states]
-    chance = chance_in_diagram(DEFAULT, "omega", np.array([0.29, 0.29, 0.29]), 1.6, planted, 200, 32)
+    states = [State(np.zeros(3), np.zeros(3)), State(np.array([1.6, 0.0, 0.0]), np.zeros(3))]
+    stops = nothing.astype(np.int8)
+    planted = [Section(nothing, nothing, nothing, stops, Motion("chaotic"), False, np.nan, one) for one in states]
+    chance = chance_in_diagram(DEFAULT, "omega", np.array([0.29, 0.29]), 1.6, planted, 200, 32)
     assert chance is not None
-    assert (chance.chaotic, chance.sampled, chance.settled) == (3, 1, 1)  # a state on a stop is not run on
+    assert (chance.chaotic, chance.sampled, chance.settled) == (2, 2, 2)
 
 
 def test_a_trajectory_that_ends_early_does_not_count() -> None:

@@ -371,6 +371,8 @@ def _diagram() -> dict[str, Any]:
                 "impact_velocity": np.array([0.5, 0.5, 0.5]),
                 "impact_stop": np.array([1, 1, 1], dtype=np.int8),
                 "motion": {**periodic, "sticking": False, "label": "1-1r-0l", "verified": False, "reason": None},
+                "sensitive": True,
+                "transient_growth": 31.5,
             },
             {
                 "displacement": np.array([0.3, 0.4, 0.5]),
@@ -378,6 +380,8 @@ def _diagram() -> dict[str, Any]:
                 "impact_velocity": np.array([]),
                 "impact_stop": np.array([], dtype=np.int8),
                 "motion": {**unknown, "kind": "unresolved", "verified": False, "reason": "not closed"},
+                "sensitive": False,
+                "transient_growth": None,
             },
         ],
     }

@@ -70,6 +70,8 @@ def test_what_was_certified_is_verified_or_isolated() -> None:
     assert orbit.motion.verified is orbit.verified
     branch = grazemap.load(folder / "branch.npz")
     assert not branch.isolated.any()  # it was not kept
+    diagram = grazemap.load(folder / "diagram.json")
+    assert {(section.sensitive, section.transient_growth) for section in diagram.sections} == {(None, None)}
     assert all(type(attractor.verified) is bool for attractor in grazemap.load(folder / "basins.npz").attractors)
 
 

@@ -385,7 +385,7 @@ def test_legends_have_the_chance_of_chaos_to_settle():
     sections = deepcopy(document("bifurcation-diagrams")["sections"])
     sections[1]["motion"]["kind"] = "chaotic"
     diagram = decode_result(npz("bifurcation-diagrams", {"sections": sections, "chance_to_settle": CHANCE}))
-    assert legend(diagram.plot())[-1] == "chaotic (1 value)" + said
+    assert legend(diagram.plot())[-2:] == ["chaotic (1 value)" + said, "sensitive (1 value)"]
     # results of an earlier version say nothing
     assert all("settle" not in text for text in legend(decode_result(npz("unfolding-maps")).plot()))
 
@@ -400,7 +400,8 @@ def test_legends_have_the_chance_of_chaos_to_settle():
 )
 def test_a_bifurcation_diagram_shows_a_quantity_in_the_colours_of_motions(quantity, label):
     ax = decode_result(npz("bifurcation-diagrams")).plot(quantity=quantity)
-    assert legend(ax) == ["1-$1_r$-$0_l$ (1 value)", "unresolved (1 value)"]
+    assert legend(ax) == ["1-$1_r$-$0_l$ (1 value)", "unresolved (1 value)", "sensitive (1 value)"]
+    assert ax.lines[-1].get_xdata().tolist() == [1.5]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("clearance $b$", label)
 
 

@@ -202,10 +202,17 @@ def test_a_bifurcation_diagram_has_a_section_for_every_value(tmp_path):
         assert result.sections[1].displacement.tolist() == [0.3, 0.4, 0.5]
         assert result.sections[1].impact_velocity.shape == (0,)
         assert result.sections[1].motion.reason == "not closed"
+        assert [(section.sensitive, section.transient_growth) for section in result.sections] == [
+            (True, 31.5),
+            (False, None),
+        ]
+        assert repr(result) == "<BifurcationDiagram: 2 values of clearance, 1 sensitive>"
         place, value = result.points("impact_velocity")
         assert (place.tolist(), value.tolist()) == ([1.5] * 3, [0.5] * 3)
     made = result.to_xarray()
     assert made["point_parameter"].values.tolist() == [1.5] * 3 + [1.6] * 3
+    np.testing.assert_array_equal(made["transient_growth"], [31.5, np.nan])
+    assert made["sensitive"].values.tolist() == result.to_dataframe()["sensitive"].tolist() == [True, False]
 
 
 def test_basins_have_attractors_with_their_known_properties(tmp_path):

@@ -414,7 +414,7 @@ def test_basins_and_diagrams_with_chaos_have_a_chance_to_settle() -> None:
     along = {"vary": "clearance", "range": [6.2047, 11.0], "periods": 10, "transient_periods": 90}
     diagram = whole("bifurcation-diagrams", {**chaos, **along, "policy": "sweep-down"})
     assert diagram["sections"][0]["motion"]["kind"] == "chaotic"
-    expected = {"watched": 650, "run_on": 6500, "chaotic": 1, "sampled": 1, "settled": 0, "chance": 0.0, "low": 0.0}
+    expected = {"watched": 600, "run_on": 6000, "chaotic": 1, "sampled": 1, "settled": 0, "chance": 0.0, "low": 0.0}
     assert diagram["chance_to_settle"].items() >= expected.items()
     body = {
         "clearance": 6.2047,

@@ -1,34 +1,35 @@
 """Bifurcation diagrams: stroboscopic sections and impacts of settled motions along one parameter.
 
-Every value of the parameter has a trajectory of its own, from rest or from the final state of its neighbour.
+Every value of the parameter has a trajectory of its own, from rest or from the final state of its neighbour. Its motion
+is named and verified as in maps (`settling`), from the same initial state.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.codes import NOT_CLOSED
-from grazemap_core.errors import LinearisationError, ParameterError
+from grazemap_core.errors import ParameterError
+from grazemap_core.maps.kernels.lane_state import HALVES_RUN
+from grazemap_core.maps.settling import Settler, Settling
+from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.lyapunov import lyapunov_exponents
-from grazemap_core.simulation.motion import REASONS, Motion
+from grazemap_core.simulation.motion import KINDS, REASONS, Motion
 from grazemap_core.simulation.start import State
-from grazemap_core.simulation.trajectories import Trajectory, trajectory
+from grazemap_core.simulation.trajectories import trajectory
 
 Parameter = Literal["clearance", "omega"]
 PARAMETERS: Final = ("clearance", "omega")
 POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
-"""Forcing periods over which exponents are measured if a trajectory has not closed."""
-ALIGNING_PERIODS: Final = 50
-"""Forcing periods before these, in which the perturbations align."""
+"""Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
+measured in the last GROWTH_SHARE of all periods."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +43,14 @@ class Section:
     impact_velocity : (i,), impact_stop : (i,) +1 A or -1 C
         Signed velocity before every recorded impact, and its stop.
     motion : Motion
-        If the trajectory has not closed, it is chaotic, quasi-periodic or unresolved, as decided by the growth of small
-        changes over another EXPONENT_PERIODS.
-    final : State or None
-        Of a motion that is classified so, the state at the end of these periods; None for others.
+        The motion that the trajectory settles to until EXPONENT_PERIODS after the recorded ones. It is verified if the
+        orbit is verified and captures the trajectory, which is not sensitive. A trajectory that ended early is
+        unresolved.
+    sensitive, transient_growth : bool, float
+        As in `unfolding.unfolding_map_tile`. A trajectory of a sweep starts with the error of the one before, unless
+        that was captured by the end of its record.
+    start : State
+        Initial state of the trajectory.
     """
 
     displacement: Floats
@@ -53,7 +58,9 @@ class Section:
     impact_velocity: Floats
     impact_stop: NDArray[np.int8]
     motion: Motion
-    final: State | None
+    sensitive: bool
+    transient_growth: float
+    start: State
 
 
 def sections(
@@ -111,25 +118,26 @@ def sections(
     ):
         checked_order(name, count, least)
     ordered = numbers[::-1] if policy == "sweep-down" else numbers
-    return _follow(oscillator, vary, ordered, fixed, policy != "rest", periods, transient_periods, max_period)
+    points = [(fixed, value) if vary == "clearance" else (value, fixed) for value in ordered.tolist()]
+    return _follow(oscillator, points, policy != "rest", periods, transient_periods, max_period)
 
 
 def _follow(
     oscillator: Oscillator,
-    vary: Parameter,
-    values: Floats,
-    fixed: float,
+    points: Sequence[tuple[float, float]],
     follows: bool,
     periods: int,
     transient_periods: int,
     max_period: int,
 ) -> Iterator[Section]:
-    """Yield the sections; if `follows`, each trajectory starts at the final state of the previous one."""
-    size = oscillator.size
-    at_rest = State(np.zeros(size), np.zeros(size), 0.0)
-    state = at_rest
-    for value in values.tolist():
-        omega, clearance = (fixed, value) if vary == "clearance" else (value, fixed)
+    """Yield the sections at points (omega, clearance).
+
+    If `follows`, each trajectory starts at the final state of the previous one.
+    """
+    at_rest = State(np.zeros(oscillator.size), np.zeros(oscillator.size), 0.0)
+    state, inherits, shown = at_rest, False, transient_periods + periods
+    settler = Settler(oscillator, Settling(shown + EXPONENT_PERIODS, max_period))
+    for omega, clearance in points:
         begin = _within(state, clearance) if follows else at_rest
         run = trajectory(
             oscillator,
@@ -143,38 +151,44 @@ def _follow(
             samples_per_period=1,
             max_period=max_period,
         )
-        whole = len(run.time) == periods + 1
-        state = run.final if whole and run.final is not None else at_rest
-        motion, final = _named(oscillator, omega, clearance, run) if whole else (run.motion, None)
+        state, settled = at_rest, _Settled(run.motion, False, np.nan, 0)
+        if run.final is not None and len(run.time) == periods + 1:
+            state, settled = run.final, _settled(settler, omega, clearance, begin, inherits)
+        captured = settled.halves <= 2 * shown and np.isfinite(settled.transient_growth)
+        inherits = follows and state is not at_rest and not captured
         yield Section(
             displacement=run.displacement[0, :periods],
             velocity=run.velocity[0, :periods],
             impact_velocity=run.impacts.velocity,
             impact_stop=run.impacts.stop,
-            motion=motion,
-            final=final,
+            motion=settled.motion,
+            sensitive=settled.sensitive,
+            transient_growth=settled.transient_growth,
+            start=begin,
         )
 
 
-def _named(oscillator: Oscillator, omega: float, clearance: float, run: Trajectory) -> tuple[Motion, State | None]:
-    """Return the motion of a trajectory; if it has not closed, from its exponents, with the state at their end."""
-    motion, end = run.motion, run.final
-    if end is None or motion.reason != REASONS[NOT_CLOSED]:
-        return motion, None
-    try:
-        exponents = lyapunov_exponents(
-            oscillator,
-            omega,
-            clearance,
-            end.displacement,
-            end.velocity,
-            end.phase,
-            periods=EXPONENT_PERIODS,
-            transient_periods=ALIGNING_PERIODS,
-        )
-    except LinearisationError:
-        return motion, None
-    return (motion if exponents.kind == "unresolved" else Motion(kind=exponents.kind)), exponents.final
+class _Settled(NamedTuple):
+    """The motion that a trajectory settles to, as in `Section`, and half periods until that was known."""
+
+    motion: Motion
+    sensitive: bool
+    transient_growth: float
+    halves: int
+
+
+def _settled(settler: Settler, omega: float, clearance: float, begin: State, inherits: bool) -> _Settled:
+    """Run a trajectory until its motion can be named; `inherits`: it starts with the error of the last one."""
+    codes, figures = settler.run_from(omega, clearance, begin, inherits)
+    named = {name: array.item() for name, array in arrays_of(codes, figures).items()}
+    return _Settled(_motion(named), named["sensitive"], named["transient_growth"], int(codes[HALVES_RUN]))
+
+
+def _motion(named: dict[str, Any]) -> Motion:
+    """Return the motion of one point of the arrays of `unfolding_map_tile`."""
+    kind, reason = KINDS[named["kind"]], REASONS[named["reason"]] or None
+    names = ("period", "impacts_right", "impacts_left", "symmetric", "sticking", "verified")
+    return Motion(kind=kind, reason=reason, **{name: named[name] for name in names if kind == "periodic"})
 
 
 def _within(state: State, clearance: float) -> State:

@@ -162,22 +162,18 @@ def chance_in_diagram(
     sections : (n,)
         In the order of the values.
     watched : int
-        Forcing periods of a chaotic motion until Section.final.
+        Forcing periods after which a motion was called chaotic.
     """
     chaotic = [number for number, section in enumerate(sections) if section.motion.kind == "chaotic"]
-    longer = Settling((RUN_ON - 1) * watched, max_period, linearised=False)
+    longer = Settling(RUN_ON * watched, max_period, linearised=False)
     settler = Settler(oscillator, longer)
 
     def settles(position: int) -> bool | None:
         number = chaotic[position]
-        final, value = sections[number].final, float(values[number])
+        start, value = sections[number].start, float(values[number])
         omega, clearance = (fixed, value) if vary == "clearance" else (value, fixed)
-        if final is None or not abs(final.displacement[0]) < clearance:
-            return None
-        steady = settler.steady(np.array([omega]))[0]
-        state, nothing = np.stack([final.displacement, final.velocity]), np.zeros((1, 2, oscillator.size))
-        codes, _ = settler.run(omega, steady, np.array([clearance]), state, nothing, final.phase)
-        return _outcome(codes[:, 0], longer)
+        codes, _ = settler.run_from(omega, clearance, start)
+        return _outcome(codes[None], longer)
 
     return _chance(len(chaotic), watched, settles)
 

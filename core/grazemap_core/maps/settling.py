@@ -27,6 +27,7 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
+from grazemap_core.simulation.start import State
 
 
 class Settling(NamedTuple):
@@ -93,6 +94,7 @@ class Settler:
         states: Floats,
         scaled: Floats,
         phase: float = 0.0,
+        inherits: bool = False,
     ) -> tuple[Integers, Floats]:
         """Run one trajectory for each clearance and initial state.
 
@@ -102,9 +104,12 @@ class Settler:
             `Settler.steady` at omega.
         clearances : (n,)
         states, scaled : (2, N) and (s, 2, N)
-            Trajectories of clearance b begin at the displacements and velocities ``states + b scaled``.
+            Trajectories of clearance b begin at the displacements and velocities ``states + b scaled``, with mass 1
+            between the stops. A single trajectory may begin on a stop; if mass 1 moves into it, this is an impact.
         phase : float
             Phase of the forcing at the start.
+        inherits : bool
+            Whether a single trajectory begins with the error that the previous single one had at its end.
 
         Returns
         -------
@@ -112,6 +117,7 @@ class Settler:
         """
         free = self._models.free
         problem, held = cell_problem(self._models, steady, omega, phase)
+        stop, states = _on_stop(states, clearances, problem.restitution)
         count = len(clearances) * len(scaled)
         results = TrajectoryResults(
             codes=np.empty((count, lane_state.CODES), dtype=np.int64), figures=np.empty((count, lane_state.FIGURES))
@@ -126,6 +132,8 @@ class Settler:
             follow=self._task.follow,
             growth_halves=self._growth_halves,
             growth_skipped=2 * (self._growth_halves // GROWTH_SKIPPED),
+            stop=stop,
+            inherits=inherits,
         )
         model = LaneModel(problem, held, lane_tables(problem, held.viscous_term))
         settle_column(self._masses, Column(model, self._blocks, task, results, **self._scratch))
@@ -140,6 +148,13 @@ class Settler:
         codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
         return codes, figures
 
+    def run_from(self, omega: float, clearance: float, start: State, inherits: bool = False) -> tuple[Integers, Floats]:
+        """Run one trajectory from a state; return its codes (CODES,) and figures (FIGURES,). `inherits` as in `run`."""
+        steady = self.steady(np.array([omega]))[0]
+        states, nothing = np.stack([start.displacement, start.velocity]), np.zeros((1, 2, len(self._masses)))
+        codes, figures = self.run(omega, steady, np.array([clearance]), states, nothing, start.phase, inherits)
+        return codes[0, 0], figures[0, 0]
+
 
 def _impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
     """Return the oscillator's blocks, with the response of mass 1 to an impulse on it."""
@@ -152,6 +167,16 @@ def _impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
         unit_impulse=np.stack([blocks.value, blocks.slope], axis=1),
         verifiable=wanted and not bool(np.any(model.undamped)),
     )
+
+
+def _on_stop(states: Floats, clearances: Floats, restitution: float) -> tuple[int, Floats]:
+    """Return the stop on which mass 1 is, 0 for none, and the state (2, N) after the impact if it moves into it."""
+    stop = int(np.sign(states[0, 0])) if np.array_equal(np.abs(states[0, :1]), clearances) else 0
+    if stop * states[1, 0] <= 0.0:
+        return stop, states
+    after = states.copy()
+    after[1, 0] *= -restitution
+    return stop, after
 
 
 def _in_blocks(model: ModalModel, states: Floats) -> Floats:

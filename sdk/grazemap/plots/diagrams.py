@@ -26,7 +26,7 @@ def plot_bifurcation_diagram(
     """Draw a quantity of the sections over the parameter. Raises ValueError: no such quantity.
 
     The `motions` with the most values have a colour and an entry in the legend; the others have one, as "other".
-    `colours` are those of motions by label or kind.
+    `colours` are those of motions by label or kind. Ticks along the top show the values whose motion is sensitive.
     """
     ax = drawing.ax
     parameter, values = result.points(quantity)
@@ -39,8 +39,7 @@ def plot_bifurcation_diagram(
         (
             label_of_point == names[i],
             colour,
-            f"{motion_text(motion)} ({counts[i]} value{'s' if counts[i] > 1 else ''})"
-            f"{chance_text(motion.kind, result.chance_to_settle)}",
+            f"{motion_text(motion)} ({_values(counts[i])}){chance_text(motion.kind, result.chance_to_settle)}",
         )
         for i, colour, motion in zip(order[:motions], motion_colours(shown, colours), shown, strict=True)
     ]
@@ -53,6 +52,10 @@ def plot_bifurcation_diagram(
             ax.plot(parameter[chosen], values[chosen], color=INK, markersize=4.2, zorder=2.0, **style)
         ax.plot(parameter[chosen], values[chosen], color=colour, markersize=2.8, zorder=2.1, **style)
         legend_square(ax, colour, text)
+    sensitive = result.parameter[[bool(section.sensitive) for section in result.sections]]
+    if sensitive.size:
+        style = {"linestyle": "none", "marker": "|", "color": INK, "transform": ax.get_xaxis_transform()}
+        ax.plot(sensitive, np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
     request = result.meta["request"]
     other = "omega" if result.vary == "clearance" else "clearance"
@@ -65,3 +68,7 @@ def plot_bifurcation_diagram(
     ax.margins(x=0.01)
     drawing.show_legend(handlelength=1.0, labelspacing=0.35)
     return ax
+
+
+def _values(count: int) -> str:
+    return f"{count} value{'s' if count > 1 else ''}"

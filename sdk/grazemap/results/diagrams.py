@@ -29,6 +29,8 @@ class Section:
     impact_velocity: FloatArray
     impact_stop: IntArray
     motion: Motion
+    sensitive: bool | None = None
+    transient_growth: float | None = None
 
 
 class BifurcationDiagram(Result):
@@ -73,7 +75,8 @@ class BifurcationDiagram(Result):
         """Draw a quantity of the sections over the parameter, in the colours of the motions.
 
         `quantity` is "displacement", "velocity" or "impact_velocity". `motions` is the number of motions with
-        a colour. `colours` gives colours by label or kind.
+        a colour. `colours` gives colours by label or kind. Ticks along the top show the values whose motion is
+        sensitive.
         """
         from grazemap.plots.axes import drawing
         from grazemap.plots.diagrams import plot_bifurcation_diagram
@@ -82,4 +85,7 @@ class BifurcationDiagram(Result):
 
     def _summary(self) -> str:
         said = f"{counted(self.parameter, 'value')} of {self.vary}"
+        sensitive = [section.sensitive for section in self.sections]
+        if None not in sensitive:
+            said += f", {sensitive.count(True)} sensitive"
         return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"

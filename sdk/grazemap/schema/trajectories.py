@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, STATE, STOPS
+from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, SENSITIVE, STATE, STOPS, TRANSIENT_GROWTH
 from grazemap.schema.fields import Record, ResultSchema, field
 
 _FIELDS = (
@@ -52,10 +52,12 @@ SECTION = Record(
         field(
             "motion",
             MOTION,
-            "The motion; if it does not close, it is classified by the growth of small perturbations over 500 more "
-            "periods, or unresolved.",
+            "The motion that the trajectory settles to until 500 periods after those that are shown. It is verified if "
+            "its orbit is verified and captures the trajectory, which is not sensitive.",
             variable="motion",
         ),
+        SENSITIVE,
+        TRANSIENT_GROWTH,
     ),
 )
 BIFURCATION_DIAGRAMS = ResultSchema(

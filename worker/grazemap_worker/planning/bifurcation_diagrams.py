@@ -8,7 +8,7 @@ from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, gri
 from grazemap_worker.planning.costs import period_cost, period_costs
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import DIAGRAM_EXPONENT_PERIODS, PERIODS_PER_SECOND
+from grazemap_worker.planning.rates import DIAGRAM_SETTLING_PERIODS, PERIODS_PER_SECOND
 
 
 def _plan(request: BifurcationDiagramsRequest) -> Plan:
@@ -16,7 +16,7 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     each = request.transient_periods + request.periods
     omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
     costs = float(period_costs(request.oscillator, omegas).sum())
-    seconds = (each + DIAGRAM_EXPONENT_PERIODS) * costs / PERIODS_PER_SECOND
+    seconds = (each + DIAGRAM_SETTLING_PERIODS) * costs / PERIODS_PER_SECOND
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
 

@@ -55,8 +55,8 @@ CURVE_SECONDS = 5.0e-8
 POINTS_SECONDS = 1.0e-5
 # One overshoot of a discontinuity mapping, exact and leading order.
 MAPPING_SECONDS = 1.0e-2
-# Exponents in a bifurcation diagram, for motions that do not close: the mean cost of a value, in forcing periods.
-DIAGRAM_EXPONENT_PERIODS = 300
+# Naming the motion at a value of a bifurcation diagram, besides its trajectory: the mean cost, in forcing periods.
+DIAGRAM_SETTLING_PERIODS = 200
 # Maximum number of forcing periods of the trajectories that search for a motion with given stops.
 SEARCH_PERIODS = 1.2e4
 # One frequency of the bifurcation curves in closed form, per mass, for each period up to the longest.

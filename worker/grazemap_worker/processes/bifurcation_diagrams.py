@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from grazemap.codec import Document
@@ -19,7 +20,7 @@ REPORTS = 100
 
 def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
     """Return parameter (n,) and sections, a record per value in increasing order. Raises CoreError."""
-    from grazemap_core.maps.bifurcation_diagrams import ALIGNING_PERIODS, EXPONENT_PERIODS, sections
+    from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
 
     values = grid_values(request.range)
@@ -37,14 +38,15 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
     listed = list(counted(found, len(values), report, REPORTS))
     if request.policy == "sweep-down":
         listed.reverse()
-    watched = request.transient_periods + request.periods + ALIGNING_PERIODS + EXPONENT_PERIODS
+    watched = request.transient_periods + request.periods + EXPONENT_PERIODS
     chance = chance_in_diagram(oscillator, request.vary, values, request.fixed, listed, watched, request.max_period)
     return {"parameter": values, "sections": list(map(_record, listed)), **chance_document(chance)}
 
 
 def _record(section: Section) -> dict[str, Any]:
-    sampled = fields(section, "displacement", "velocity", "impact_velocity", "impact_stop")
-    return {**sampled, "motion": motion_document(section.motion)}
+    found = fields(section, "displacement", "velocity", "impact_velocity", "impact_stop", "sensitive")
+    growth = None if math.isnan(section.transient_growth) else section.transient_growth
+    return {**found, "transient_growth": growth, "motion": motion_document(section.motion)}
 
 
 PROCESS = Process(whole=compute)

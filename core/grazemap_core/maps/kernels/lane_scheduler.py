@@ -113,17 +113,21 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
     n = task.clearances.shape[0] * starts
     for lane in range(1 if task.follow else LANES):
         if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
-            clearance = task.clearances[queued // starts]
+            clearance, inherits = task.clearances[queued // starts], task.inherits and queued == 0
             if task.follow and queued > 0:
                 copy_matrix(u, column.final_state)
                 _start_at_final_state(column, lane, clearance, rested)
+                inherits = _inherits_error(column, queued - 1)
             else:
                 for j in range(u.shape[0]):
                     for c in range(2):
                         u[j, c] = task.base[j, c] + clearance * task.directions[queued % starts, j, c]
-                start_lane(column.group, lane, column.model.problem, u, clearance)
+                if task.stop != 0:
+                    start_lane_on_stop(column.group, lane, column.model.problem, u, clearance, task.stop)
+                else:
+                    start_lane(column.group, lane, column.model.problem, u, clearance)
             if column.blocks.verifiable:
-                if not (task.follow and queued > 0 and _inherits_error(column, queued - 1)):
+                if not inherits:
                     forget_error(column.tangents.errors, lane)
                 begin_error(column.model.problem.frequency, column.tangents.errors, lane)
             begin_record(column.records, lane, queued, k, task, column.blocks.verifiable)

@@ -97,6 +97,10 @@ class ColumnTask(NamedTuple):
         motions that are not periodic, nor multipliers of those that are not verified.
     growth_skipped : int
         Number of these half periods, at the beginning, that do not count.
+    stop : int
+        Stop on which mass 1 starts without moving into it, +1 A or -1 C; 0: it starts between the stops.
+    inherits : bool
+        Whether the first trajectory starts with the error that the last one of the previous run had at its end.
     """
 
     clearances: Floats
@@ -108,6 +112,8 @@ class ColumnTask(NamedTuple):
     follow: bool
     growth_halves: int
     growth_skipped: int
+    stop: int
+    inherits: bool
 
 
 class TrajectoryResults(NamedTuple):
