@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from grazemap_core.arrays import Floats
-from grazemap_core.maps.adaptive_map import _check_sample
+from grazemap_core.maps.inferred_points import check_sample
 from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.tolerances import SAME_APPROACH
 
@@ -134,7 +134,7 @@ def test_the_interval_contains_the_share_of_wrong_points_in_19_of_20_maps() -> N
         grid = picture.refined()
         named = ~grid.computed & (grid.label != UNRESOLVED)
         share = wrong_motions(grid, picture.truth).sum() / named.sum()
-        found = _check_sample(grid, 10_000)
+        found = check_sample(grid, 10_000)
         assert found is not None
         assert found.inferred == named.sum()
         contained += found.low <= share <= found.high

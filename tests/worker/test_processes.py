@@ -465,7 +465,7 @@ def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
         return str(sensitive).partition("Remedy: ")[2]
 
     few = {"omega": [0.3, 0.31], "clearance": [1.9, 1.95], "max_periods": 10}
-    assert remedy("unfolding-maps", few).startswith("resolve_sensitive")
+    assert remedy("unfolding-maps", few).startswith("an unfolding map with resolve_sensitive")
     assert remedy("unfolding-maps", {**few, "resolve_sensitive": True}).startswith("simulate more periods")
     assert remedy("unfolding-maps", {**few, "policy": "sweep-up"}).startswith("a map from rest with resolve_sensitive")
     assert "not adaptive, with resolve_sensitive" in remedy("unfolding-maps", {**few, "adaptive": True})

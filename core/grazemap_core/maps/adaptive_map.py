@@ -8,8 +8,6 @@ The points of one omega are computed side by side, so tiles should be tall.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypedDict, Unpack
 
 import numpy as np
@@ -17,12 +15,11 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.binomial import interval
+from grazemap_core.maps.inferred_points import InferredWrong, check_sample
 from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
-    INFERRED_SAMPLE,
     LARGEST_INFERRED_SAMPLE,
     MOST_CONTRACTION,
     RUN_ON_PERIODS,
@@ -54,31 +51,6 @@ class _Chosen(NamedTuple):
     initial_conditions: int = 16
     seed: int = 0
     preview: bool = False
-
-
-@dataclass(frozen=True)
-class InferredWrong:
-    """How many of the inferred points of an adaptive map are wrong, from a random sample of them that was computed.
-
-    A point is wrong if it was inferred to have a motion, or to be chaotic, and the full map has another motion there,
-    or is unresolved or sensitive. The share is that before the sample was computed. Afterwards its points are computed
-    ones, and so are points next to a wrong one that were inferred to have another label than it.
-
-    Attributes
-    ----------
-    inferred : int
-        Number of such inferred points before the sample was computed.
-    sampled, wrong : int
-        Number of points in the sample, and of wrong ones among them.
-    low, high : float
-        The interval of the share of wrong ones (`binomial.interval`).
-    """
-
-    inferred: int
-    sampled: int
-    wrong: int
-    low: float
-    high: float
 
 
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
@@ -115,7 +87,7 @@ def adaptive_map_tile(
     dict of arrays of shape (n, m), [clearance, omega]
         The full map's, and computed (bool). Where this is false, the arrays of LABEL are inferred, numbers are NaN or
         -1, `verified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around it
-        are not periodic and do not agree.
+        are sensitive, or are not periodic and do not agree.
 
     Raises
     ------
@@ -179,23 +151,9 @@ def complete_map(
         beside[:, seam - 1 : seam + 1] = True
     grid = Refinement(label, arrays["computed"], points.irregular, points)
     grid.close(*np.nonzero(beside & ~arrays["computed"]))
-    inferred_wrong = _check_sample(grid, points.largest_sample)
+    inferred_wrong = check_sample(grid, points.largest_sample)
     _write(arrays, points)
     return *points.results(), inferred_wrong
-
-
-def _check_sample(grid: Refinement, most: int) -> InferredWrong | None:
-    """Compute a random sample of the inferred points, and return how many of them were wrong; None without any."""
-    named = np.flatnonzero(~grid.computed & (grid.label != UNRESOLVED))
-    sampled = min(len(named), most, math.ceil(INFERRED_SAMPLE * np.count_nonzero(grid.computed)))
-    if not sampled:
-        return None
-    # the same sample whenever the map is assembled
-    chosen = np.random.default_rng(grid.label.shape).choice(named, sampled, replace=False)
-    rows, columns = np.unravel_index(chosen, grid.label.shape)
-    wrong = grid.check(rows, columns)
-    low, high = interval(wrong, sampled)
-    return InferredWrong(len(named), sampled, wrong, low, high)
 
 
 class _Points:

@@ -54,7 +54,7 @@ REASONS: Final[dict[int, str]] = {
     codes.NOT_CAPTURED: "arrival-slow: the orbit is verified, but within the periods simulated the trajectory did not "
     "come so close to it that it certainly stays there. Remedy: simulate more periods (max_periods); beside a graze or "
     "a bifurcation, move away from it.",
-    codes.ROUNDING_DECIDES: f"{SENSITIVE} Remedy: prove where the initial state leads (proofs, an attraction).",
+    codes.ROUNDING_DECIDES: f"{SENSITIVE} Remedy: a certificate (proofs, an attraction) of where the state leads.",
 }
 """Why a motion is unresolved, or is periodic but not verified, and what to do; the key is the code."""
 

@@ -85,7 +85,7 @@ def _remedy_of_sensitive(request: UnfoldingMapsRequest) -> str:
         return "Remedy: a map of the points around it that is not adaptive, with resolve_sensitive."
     if request.resolve_sensitive:
         return "More digits have not decided it either. Remedy: simulate more periods (max_periods)."
-    return "Remedy: resolve_sensitive, which computes the point in more digits."
+    return "Remedy: an unfolding map with resolve_sensitive, which computes the point in more digits."
 
 
 def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
