@@ -449,12 +449,15 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
     assert (reasons != "").all()
     assert figures["verified"].any()
     # closing the seams has computed more than the tiles had, and the sample
-    process = PROCESSES["unfolding-maps"].tile
-    assert process is not None
-    stated = document["inferred_wrong"]
-    assert computed.sum() > stated["sampled"] + sum(process(request, tile)["computed"].sum() for tile in cut.tiles)
+    process = PROCESSES["unfolding-maps"]
+    assert process.tile is not None
+    assert process.assembled is not None
+    tiles, stated = [process.tile(request, tile) for tile in cut.tiles], document["inferred_wrong"]
+    assert computed.sum() > stated["sampled"] + sum(tile["computed"].sum() for tile in tiles)
     assert computed.mean() < 0.7
     assert stated["low"] <= stated["wrong"] / stated["sampled"] <= stated["high"]
+    # the sample is the same when the map is assembled again
+    assert process.assembled(request, cut, tiles, silent)["inferred_wrong"] == stated
 
 
 def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
