@@ -4,6 +4,8 @@ The maps have side x side points, or the given number of omegas from the middle 
 the program prints the share of computed points, the time relative to that of the full map, and shares of all points:
 inferred motions that are not those of the full map, and those of them for which the full map has another motion (and is
 not unresolved); inferred chaos that the full map does not have; and motions of the full map that are left unresolved.
+The last columns are the share of wrong points among those that are inferred to have a motion, or to be chaotic, and the
+ends of the interval for it that the adaptive map states.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ one_thread()
 import numpy as np  # noqa: E402 - after the environment is set
 from numpy.typing import NDArray  # noqa: E402
 
-from grazemap_core.maps.adaptive_map import LABEL, adaptive_map_tile  # noqa: E402
+from grazemap_core.maps.adaptive_map import LABEL, adaptive_map_tile, complete_map  # noqa: E402
 from grazemap_core.maps.unfolding import unfolding_map_tile  # noqa: E402
 from grazemap_core.model.oscillator import Oscillator  # noqa: E402
 from grazemap_core.simulation.motion import KINDS  # noqa: E402
@@ -46,18 +48,23 @@ def main() -> None:
     columns = int(sys.argv[2]) if len(sys.argv) > 2 else side
     first = max(0, (side - columns) // 2)
     lines = []
-    sys.stdout.write(f"{'window':30s} computed  time  wrong motion  (another)  wrong chaos  left unresolved\n")
+    sys.stdout.write(
+        f"{'window':28s} computed  time  wrong motion  (another)  wrong chaos  left unresolved"
+        "   wrong    from      to\n"
+    )
     for name, oscillator, omega, clearance in WINDOWS:
         omegas = np.linspace(*omega, side)[first : first + columns]
         lines.append(_compared(oscillator, omegas, np.linspace(*clearance, side)))
         _write(name, lines[-1])
-    _write("mean", np.mean(lines, axis=0))
+    _write("mean", np.mean(lines, axis=0)[:-2])
 
 
 def _compared(oscillator: Oscillator, omega: NDArray[np.float64], clearance: NDArray[np.float64]) -> NDArray[Any]:
     unfolding_map_tile(oscillator, omega[:1], clearance[:1], 4)  # compiled, or loaded from the cache
     began = time.process_time()
     adaptive = adaptive_map_tile(oscillator, omega, clearance, max_periods=MAX_PERIODS)
+    completed = {name: array.copy() for name, array in adaptive.items()}
+    *_, stated = complete_map(oscillator, omega, clearance, completed, [], [], max_periods=MAX_PERIODS)
     between = time.process_time()
     full = unfolding_map_tile(oscillator, omega, clearance, MAX_PERIODS)
     ended = time.process_time()
@@ -65,6 +72,9 @@ def _compared(oscillator: Oscillator, omega: NDArray[np.float64], clearance: NDA
     unresolved, periodic, chaotic = (KINDS.index(kind) for kind in ("unresolved", "periodic", "chaotic"))
     same = np.all([adaptive[name] == full[name] for name in LABEL if name != "reason"], axis=0)
     motion = inferred & ~same & (adaptive["kind"] == periodic)
+    named = inferred & (adaptive["kind"] != unresolved)
+    wrong = named & (~same | full["sensitive"])
+    assert stated is not None
     return np.array(
         [
             1.0 - inferred.mean(),
@@ -73,14 +83,17 @@ def _compared(oscillator: Oscillator, omega: NDArray[np.float64], clearance: NDA
             (motion & (full["kind"] != unresolved)).mean(),
             (inferred & ~same & (adaptive["kind"] == chaotic)).mean(),
             (inferred & (adaptive["kind"] == unresolved) & (full["kind"] == periodic)).mean(),
+            wrong.sum() / named.sum(),
+            stated.low,
+            stated.high,
         ]
     )
 
 
 def _write(name: str, line: NDArray[Any]) -> None:
     computed, seconds, *shares = line
-    columns = "".join(f"  {share:11.4%}" for share in shares)
-    sys.stdout.write(f"{name:30s} {computed:8.1%} {seconds:5.2f}{columns}\n")
+    columns = "".join(f"  {share:11.4%}" for share in shares[:4]) + "".join(f" {share:7.2%}" for share in shares[4:])
+    sys.stdout.write(f"{name:28s} {computed:8.1%} {seconds:5.2f}{columns}\n")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import httpx2
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
@@ -169,6 +170,14 @@ def test_the_front_page_shows_a_map_that_it_has_computed_and_answers_clicks_and_
     across, up = box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.4
     page.mouse.move(across, up)
     expect(canvas).to_have_attribute("title", re.compile(r"ω = 0\.2\d+, b = 1\.\d+: 1-1r-1l"))
+    expect(page.locator("#legend")).to_contain_text("sensitive (")
+    (job,) = (job for job in jobs if job["process"] == "unfolding-maps")
+    sensitive = np.array(httpx2.get(f"{url}/v1/jobs/{job['id']}/result?f=json").json()["sensitive"])
+    row, column = np.argwhere(sensitive)[0]
+    # the part of the canvas inside the axes
+    right, high = 96 + 828 * column / (sensitive.shape[1] - 1), 584 - 569 * row / (sensitive.shape[0] - 1)
+    page.mouse.move(box["x"] + box["width"] * right / 960, box["y"] + box["height"] * high / 640)
+    expect(canvas).to_have_attribute("title", re.compile(", sensitive$"))
     page.mouse.click(across, up)
     expect(says).to_contain_text("the motion from rest is 1-1r-1l", timeout=30_000)
     expect(page.locator("#motion")).to_be_visible()

@@ -10,7 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, close_seams
+from grazemap_core.maps import inferred_points
+from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, complete_map
+from grazemap_core.maps.tolerances import INFERRED_SAMPLE
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS
@@ -72,7 +74,8 @@ def test_inferred_points_have_a_label_and_nothing_else(full: Arrays, adaptive: A
 
 def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays) -> None:
     rows, columns = [0, 24, 60], [0, 16, 32, 41]
-    whole = {name: np.empty_like(full[name]) for name in LABEL} | {"computed": np.empty(full["kind"].shape, np.bool_)}
+    whole = {name: np.empty_like(full[name]) for name in (*LABEL, "sensitive")}
+    whole["computed"] = np.empty(full["kind"].shape, np.bool_)
     for top, bottom in pairwise(rows):
         for left, right in pairwise(columns):
             tile = adaptive_map_tile(DEFAULT, OMEGA[left:right], CLEARANCE[top:bottom], max_periods=100)
@@ -81,7 +84,7 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
     before = whole["computed"].copy()
     doubtful = ~before & (whole["kind"] == PERIODIC) & beside_another(whole)
     assert doubtful.any()
-    row, column, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, rows[1:-1], columns[1:-1], max_periods=100)
+    row, column, figures, _ = complete_map(DEFAULT, OMEGA, CLEARANCE, whole, rows[1:-1], columns[1:-1], max_periods=100)
     assert whole["computed"][doubtful].all()
     assert not (~whole["computed"] & (whole["kind"] == PERIODIC) & beside_another(whole)).any()
     new = np.zeros_like(before)
@@ -93,13 +96,40 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
         assert (whole[name][row, column] == full[name][row, column]).all()
 
 
-def test_a_map_without_contradictions_at_its_seams_is_not_changed(adaptive: Arrays) -> None:
+def test_a_map_without_contradictions_at_its_seams_changes_at_the_sample_only(full: Arrays, adaptive: Arrays) -> None:
     whole = {name: array.copy() for name, array in adaptive.items()}
-    rows, columns, figures = close_seams(DEFAULT, OMEGA, CLEARANCE, whole, [30], [7, 21], max_periods=100)
-    assert not len(rows)
-    assert not len(columns)
-    assert figures == {}
-    assert all(whole[name].tobytes() == adaptive[name].tobytes() for name in whole)
+    rows, columns, _, found = complete_map(DEFAULT, OMEGA, CLEARANCE, whole, [30], [7, 21], max_periods=100)
+    named = ~adaptive["computed"] & (adaptive["kind"] != UNRESOLVED)
+    assert found is not None
+    wrong = named & (full["sensitive"] | np.any([adaptive[name] != full[name] for name in MOTIONS], axis=0))
+    assert found.inferred == named.sum()
+    assert found.sampled == np.ceil(INFERRED_SAMPLE * adaptive["computed"].sum())
+    assert found.sampled <= len(rows) <= found.sampled + 8 * wrong.sum()
+    assert named[rows, columns].all()
+    assert found.wrong <= wrong[rows, columns].sum()
+    assert found.low <= wrong.sum() / named.sum() <= found.high
+    expected = {name: array.copy() for name, array in adaptive.items()}
+    for name in expected.keys() & full.keys():
+        expected[name][rows, columns] = full[name][rows, columns]
+    expected["computed"][rows, columns] = True
+    assert all(whole[name].tobytes() == expected[name].tobytes() for name in whole)
+
+
+def test_wrong_points_of_the_sample_are_counted_and_the_map_is_closed_around_them(
+    full: Arrays, adaptive: Arrays, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(inferred_points, "INFERRED_SAMPLE", 1.0)
+    whole = {name: array.copy() for name, array in adaptive.items()}
+    # in the lower half all inferred points have another motion
+    inside = ~whole["computed"] & (whole["kind"] == PERIODIC) & (CLEARANCE < 1.915)[:, None]
+    whole["period"][inside] = 7
+    row, column, figures, found = complete_map(DEFAULT, OMEGA, CLEARANCE, whole, [], [], max_periods=100)
+    assert found is not None
+    assert found.sampled == adaptive["computed"].sum() < found.inferred
+    assert 0.0 < found.low < found.wrong / found.sampled < found.high
+    assert abs(found.wrong / found.sampled - inside.sum() / found.inferred) < 0.1
+    assert (whole["period"] != 7)[inside].all()
+    assert figures["period"].tobytes() == full["period"][row, column].tobytes()
 
 
 def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from grazemap_core.arrays import Floats
-from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.inferred_points import check_sample
+from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.tolerances import SAME_APPROACH
 
-IRREGULAR, MOTION = 1, 2  # the labels from MOTION on are motions
+IRREGULAR, MOTION = 2, 3  # the labels from MOTION on are motions
 
 
 class Picture:
@@ -36,7 +37,7 @@ class Picture:
     def blank(self) -> Refinement:
         shape = self.truth.shape
         label, computed = np.full(shape, UNKNOWN, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
-        return Refinement(label, computed, lambda found: found == IRREGULAR, self.compute)
+        return Refinement(label, computed, lambda found: np.isin(found, [SENSITIVE, IRREGULAR]), self.compute)
 
 
 def blobs(seed: int, shape: tuple[int, int], labels: int, roughness: float) -> NDArray[np.int32]:
@@ -101,6 +102,45 @@ def test_points_among_irregular_and_unresolved_points_are_left_unresolved() -> N
     assert inside.mean() > 0.9
     assert (grid.label[16:][inside] == UNRESOLVED).all()
     assert not wrong_motions(grid, truth).any()
+
+
+def test_no_label_is_inferred_among_sensitive_points() -> None:
+    truth = np.full((65, 65), MOTION)
+    truth[16:49, 16:49] = SENSITIVE
+    grid = Picture(truth).refined()
+    inside = grid.label[17:48, 17:48][~grid.computed[17:48, 17:48]]
+    assert inside.size
+    assert (inside == UNRESOLVED).all()
+    assert not wrong_motions(grid, truth).any()
+
+
+def test_a_sample_is_compared_with_its_labels_and_the_grid_is_closed_around_wrong_points() -> None:
+    truth = np.full((33, 33), MOTION)
+    truth[10:14, 10:15] = MOTION + 1  # an island between the lines of the first lattice
+    picture = Picture(truth)
+    grid = picture.refined()
+    assert wrong_motions(grid, truth).sum() == 20
+    rows, columns = np.array([20, 11, 28, 12]), np.array([20, 11, 3, 13])
+    assert grid.check(rows, columns) == 2
+    assert (grid.label == truth).all()
+    assert (picture.asked == grid.computed).all()
+    assert not grid.computed[20, 21]
+
+
+def test_the_interval_contains_the_share_of_wrong_points_in_19_of_20_maps() -> None:
+    contained, wrong = 0, 0
+    for k in range(60):
+        picture = Picture(np.where(blobs(k, (90, 80 + k), 5, 1.6) == 0, MOTION + 1, MOTION))
+        grid = picture.refined()
+        named = ~grid.computed & (grid.label != UNRESOLVED)
+        share = wrong_motions(grid, picture.truth).sum() / named.sum()
+        found = check_sample(grid, 10_000)
+        assert found is not None
+        assert found.inferred == named.sum()
+        contained += found.low <= share <= found.high
+        wrong += found.wrong
+    assert contained >= 55
+    assert wrong > 60
 
 
 def test_an_irregular_label_is_inferred_only_well_inside_its_region() -> None:

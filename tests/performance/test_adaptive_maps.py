@@ -16,10 +16,10 @@ def compared() -> np.ndarray:
 
 
 def test_inferred_points_are_compared_by_their_motions() -> None:
-    computed, seconds, motion, another, chaos, left = compared()
+    computed, seconds, motion, another, chaos, left, wrong, low, high = compared()
     assert 0.0 < computed < 0.7
     assert seconds > 0.0
-    assert motion == another == chaos == left == 0.0
+    assert motion == another == chaos == left == wrong == low == 0.0 < high < 1.0
 
 
 def test_a_wrong_inference_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -32,5 +32,6 @@ def test_a_wrong_inference_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
         return arrays
 
     monkeypatch.setattr(adaptive_maps, "adaptive_map_tile", planted)
-    _, _, motion, another, *_ = compared()
+    computed, _, motion, another, _, _, wrong, *_ = compared()
     assert motion == another == pytest.approx(1 / 24**2)
+    assert motion < wrong < motion / (1.0 - computed) * 1.5

@@ -530,6 +530,9 @@ def _map() -> dict[str, Any]:
     }
 
 
+INFERRED_WRONG: dict[str, Any] = {"inferred": 3, "sampled": 2, "wrong": 1, "low": 0.0126, "high": 0.9874}
+
+
 def _adaptive_map() -> dict[str, Any]:
     """The same map with four computed points; the two of the last clearance and first omegas are inferred."""
     whole = _map()
@@ -540,4 +543,4 @@ def _adaptive_map() -> dict[str, Any]:
     at_computed = {name: whole.pop(name)[computed] for name in figures} | {
         "multiplier": np.array([0.5, np.nan, 0.6, 0.7])
     }
-    return {**whole, "computed": computed, "at_computed": at_computed}
+    return {**whole, "computed": computed, "at_computed": at_computed, "inferred_wrong": INFERRED_WRONG}

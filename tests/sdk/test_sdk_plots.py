@@ -17,6 +17,7 @@ from sdk_documents import ADAPTIVE, CHANCE, DRAWN, MANY, POINTS, document, npz
 from grazemap import Oscillator, engineering_units
 from grazemap.plots import palette, save_picture, unfolding
 from grazemap.plots.axes import new_figure
+from grazemap.plots.hatching import one_in_each_block
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import with_impacts
 from grazemap.plots.unfolding import largest_square
@@ -81,12 +82,37 @@ def test_a_result_of_another_kind_over_a_map_is_refused_by_name():
 def test_an_adaptive_map_shows_what_was_computed():
     umap = decode_result(npz(ADAPTIVE))
     ax = umap.plot_computed()
-    assert legend(ax) == ["computed (66.7%)", "inferred (33.3%)"]
+    assert legend(ax) == ["computed (66.7%)", "inferred (33.3%)\n1 of 2 in a sample wrong"]
     assert ax.get_xlim() == pytest.approx((0.175, 0.325))
     np.testing.assert_array_equal(ax.collections[0].get_array().reshape(2, 3), umap.computed)
     assert legend(umap.plot()) == legend(decode_result(npz("unfolding-maps")).plot())
     with pytest.raises(ValueError, match="not adaptive"):
         decode_result(npz("unfolding-maps")).plot_computed()
+
+
+@pytest.mark.parametrize("process", ["unfolding-maps", "basins"])
+def test_sensitive_points_are_hatched_and_their_share_is_in_the_legend(process):
+    sensitive = np.array([[False, True, False], [False, False, True]])
+    result = decode_result(npz(process, {"sensitive": sensitive}))
+    ax = result.plot()
+    assert legend(ax)[-1] == "sensitive (33.3%)"
+    (strokes,) = (line for line in ax.lines if line.get_label() == legend(ax)[-1])
+    x, y = (result.omega, result.clearance) if process == "unfolding-maps" else (result.horizontal, result.vertical)
+    np.testing.assert_array_equal(strokes.get_xydata(), [(x[1], y[0]), (x[2], y[1])])
+    for changed in ({}, {"sensitive": np.zeros((2, 3), np.bool_)}):
+        assert not any("sensitive" in entry for entry in legend(decode_result(npz(process, changed)).plot()))
+
+
+def test_many_sensitive_points_have_a_stroke_a_block_and_single_ones_their_own():
+    sensitive = np.zeros((40, 60), np.bool_)
+    sensitive[:12, :16] = True
+    sensitive[31, 2] = True
+    sensitive[[24, 27], [56, 59]] = True
+    rows, columns = one_in_each_block(sensitive, 4, 8)
+    found = list(zip(rows.tolist(), columns.tolist(), strict=True))
+    assert {(31, 2), (27, 59)} < set(found)
+    assert sensitive[rows, columns].all()
+    assert len({(row // 4, column // 8) for row, column in found}) == len(found) == 3 * 2 + 2
 
 
 def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):

@@ -10,13 +10,13 @@ import warnings
 
 import numpy as np
 import pytest
-from sdk_documents import ADAPTIVE, CHANCE, MANY, POINTS, REQUESTS, document, npz
+from sdk_documents import ADAPTIVE, CHANCE, INFERRED_WRONG, MANY, POINTS, REQUESTS, document, npz
 
 import grazemap
 from grazemap.client.methods import ProcessMethods
 from grazemap.codec import CodecError, decode_npz, encode_npz, iter_json
 from grazemap.errors import ResultFormatError
-from grazemap.results import ChanceToSettle, Family, UnfoldingMap, decode_result, load
+from grazemap.results import ChanceToSettle, Family, InferredWrong, UnfoldingMap, decode_result, load
 from grazemap.schema.motions import motions_of
 from grazemap.wire import motion_label
 
@@ -237,6 +237,17 @@ def test_chaos_has_its_chance_to_settle_and_a_sample_may_be_empty(tmp_path):
     path = decode_result(npz("basins", {"chance_to_settle": empty})).save(tmp_path / "basins.json")
     assert json.loads(path.read_text())["chance_to_settle"]["chance"] is None
     assert np.isnan(load(path).chance_to_settle.chance)
+
+
+@pytest.mark.parametrize("process", ["unfolding-maps", "basins", "unfolding-diagrams"])
+def test_summaries_have_the_share_of_sensitive_points(process):
+    sensitive = {"sensitive": np.array([[False, True, False], [False, False, False]])}
+    of_map = process == "unfolding-diagrams"
+    changed = {"unfolding_map": document("unfolding-maps") | sensitive} if of_map else sensitive
+    new, old = decode_result(npz(process, changed)), decode_result(npz(process))
+    said, said_of_old = (result.summary() if of_map else repr(result) for result in (new, old))
+    assert "1 sensitive (16.67%)" in said
+    assert "sensitive" not in said_of_old
 
 
 def test_a_diagram_has_its_parts_and_the_explanation_of_every_border(tmp_path):
@@ -473,7 +484,12 @@ def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_no_invented_numbers(en
         (motion.label, motion.pixels) for motion in full.motions()
     ]
     assert "66.7% computed" in repr(umap)
-    assert "computed" not in repr(full)
+    assert umap.inferred.tolist() == [[False, False, False], [True, True, False]]
+    assert umap.inferred_wrong == InferredWrong(**INFERRED_WRONG)
+    assert "1 of 2 inferred points in a sample wrong (1.26% to 98.74%)" in repr(umap)
+    assert not full.inferred.any()
+    assert full.inferred_wrong is None
+    assert not any(word in repr(full) for word in ("computed", "inferred"))
     assert umap.to_xarray()["computed"].sel(omega=0.25, clearance=1.6).item() is False
     assert "computed" not in full.to_xarray()
 

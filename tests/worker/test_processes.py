@@ -439,7 +439,7 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
     document = decode_npz(encode_npz(tiled(request, cut), {}))[0]
     full = tiled(parse_request("unfolding-maps", body), Plan(rows=60, columns=40, tile_rows=60, tile_columns=40))
     computed, figures = document["computed"], document["at_computed"]
-    assert document.keys() | figures.keys() == full.keys() | {"computed", "at_computed"}
+    assert document.keys() | figures.keys() == full.keys() | {"computed", "at_computed", "inferred_wrong"}
     for name in ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
         assert document[name].dtype == full[name].dtype
         assert document[name][computed].tobytes() == full[name][computed].tobytes(), name
@@ -448,11 +448,33 @@ def test_an_adaptive_map_is_joined_from_strips_and_has_figures_where_it_was_comp
     reasons = document["reasons"][document["reason"][~computed]]
     assert (reasons != "").all()
     assert figures["verified"].any()
-    # closing the seams has computed more than the tiles had
-    process = PROCESSES["unfolding-maps"].tile
-    assert process is not None
-    assert computed.sum() > sum(process(request, tile)["computed"].sum() for tile in cut.tiles)
+    # closing the seams has computed more than the tiles had, and the sample
+    process = PROCESSES["unfolding-maps"]
+    assert process.tile is not None
+    assert process.assembled is not None
+    tiles, stated = [process.tile(request, tile) for tile in cut.tiles], document["inferred_wrong"]
+    assert computed.sum() > stated["sampled"] + sum(tile["computed"].sum() for tile in tiles)
     assert computed.mean() < 0.7
+    assert stated["low"] <= stated["wrong"] / stated["sampled"] <= stated["high"]
+    # the sample is the same when the map is assembled again
+    assert process.assembled(request, cut, tiles, silent)["inferred_wrong"] == stated
+
+
+def test_the_remedy_for_a_sensitive_point_is_one_that_its_result_has() -> None:
+    def remedy(process: str, body: dict[str, Any]) -> str:
+        plan = PLANNING[process].plan(parse_request(process, body))
+        reasons = tiled(parse_request(process, body), plan, process)["reasons"].tolist()
+        (sensitive,) = (reason for reason in reasons if reason.startswith("sensitive: "))
+        return str(sensitive).partition("Remedy: ")[2]
+
+    few = {"omega": [0.3, 0.31], "clearance": [1.9, 1.95], "max_periods": 10}
+    assert remedy("unfolding-maps", few).startswith("an unfolding map with resolve_sensitive")
+    assert remedy("unfolding-maps", {**few, "resolve_sensitive": True}).startswith("simulate more periods")
+    assert remedy("unfolding-maps", {**few, "policy": "sweep-up"}).startswith("a map from rest with resolve_sensitive")
+    assert "not adaptive, with resolve_sensitive" in remedy("unfolding-maps", {**few, "adaptive": True})
+    rectangle = {name: {"quantity": name, "values": [0.0, 0.1]} for name in ("displacement", "velocity")}
+    basins = {"horizontal": rectangle["displacement"], "vertical": rectangle["velocity"], "max_periods": 10}
+    assert "proofs" in remedy("basins", {"omega": 0.3, "clearance": 1.9, **basins})
 
 
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])

@@ -14,11 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats
-from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.refinement import UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.inferred_points import InferredWrong, check_sample
+from grazemap_core.maps.refinement import SENSITIVE, UNKNOWN, UNRESOLVED, Indices, Labels, Refinement
 from grazemap_core.maps.settling import Settler, Settling
-from grazemap_core.maps.tolerances import COARSEST_SPACING, MOST_CONTRACTION
+from grazemap_core.maps.tolerances import (
+    COARSEST_SPACING,
+    LARGEST_INFERRED_SAMPLE,
+    MOST_CONTRACTION,
+    RUN_ON_PERIODS,
+)
 from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, REASONS
@@ -67,7 +72,7 @@ def adaptive_map_tile(
 ) -> Arrays:
     """Find the motions of a grid as `unfolding.unfolding_map_tile`, but compute points only where motions differ.
 
-    If a grid is cut into tiles, `close_seams` corrects their borders afterwards.
+    `complete_map` corrects the borders between tiles, and measures how many inferred points are wrong.
 
     Parameters
     ----------
@@ -82,7 +87,7 @@ def adaptive_map_tile(
     dict of arrays of shape (n, m), [clearance, omega]
         The full map's, and computed (bool). Where this is false, the arrays of LABEL are inferred, numbers are NaN or
         -1, `verified` is false and the reason NOT_COMPUTED. An inferred point is unresolved where the points around it
-        are not periodic and do not agree.
+        are sensitive, or are not periodic and do not agree.
 
     Raises
     ------
@@ -98,7 +103,7 @@ def adaptive_map_tile(
     return arrays
 
 
-def close_seams(
+def complete_map(
     oscillator: Oscillator,
     omega: Floats,
     clearance: Floats,
@@ -106,15 +111,18 @@ def close_seams(
     row_seams: list[int],
     column_seams: list[int],
     **settings: Unpack[Settings],
-) -> tuple[Indices, Indices, Arrays]:
-    """Compute inferred points whose labels differ across a border between tiles, then their neighbours, and so on.
+) -> tuple[Indices, Indices, Arrays, InferredWrong | None]:
+    """Compute inferred points whose labels differ across a border between tiles, and a sample of the others.
+
+    Where a point differs from its inferred label, its inferred neighbours are computed if their labels differ from it,
+    and so on.
 
     Parameters
     ----------
     oscillator, omega, clearance, **settings
         As in `adaptive_map_tile`, of the whole grid.
     arrays : dict of arrays of shape (n, m)
-        The arrays of LABEL, and computed, assembled from the tiles; changed in place.
+        The arrays of LABEL, sensitive and computed, assembled from the tiles; changed in place.
     row_seams, column_seams : list of int
         First row, and first column, of every tile but the first.
 
@@ -124,6 +132,8 @@ def close_seams(
         The points that were computed.
     figures : dict of arrays of shape (k,)
         All arrays of the full map there.
+    inferred_wrong : InferredWrong or None
+        The share of wrong inferred points; None if no point is inferred to have a motion, or to be chaotic.
 
     Raises
     ------
@@ -133,7 +143,7 @@ def close_seams(
     points = _Points(oscillator, omega, clearance, _Chosen(**settings))
     label = np.empty((len(clearance), len(omega)), dtype=np.int32)
     for column in range(len(omega)):
-        label[:, column] = points.numbered({name: arrays[name][:, column] for name in LABEL})
+        label[:, column] = points.numbered({name: array[:, column] for name, array in arrays.items()})
     beside = np.zeros(label.shape, dtype=np.bool_)
     for seam in row_seams:
         beside[seam - 1 : seam + 1] = True
@@ -141,8 +151,9 @@ def close_seams(
         beside[:, seam - 1 : seam + 1] = True
     grid = Refinement(label, arrays["computed"], points.irregular, points)
     grid.close(*np.nonzero(beside & ~arrays["computed"]))
+    inferred_wrong = check_sample(grid, points.largest_sample)
     _write(arrays, points)
-    return points.results()
+    return *points.results(), inferred_wrong
 
 
 class _Points:
@@ -160,13 +171,17 @@ class _Points:
         task = Settling(max_periods, max_period, linearised=not preview, starts=starts)
         self._settler = Settler(oscillator, task)
         self._starts = np.zeros((1, 2, oscillator.size)) if starts is None else starts
+        periods = max_periods * len(self._starts)
+        self.largest_sample = min(LARGEST_INFERRED_SAMPLE, max(1, RUN_ON_PERIODS // periods))
         self._at_rest = np.zeros((2, oscillator.size))
         self._steady = self._settler.steady(omega)
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
         self._done: list[tuple[Indices, Indices, Arrays]] = []
-        # the first number is UNRESOLVED
-        self._number((KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0))
+        # the first numbers are UNRESOLVED and SENSITIVE
+        unknown = (KINDS.index("unresolved"), NOT_COMPUTED, 0, 0, 0, 0, 0)
+        self._number((*unknown, False))
+        self._labels.append(unknown)
 
     def __call__(self, rows: Indices, columns: Indices) -> tuple[Labels, Floats]:
         """Compute points (k,). Return the numbers of their labels, and the logarithms of their contractions."""
@@ -183,18 +198,18 @@ class _Points:
         arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))
         label, approach = np.empty(len(rows), np.int32), np.empty(len(rows))
-        label[order] = self.numbered({name: arrays[name] for name in LABEL})
+        label[order] = self.numbered(arrays)
         approach[order] = self._approach(arrays)
         return label, approach
 
     def irregular(self, label: Labels) -> Booleans:
-        """Return which numbers stand for labels that are neither periodic nor unresolved, or that are sensitive."""
-        odd = np.array([kind != _PERIODIC or reason == ROUNDING_DECIDES for kind, reason, *_ in self._labels])
+        """Return which numbers stand for labels that are neither periodic nor unresolved."""
+        odd = np.array([kind != _PERIODIC for kind, *_ in self._labels])
         return np.asarray((label > UNRESOLVED) & odd[np.maximum(label, 0)])
 
     def numbered(self, arrays: Arrays) -> Labels:
         """Return numbers of the labels in arrays of shape (k,); mirror images in an ensemble have the same number."""
-        table = np.stack([arrays[name] for name in LABEL], axis=1).astype(np.int64)
+        table = np.stack([arrays[name] for name in (*LABEL, "sensitive")], axis=1).astype(np.int64)
         fresh = np.flatnonzero(np.any(np.diff(table, axis=0, prepend=-9) != 0, axis=1))
         runs = np.array([self._number(tuple(label)) for label in table[fresh].tolist()], dtype=np.int32)
         return np.repeat(runs, np.diff(fresh, append=len(table)))
@@ -221,13 +236,15 @@ class _Points:
         )
 
     def _number(self, label: tuple[int, ...]) -> int:
-        kind, reason, period, right, left, symmetric, sticking = label
+        kind, _, period, right, left, symmetric, sticking, sensitive = label
+        if sensitive:
+            return SENSITIVE
         if self._ensemble:
             right, left = min(right, left), max(right, left)
-        key = (kind, reason == ROUNDING_DECIDES, period, right, left, symmetric, sticking)
+        key = (kind, period, right, left, symmetric, sticking)
         if key not in self._numbers:
             self._numbers[key] = len(self._labels)
-            self._labels.append(label)
+            self._labels.append(label[: len(LABEL)])
         return self._numbers[key]
 
     def _approach(self, arrays: Arrays) -> Floats:

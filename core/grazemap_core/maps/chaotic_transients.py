@@ -4,12 +4,11 @@ A motion is called chaotic after the forcing periods that were simulated. It may
 motion: trajectories leave the neighbourhood of a chaotic saddle after times that vary exponentially (Lai & Tél 2011),
 and one trajectory does not distinguish such a saddle from an attractor. So the chance to settle is measured for all
 chaotic motions of a result together: trajectories that are evenly spaced among them are simulated for RUN_ON times as
-many periods in all, and those that become periodic are counted. The interval is that of Clopper & Pearson (1934).
+many periods in all, and those that become periodic are counted.
 
 References
 ----------
 Y.-C. Lai, T. Tél, Transient Chaos, Springer (2011), chapter 1.
-C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404-413.
 """
 
 from __future__ import annotations
@@ -20,22 +19,19 @@ from typing import Any, Final, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import betaincinv
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import RESOLVED
 from grazemap_core.maps.adaptive_map import Settings
 from grazemap_core.maps.basins import Coordinate, initial_states
 from grazemap_core.maps.bifurcation_diagrams import Parameter, Section
+from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import GROWTH, HALVES_RUN, REASON, UNVERIFIED
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE
 from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
-
-CONFIDENCE: Final = 0.95
-"""Probability with which the interval of a chance contains it."""
 
 _CHAOTIC: Final = KINDS.index("chaotic")
 
@@ -55,7 +51,7 @@ class ChanceToSettle:
     chance : float
         settled/sampled; NaN for an empty sample.
     low, high : float
-        The interval of the chance, with the probability CONFIDENCE.
+        The interval of the chance (`binomial.interval`).
     """
 
     watched: int
@@ -190,7 +186,7 @@ def _chance(chaotic: int, watched: int, settles: Callable[[int], bool | None]) -
         return None
     outcomes = [settled for settled in map(settles, sample(chaotic, watched)) if settled is not None]
     sampled, settled = len(outcomes), sum(outcomes)
-    tail = (1.0 - CONFIDENCE) / 2.0
+    low, high = interval(settled, sampled)
     return ChanceToSettle(
         watched=watched,
         run_on=RUN_ON * watched,
@@ -198,8 +194,8 @@ def _chance(chaotic: int, watched: int, settles: Callable[[int], bool | None]) -
         sampled=sampled,
         settled=settled,
         chance=settled / sampled if sampled else np.nan,
-        low=float(betaincinv(settled, sampled - settled + 1, tail)) if settled else 0.0,
-        high=float(betaincinv(settled + 1, sampled - settled, 1.0 - tail)) if settled < sampled else 1.0,
+        low=low,
+        high=high,
     )
 
 

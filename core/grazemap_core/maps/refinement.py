@@ -1,8 +1,8 @@
 """Refinement of a grid of labels where neighbours differ: the work grows with the length of the borders.
 
-Labels are numbers. There are three sorts. A *motion* persists under small changes, so points between neighbours with
+Labels are numbers. There are four sorts. A *motion* persists under small changes, so points between neighbours with
 one label have it too, as a rule. An *irregular* label (chaos) need not persist, because its region contains points of
-many others. UNRESOLVED asserts nothing.
+many others. SENSITIVE is irregular, and never inferred. UNRESOLVED asserts nothing.
 
 A lattice of points is computed, then halved until it is the grid. A new point between points of one label gets that
 label; a new point among several irregular or unresolved ones is left unresolved; all others are computed, and so are
@@ -32,6 +32,7 @@ Indices = Integers
 Labels = NDArray[np.int32]
 
 UNRESOLVED: Final = 0
+SENSITIVE: Final = 1
 UNKNOWN: Final = -1
 _AROUND: Final = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
 
@@ -51,7 +52,7 @@ class Refinement:
     """
 
     def __init__(self, label: Labels, computed: Booleans, irregular: Callable[[Labels], Any], compute: Compute):
-        """Take a grid, whose arrays are changed in place; `irregular` returns which labels are irregular."""
+        """Take a grid, whose arrays are changed in place; `irregular` returns which labels are: SENSITIVE is one."""
         self.label, self.computed = label, computed
         self._irregular, self._compute = irregular, compute
         self._approach = np.empty((0, 0))
@@ -80,6 +81,14 @@ class Refinement:
         """Compute those of the given points whose label differs from a neighbour's, and so on for their neighbours."""
         self._follow(np.arange(self.label.shape[0]), np.arange(self.label.shape[1]), rows, columns)
 
+    def check(self, rows: Indices, columns: Indices) -> int:
+        """Compute inferred points of a closed grid, and close it around wrong ones. Return the number of wrong ones."""
+        inferred = self.label[rows, columns]
+        self._at(rows, columns)
+        wrong = self.label[rows, columns] != inferred
+        self.close(*_neighbours(rows[wrong], columns[wrong], (self.label.shape[0], self.label.shape[1])))
+        return int(np.count_nonzero(wrong))
+
     def _at(self, rows: Indices, columns: Indices) -> None:
         """Compute points."""
         if not rows.size:
@@ -101,7 +110,7 @@ class Refinement:
         # an irregular label persists only where all its neighbours have it too
         isolated = self._differs_from_neighbour(coarse) & self._irregular(coarse)
         isolated_around = np.any([isolated[np.ix_(i, j)] for i, j in corners], axis=0)
-        inferred = np.where(same & ~isolated_around, around[0], UNKNOWN)
+        inferred = np.where(same & ~isolated_around & (around[0] != SENSITIVE), around[0], UNKNOWN)
         inferred[np.all(irregular | (around == UNRESOLVED), axis=0) & (inferred == UNKNOWN)] = UNRESOLVED
         transients = self._approach[np.ix_(rows, columns)]
         known = [transients[np.ix_(i, j)] for i, j in corners]

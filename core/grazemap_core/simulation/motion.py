@@ -15,6 +15,10 @@ from grazemap_core.codes import CHAOTIC, QUASI_PERIODIC
 KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 """Kinds of motion; the index is the code."""
 
+SENSITIVE: Final = (
+    "sensitive: on its way to the orbit the trajectory passed a stop, or hit it, so narrowly that the round-off of a "
+    "chaotic transient may have decided it."
+)
 REASONS: Final[dict[int, str]] = {
     codes.RESOLVED: "",
     codes.NOT_CLOSED: "the stroboscopic orbit did not close within the periods simulated and the largest period "
@@ -50,9 +54,7 @@ REASONS: Final[dict[int, str]] = {
     codes.NOT_CAPTURED: "arrival-slow: the orbit is verified, but within the periods simulated the trajectory did not "
     "come so close to it that it certainly stays there. Remedy: simulate more periods (max_periods); beside a graze or "
     "a bifurcation, move away from it.",
-    codes.ROUNDING_DECIDES: "sensitive: on its way to the orbit the trajectory passed a stop, or hit it, so narrowly "
-    "that the round-off of a chaotic transient may have decided it. Remedy: resolve_sensitive, which computes the "
-    "point in more digits.",
+    codes.ROUNDING_DECIDES: f"{SENSITIVE} Remedy: a certificate (proofs, an attraction) of where the state leads.",
 }
 """Why a motion is unresolved, or is periodic but not verified, and what to do; the key is the code."""
 

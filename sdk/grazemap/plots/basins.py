@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from grazemap.plots.axes import Drawing, axis_label, cell_borders, chance_text, legend_square, place_text, share_text
+from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.palette import UNRESOLVED, motion_colours, motion_text
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def plot_basins(result: Basins, drawing: Drawing, given: Mapping[str, str] | Non
         vmax=len(colours) - 0.5,
         rasterized=True,
     )
+    hatch_sensitive(ax, result.horizontal, result.vertical, result.sensitive)
     request = result.meta["request"]
     x, y = (
         "initial " + axis_label(request[name]["quantity"], result.units, request[name]["mass"])

@@ -12,6 +12,7 @@ from grazemap.colours import COLOURED, colours_of_map
 from grazemap.plots.axes import Drawing, cell_borders, chance_text, legend_square, share_text
 from grazemap.plots.borders import draw_bifurcation_curves
 from grazemap.plots.curve import draw_curve, draw_points
+from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ def plot_unfolding_map(
     coloured = {motion: colour for motion, colour in zip(shares, found, strict=True) if colour is not None}
     shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
     shares_of_entries = _draw_regions(ax, umap, shown, [motion for motion in shares if motion not in shown])
+    hatch_sensitive(ax, umap.omega, umap.clearance, umap.sensitive)
     if drawing.labels:
         for motion, colour in shown.items():
             if motion.kind == "periodic":
@@ -121,8 +123,10 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
     codes = umap.computed.astype(np.int8)
     _draw_codes(ax, umap, codes, [_INFERRED, INK])
     computed = umap.computed.mean()
-    for colour, share, text in ((INK, computed, "computed"), (_INFERRED, 1.0 - computed, "inferred")):
-        legend_square(ax, colour, f"{text} ({share:.1%})", edge=1.0)
+    found = umap.inferred_wrong
+    wrong = "" if found is None else f"\n{found.wrong} of {found.sampled} in a sample wrong"
+    legend_square(ax, INK, f"computed ({computed:.1%})", edge=1.0)
+    legend_square(ax, _INFERRED, f"inferred ({1.0 - computed:.1%}){wrong}", edge=1.0)
     drawing.describe_plane(umap.units, f"Computed points of {len(umap.clearance)} × {len(umap.omega)}")
     drawing.show_legend(handlelength=1.4)
     return ax

@@ -17,7 +17,7 @@ from grazemap.results.discontinuity import DiscontinuityMapping, Grazing, NextCo
 from grazemap.results.grazing import CodimensionTwoPoint, CodimensionTwoPoints, Family, GrazingCurve, Unfolding
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.proofs import Proof
-from grazemap.results.records import ChanceToSettle, Impacts, Motion, MotionShare, State, Sticking
+from grazemap.results.records import ChanceToSettle, Impacts, InferredWrong, Motion, MotionShare, State, Sticking
 from grazemap.results.trajectory import Trajectories, Trajectory
 from grazemap.results.unfolding import UnfoldingMap
 from grazemap.results.unfolding_diagram import Border, BorderCurve, MapBorders, UnfoldingDiagram
@@ -41,6 +41,7 @@ __all__ = [
     "Grazing",
     "GrazingCurve",
     "Impacts",
+    "InferredWrong",
     "MapBorders",
     "Motion",
     "MotionShare",

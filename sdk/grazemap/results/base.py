@@ -37,6 +37,11 @@ def counted(items: Sized, noun: str) -> str:
     return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
+def counted_points(where: NDArray[np.bool_], what: str) -> str:
+    """Return the number of points that are something, with their share of all points."""
+    return f"{np.count_nonzero(where)} {what} ({where.mean():.2%})"
+
+
 def outside(what: str, name: str, value: float, ends: tuple[float, float], units: str) -> ValueError:
     """Return the error for a value of omega or clearance outside a result, in SI with units and in Hz or mm too."""
     unit, other, factor = {"omega": ("rad/s", "Hz", 1.0 / (2.0 * math.pi)), "clearance": ("m", "mm", 1e3)}[name]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.results.base import Result, counted
+from grazemap.results.base import Result, counted, counted_points
 from grazemap.results.records import BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable, described
 from grazemap.schema.basins import ATTRACTOR
 
@@ -91,4 +91,5 @@ class Basins(Result):
     def _summary(self) -> str:
         rows, columns = self.label.shape
         said = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
+        said += "" if self.sensitive is None else f", {counted_points(self.sensitive, 'sensitive')}"
         return said if self.chance_to_settle is None else f"{said}, {self.chance_to_settle}"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from grazemap.schema import Field, Record, ResultSchema
 from grazemap.schema.common import CHANCE_TO_SETTLE, IMPACTS, MOTION, RESTS, STATE
+from grazemap.schema.maps import INFERRED_WRONG
 
 R = TypeVar("R")
 FloatArray = NDArray[np.float64]
@@ -154,6 +155,20 @@ class ChanceToSettle:
 
     def __str__(self) -> str:
         return f"{self.settled} of {self.sampled} chaotic motions settle within {self.run_on} periods"
+
+
+@described(INFERRED_WRONG, comparable=True)
+class InferredWrong:
+    """How many of the inferred points of an adaptive map are wrong, from a random sample of them that was computed."""
+
+    inferred: int
+    sampled: int
+    wrong: int
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.wrong} of {self.sampled} inferred points in a sample wrong ({self.low:.2%} to {self.high:.2%})"
 
 
 @described(STATE)

@@ -11,10 +11,19 @@ from numpy.typing import NDArray
 
 from grazemap.codec import Document
 from grazemap.colours import colours_of_map
-from grazemap.results.base import Result, counted, outside
+from grazemap.results.base import Result, counted, counted_points, outside
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
-from grazemap.results.records import RECORDS, BoolArray, ChanceToSettle, FloatArray, IntArray, MotionShare, Verifiable
+from grazemap.results.records import (
+    RECORDS,
+    BoolArray,
+    ChanceToSettle,
+    FloatArray,
+    InferredWrong,
+    IntArray,
+    MotionShare,
+    Verifiable,
+)
 from grazemap.schema.maps import AT_COMPUTED
 from grazemap.schema.motions import motions_of
 from grazemap.wire import motion_label
@@ -86,6 +95,7 @@ class UnfoldingMap(Verifiable, Result):
     motions_found: IntArray | None = None
     computed: BoolArray | None = None
     resolved: BoolArray | None = None
+    inferred_wrong: InferredWrong | None = None
     chance_to_settle: ChanceToSettle | None = None
 
     @classmethod
@@ -102,6 +112,11 @@ class UnfoldingMap(Verifiable, Result):
     def preview(self) -> bool:
         """Whether only periodic motions are identified."""
         return bool(self.meta["request"].get("preview"))
+
+    @property
+    def inferred(self) -> BoolArray:
+        """Where points are inferred from their neighbours, not computed: nowhere unless the map is adaptive."""
+        return np.zeros(self.kind.shape, dtype=np.bool_) if self.computed is None else ~self.computed
 
     def motions(self, *, merge_mirror_images: bool = False) -> list[MotionShare]:
         """Return the motions of the map, the largest share first.
@@ -238,12 +253,16 @@ class UnfoldingMap(Verifiable, Result):
         computed = "" if self.computed is None else f" ({self.computed.mean():.1%} computed)"
         periodic = self.kind == self._code("periodic")
         share = self.verified[periodic].mean() if periodic.any() else 1.0
-        points = f"{len(self.clearance)} x {len(self.omega)} points{computed}"
-        preview = ", a preview" if self.preview else ""
-        more = "" if self.sensitive is None else f", {int(self.sensitive.sum())} sensitive"
-        more += "" if self.resolved is None else f", {int(self.resolved.sum())} resolved in more digits"
-        more += preview if self.chance_to_settle is None else f"{preview}, {self.chance_to_settle}"
-        return f"{points}, {counted(self.motions(), 'motion')}, {share:.1%} of the periodic points verified{more}"
+        said = [
+            f"{len(self.clearance)} x {len(self.omega)} points{computed}",
+            counted(self.motions(), "motion"),
+            f"{share:.1%} of the periodic points verified",
+        ]
+        said += [] if self.sensitive is None else [counted_points(self.sensitive, "sensitive")]
+        said += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]
+        said += ["a preview"] if self.preview else []
+        said += [str(found) for found in (self.inferred_wrong, self.chance_to_settle) if found is not None]
+        return ", ".join(said)
 
 
 def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:

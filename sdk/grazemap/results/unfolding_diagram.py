@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import Document
-from grazemap.results.base import RESULTS, Result, value_of
+from grazemap.results.base import RESULTS, Result, counted_points, value_of
 from grazemap.results.curves import BifurcationCurves
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve
 from grazemap.results.records import FloatArray, IntArray, described
@@ -176,6 +176,8 @@ class UnfoldingDiagram(Result):
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda one: -one[1])),
             f"unresolved: {unresolved} of the {others} points that are not chaotic ({unresolved / max(1, others):.2%})",
         ]
+        if umap.sensitive is not None:
+            lines.append(counted_points(umap.sensitive, "sensitive"))
         if umap.chance_to_settle is not None:
             lines.append(str(umap.chance_to_settle))
         if self.borders is None:

@@ -114,6 +114,21 @@ MOTION_SHARE = Record(
         field("colour", "str", "Its colour in the picture of the map, #RRGGBB; grey for the smallest ones."),
     ),
 )
+INFERRED_WRONG = Record(
+    "InferredWrong",
+    "How many of the inferred points of an adaptive map are wrong, from a random sample of them that was computed.",
+    (
+        field(
+            "inferred",
+            "int",
+            "Number of points that were inferred to have a motion, or to be chaotic, before the sample was computed.",
+        ),
+        field("sampled", "int", "Number of points in the sample, which are computed points of the map."),
+        field("wrong", "int", "Number of them that have another motion, or are unresolved or sensitive."),
+        field("low", "float", "Lower end of the 95 % interval of the share of wrong ones (Clopper & Pearson)."),
+        field("high", "float", "Upper end of the interval."),
+    ),
+)
 UNFOLDING_MAPS = ResultSchema(
     "UnfoldingMap",
     "The motion that each point of a rectangle of the plane settles to.",
@@ -160,6 +175,13 @@ UNFOLDING_MAPS = ResultSchema(
             when=_ADAPTIVE,
         ),
         field("at_computed", AT_COMPUTED, "The values at computed points only.", when=_ADAPTIVE, variable=None),
+        field(
+            "inferred_wrong",
+            INFERRED_WRONG,
+            "How many of the inferred points are wrong.",
+            when=f"of adaptive maps with inferred motions, {SINCE}",
+            variable=None,
+        ),
         field(
             "chance_to_settle",
             CHANCE_TO_SETTLE,

@@ -8,7 +8,7 @@ const NAMED_IN_LEGEND = 14;
 const map = document.getElementById("map"), motion = document.getElementById("motion");
 const says = document.getElementById("says"), back = document.getElementById("back");
 const palette = await (await fetch("static/palette.json")).json();
-let shown = null; // { umap, curve, cells } of the last map
+let shown = null; // { umap, curve, cells, strokes } of the last map
 let asked = 0;    // number of the last question: answers to earlier ones are not shown
 
 const SUPERSEDED = new Error("superseded");
@@ -48,6 +48,7 @@ async function compute(number, process, request) {
 }
 
 const motionAt = (umap, row, column) => umap.motions[umap.motion[row][column]];
+const isSensitive = (umap, row, column) => umap.sensitive?.[row][column] ?? false;
 
 // Lengths on the canvas for omega and clearance, and back.
 const inner = { width: map.width - MARGIN.left - MARGIN.right, height: map.height - MARGIN.top - MARGIN.bottom };
@@ -88,7 +89,7 @@ function axis(pen, canvas, values, place, horizontal, text) {
 }
 
 function drawMap(selected) {
-  const { umap, curve, cells } = shown, pen = map.getContext("2d"), scale = scales(umap);
+  const { umap, curve, cells, strokes } = shown, pen = map.getContext("2d"), scale = scales(umap);
   pen.clearRect(0, 0, map.width, map.height);
   pen.imageSmoothingEnabled = false;
   pen.drawImage(cells, MARGIN.left, MARGIN.top, inner.width, inner.height);
@@ -98,10 +99,11 @@ function drawMap(selected) {
   pen.clip();
   const line = new Path2D();
   curve.omega.forEach((w, i) => line.lineTo(scale.x(w), scale.y(curve.clearance[i])));
-  for (const [width, colour] of [[5, palette.ink], [2, palette.paper]]) {
+  for (const [path, width, colour] of [[strokes, 3, palette.paper], [strokes, 1.5, palette.ink],
+    [line, 5, palette.ink], [line, 2, palette.paper]]) {
     pen.lineWidth = width;
     pen.strokeStyle = colour;
-    pen.stroke(line);
+    pen.stroke(path);
   }
   if (selected) {
     pen.strokeStyle = palette.ink;
@@ -123,7 +125,19 @@ function cellsOf(umap) {
   return cells;
 }
 
-function drawLegend(motions) {
+// A stroke on each sensitive point of a map.
+function strokesOf(umap) {
+  const strokes = new Path2D(), across = inner.width / umap.omega.length, up = inner.height / umap.clearance.length;
+  umap.clearance.forEach((_, row) => umap.omega.forEach((_, column) => {
+    if (!isSensitive(umap, row, column)) return;
+    const x = MARGIN.left + column * across, y = MARGIN.top + inner.height - row * up;
+    strokes.moveTo(x, y);
+    strokes.lineTo(x + across, y - up);
+  }));
+  return strokes;
+}
+
+function drawLegend({ motions, sensitive = [] }) {
   const entry = (text, share, colour) => {
     const line = document.createElement("li"), square = document.createElement("i");
     if (colour) square.style.backgroundColor = colour;
@@ -133,6 +147,8 @@ function drawLegend(motions) {
   const named = motions.slice(0, NAMED_IN_LEGEND), others = motions.slice(NAMED_IN_LEGEND);
   const lines = named.map(({ label, share, colour }) => entry(label, share, colour));
   if (others.length) lines.push(entry(`${others.length} others`, others.reduce((sum, { share }) => sum + share, 0)));
+  const points = sensitive.flat(), found = points.filter(Boolean).length;
+  if (found) lines.push(entry("sensitive", found / points.length));
   document.getElementById("legend").replaceChildren(...lines);
 }
 
@@ -144,9 +160,9 @@ async function showMap(window) {
     compute(number, "unfolding-maps", { ...sampled, preview: true }),
     compute(number, "grazing-curves", { omega: { ...window.omega, points: 400 } }),
   ]);
-  shown = { umap, curve, cells: cellsOf(umap) };
+  shown = { umap, curve, cells: cellsOf(umap), strokes: strokesOf(umap) };
   back.hidden = window === WINDOW;
-  drawLegend(umap.motions);
+  drawLegend(umap);
   drawMap();
   says.value = `${umap.omega.length} × ${umap.clearance.length} points, ${umap.motions.length} motions,`
     + ` computed by this service ${stored ? "before" : `in ${((performance.now() - began) / 1000).toFixed(1)} s`}.`;
@@ -202,7 +218,8 @@ map.addEventListener("pointermove", (event) => {
   const nearest = (value, name, [first, last] = ends(umap[name])) =>
     Math.round((value - first) / (last - first) * (umap[name].length - 1));
   const row = nearest(scale.clearance(y), "clearance"), column = nearest(scale.omega(x), "omega");
-  map.title = `ω = ${umap.omega[column].toPrecision(5)}, b = ${umap.clearance[row].toPrecision(5)}: ${motionAt(umap, row, column).label}`;
+  map.title = `ω = ${umap.omega[column].toPrecision(5)}, b = ${umap.clearance[row].toPrecision(5)}: ${motionAt(umap, row, column).label}`
+    + (isSensitive(umap, row, column) ? ", sensitive" : "");
 });
 map.addEventListener("pointerup", (event) => {
   if (!from) return;

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, fields, joined
+from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, fields, joined, record
 from grazemap_worker.processes.process import Process
 
 _AXES = ("omega", "clearance")
@@ -29,12 +29,14 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     Omega and clearance are slices of those of the whole grid, so the bytes of a map that is not adaptive do not depend
     on its tiles (those of a sweep are as tall as the map). Raises CoreError.
     """
+    from grazemap_core.codes import ROUNDING_DECIDES
     from grazemap_core.maps.adaptive_map import NOT_COMPUTED, NOT_COMPUTED_REASON, adaptive_map_tile
     from grazemap_core.maps.unfolding import unfolding_map_tile
-    from grazemap_core.simulation.motion import KINDS, REASONS
+    from grazemap_core.simulation.motion import KINDS, REASONS, SENSITIVE
 
     omega, clearance = grid_values(request.omega)[tile.columns], grid_values(request.clearance)[tile.rows]
     reasons = [REASONS.get(code, "") for code in range(1 + max(REASONS))]
+    reasons[ROUNDING_DECIDES] = f"{SENSITIVE} {_remedy_of_sensitive(request)}"
     oscillator, settings = core_oscillator(request.oscillator), fields(request, *_SETTINGS)
     arrays: Document
     if request.adaptive:
@@ -62,7 +64,7 @@ def assemble(
     names = [name for name in tiles[0] if name not in (*_AXES, *_NAMES, _AT_COMPUTED)]
     whole: Document = {name: joined(plan, [tile[name] for tile in tiles]) for name in names}
     if request.adaptive:
-        whole[_AT_COMPUTED] = _closed(request, plan, tiles, whole, report)
+        whole |= _completed(request, plan, tiles, whole, report)
     omega, clearance = grid_values(request.omega), grid_values(request.clearance)
     settings = fields(request, *_SETTINGS)
     chance = chance_in_map(whole["kind"], core_oscillator(request.oscillator), omega, clearance, **settings)
@@ -75,6 +77,17 @@ def assemble(
     }
 
 
+def _remedy_of_sensitive(request: UnfoldingMapsRequest) -> str:
+    """Return what decides where a sensitive point of a map leads."""
+    if request.policy.startswith("sweep"):
+        return "Remedy: a map from rest with resolve_sensitive; a point of a sweep starts at a rounded state."
+    if request.adaptive:
+        return "Remedy: a map of the points around it that is not adaptive, with resolve_sensitive."
+    if request.resolve_sensitive:
+        return "More digits have not decided it either. Remedy: simulate more periods (max_periods)."
+    return "Remedy: an unfolding map with resolve_sensitive, which computes the point in more digits."
+
+
 def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
     """Return an adaptive map's document."""
     from grazemap_core.maps.adaptive_map import LABEL
@@ -84,17 +97,20 @@ def _without_figures_of_inferred(arrays: dict[str, NDArray[Any]]) -> Document:
     return {name: arrays[name] for name in dense} | {_AT_COMPUTED: figures}
 
 
-def _closed(
+def _completed(
     request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], whole: Document, report: Report | None
 ) -> Document:
-    """Close the seams of an adaptive map, in place, and return the values at all computed points."""
-    from grazemap_core.maps.adaptive_map import close_seams
+    """Complete an adaptive map, in place. Return the values at computed points, and how many inferred ones are wrong.
 
-    rows, columns, fresh = close_seams(
+    Without a point that is inferred to have a motion, or to be chaotic, the latter is left out.
+    """
+    from grazemap_core.maps.adaptive_map import complete_map
+
+    rows, columns, fresh, wrong = complete_map(
         core_oscillator(request.oscillator),
         grid_values(request.omega),
         grid_values(request.clearance),
-        whole,
+        whole | {"sensitive": _of_grid(plan, tiles, "sensitive")},
         list(range(plan.tile_rows, plan.rows, plan.tile_rows)),
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
         **fields(request, *_SETTINGS),
@@ -102,14 +118,20 @@ def _closed(
     if report is not None:
         report(1, 2)
     figures: Document = {}
-    for name, first in tiles[0][_AT_COMPUTED].items():  # one at a time, as each needs an array of the grid
-        array = np.zeros((plan.rows, plan.columns), dtype=first.dtype)
-        for place, tile in zip(plan.tiles, tiles, strict=True):
-            array[place.rows, place.columns][tile["computed"]] = tile[_AT_COMPUTED][name]
+    for name in tiles[0][_AT_COMPUTED]:  # one at a time, as each needs an array of the grid
+        array = _of_grid(plan, tiles, name)
         if len(rows):
             array[rows, columns] = fresh[name]
         figures[name] = array[whole["computed"]]
-    return figures
+    return {_AT_COMPUTED: figures} | ({} if wrong is None else {"inferred_wrong": record(wrong)})
+
+
+def _of_grid(plan: Plan, tiles: list[Document], name: str) -> NDArray[Any]:
+    """Return an array of the grid from the values at the computed points of its tiles; 0 or false at the others."""
+    array = np.zeros((plan.rows, plan.columns), dtype=tiles[0][_AT_COMPUTED][name].dtype)
+    for place, tile in zip(plan.tiles, tiles, strict=True):
+        array[place.rows, place.columns][tile["computed"]] = tile[_AT_COMPUTED][name]
+    return array
 
 
 PROCESS = Process(tile=compute_tile, assembled=assemble)

@@ -1,0 +1,62 @@
+"""The hatching of sensitive points in maps and basins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grazemap.plots.axes import rimmed, share_text
+from grazemap.plots.palette import INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Distance between strokes and their length, in points of typography: single strokes are visible, many are a hatching.
+_SPACING, _LENGTH = 4.0, 4.5
+_POINTS_PER_INCH = 72.0
+
+
+def hatch_sensitive(
+    ax: Axes, horizontal: NDArray[np.float64], vertical: NDArray[np.float64], sensitive: NDArray[np.bool_] | None
+) -> None:
+    """Draw strokes on the sensitive points of a plane, and give their share in the legend.
+
+    A stroke is on a sensitive point, so single ones are visible. Where points are closer than the strokes, a block of
+    them has one stroke.
+
+    Parameters
+    ----------
+    horizontal, vertical
+        The coordinates of the points.
+    sensitive : (vertical, horizontal), or None
+        None, as of results of an earlier version, or no sensitive point: nothing is drawn.
+    """
+    if sensitive is None or not sensitive.any():
+        return
+    sides = np.array([ax.bbox.height, ax.bbox.width]) / ax.figure.dpi * _POINTS_PER_INCH
+    height, width = np.ceil(sensitive.shape / np.maximum(sides / _SPACING, 1.0)).astype(int)
+    rows, columns = one_in_each_block(sensitive, height, width)
+    ax.plot(
+        horizontal[columns],
+        vertical[rows],
+        linestyle="none",
+        marker=[(-1, -1), (1, 1)],
+        markersize=_LENGTH,
+        markeredgewidth=0.8,
+        color=INK,
+        path_effects=rimmed(1.6),
+        zorder=1.5,
+        label=f"sensitive ({share_text(sensitive.mean())})",
+    )
+
+
+def one_in_each_block(mask: NDArray[np.bool_], height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return row and column of one true entry of every block of a mask that has any: the nearest to its middle."""
+    rows, columns = np.nonzero(mask)
+    block = rows // height * mask.shape[1] + columns // width
+    away = np.hypot(rows % height - (height - 1) / 2, columns % width - (width - 1) / 2)
+    order = np.lexsort([away, block])
+    chosen = order[np.unique(block[order], return_index=True)[1]]
+    return rows[chosen], columns[chosen]
