@@ -137,7 +137,7 @@ def largest_reach(problem: CellProblem) -> float:
 
 @kernel
 def shorten_change(frequency: Floats, errors: LaneErrors, lane: int) -> float:
-    """Make the length of a lane's change 1, and return the square of what it was; it is a new one if that lost digits."""
+    """Make the length of a lane's change 1, or begin another if its square lost digits. Returns the square."""
     change, square = errors.change[lane], 0.0
     for j in range(frequency.shape[0]):
         square += (frequency[j] * change[2 * j, 0]) ** 2 + change[2 * j + 1, 0] ** 2

@@ -72,8 +72,8 @@ SCALAR_EVENTS = 4096
 """Maximum number of events in half a period with which changes are propagated."""
 
 NOTHING, ALL, FIRST, PAIR, LOST = 0, 1, 2, 3, 4
-"""Changes along a lane: none; a basis of all; the one of its error, with its growth; two that are kept orthonormal, with
-their growth; or propagation has failed."""
+"""Changes along a lane: none; a basis of all; the one of its error, with its growth; two that are kept orthonormal,
+with their growth; or propagation has failed."""
 
 NOT_ALL = -1
 """Number of impacts of a half period that are not all in a lane's events, or not all of nonzero speed."""

@@ -2,8 +2,9 @@
 
 As in `multi_impact_cell`, WIDTH lanes are side by side in a batch, and every loop over them is straight-line
 arithmetic; their length is not a constant to the compiler, which would write out short loops one by one instead of
-vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In each step all lanes advance to their next impact; a lane without a further impact advances to the end of
-the half period and stays there. A lane has one change, or two.
+vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In each step all
+lanes advance to their next impact; a lane without a further impact advances to the end of the half period and stays
+there. A lane has one change, or two.
 
 The flow between impacts is a flow over whole cells, from a table, followed by one over at most half a cell forward or
 backward, from a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the
