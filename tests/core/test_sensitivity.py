@@ -14,7 +14,7 @@ from grazemap_core.contact.cell_problem import cell_problem, free_state, traject
 from grazemap_core.contact.kernels.workspace import HALF, LEAST_GAP, MIN_SPEED, OK, ROWS, TIME, VELOCITY, workspace
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
-from grazemap_core.maps.kernels.lane_tangents import carry_errors, lane_tangents, save_lane_starts
+from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lanes import LANE_BLOCK
 from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
 from grazemap_core.maps.tolerances import ERROR_SAFETY
@@ -52,7 +52,8 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     for half in range(HALVES):
         save_lane_starts(group, tangents, LANE_BLOCK)
         run_half((0,) * size, model, group, half, LANE_BLOCK, u, work)
-        carry_errors(problem, held, group, tangents, half, LANE_BLOCK, u)
+        count_impacts(group, tangents, LANE_BLOCK)
+        carry_changes(problem, held, group, tangents, half, 0, LANE_BLOCK)
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0

@@ -270,8 +270,9 @@ def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
         if before[lane, HELD] != 0 or after[lane, HELD] != 0 or rows > events.shape[1]:
             impacts[lane] = NOT_ALL
             continue
+        here = events[lane]
         for row in range(first, rows):
-            if events[lane, row, KIND] != IMPACT or events[lane, row, VELOCITY] == 0.0:
+            if here[np.uintp(row), KIND] != IMPACT or here[np.uintp(row), VELOCITY] == 0.0:
                 impacts[lane] = NOT_ALL
 
 

@@ -7,7 +7,7 @@ lanes advance to their next impact; a lane without a further impact advances to 
 there. A lane has one change, or two.
 
 The flow between impacts is a flow over whole cells, from a table, followed by one over at most half a cell forward or
-backward, from a series. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the
+backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the
 changes of a lane are made orthonormal in the energy norm.
 """
 
@@ -62,8 +62,8 @@ class TangentBatch(NamedTuple):
         Index of a lane, row of the half period's first impact in its events, and number of impacts.
     changes : (4 N * WIDTH,)
         For every block, u of every change, then u' of every change.
-    flow : (4 N * WIDTH,)
-        The flow over whole cells, row by row.
+    flow : (2 N * WIDTH,)
+        Of every block, u and u' after whole cells from a unit velocity.
     rows : (ROWS * WIDTH,)
     series : (2, N, FLOW_DEGREE)
         Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
@@ -87,7 +87,7 @@ def tangent_batch(decay: Floats, frequency_squared: Floats) -> TangentBatch:
         first=np.zeros(WIDTH, dtype=np.int64),
         impacts=np.zeros(WIDTH, dtype=np.int64),
         changes=np.zeros(4 * masses * WIDTH),
-        flow=np.zeros(4 * masses * WIDTH),
+        flow=np.zeros(2 * masses * WIDTH),
         rows=np.zeros(ROWS * WIDTH),
         series=flow_series(decay, frequency_squared),
     )
@@ -125,6 +125,7 @@ def _set_targets(
     """Write the flow of every lane to its impact number `index`, or to the end, and the factors of the impact."""
     flow_table, step, factor = problem.flow_table, problem.step, 1.0 + problem.restitution
     end, blocks, rows, flow = step * (problem.cells // 2), flow_table.shape[1], batch.rows, batch.flow
+    per_step = 1.0 / step
     for k in range(filled):
         time, ratio, jump, steepness = end, 0.0, 0.0, 0.0
         if index < batch.impacts[k]:
@@ -134,7 +135,7 @@ def _set_targets(
             steepness = 2.0 * abs(ratio) / speed
             ratio -= viscous_term * factor
         away = time - rows[PASSED * WIDTH + k]
-        cells = int(away / step + 0.5)
+        cells = int(away * per_step + 0.5)
         rows[SHORT * WIDTH + k] = away - cells * step
         rows[PASSED * WIDTH + k] = time
         rows[FACTOR * WIDTH + k] = jump
@@ -142,19 +143,16 @@ def _set_targets(
         rows[STEEPNESS * WIDTH + k] = steepness
         table = flow_table[np.uintp(cells)]
         for j in range(blocks):
-            for i in range(4):
-                flow[np.uintp((4 * j + i) * WIDTH + k)] = table[j, i]
+            flow[np.uintp(2 * j * WIDTH + k)] = table[j, 1]
+            flow[np.uintp((2 * j + 1) * WIDTH + k)] = table[j, 3]
 
 
 @fused_inlined
-def _flow_change(rows: Floats, over: Floats, block: Floats, places: Places, short: Numbers, output: Numbers) -> None:
-    """Carry a block of one change of a lane over whole cells, and the short time; add to POSITION and SPEED."""
+def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, output: Numbers) -> None:
+    """Carry a block of one change of a lane to its next impact; add to POSITION and SPEED."""
     k, c, columns = places
-    stays, answer, back, rate = short
     u, du = block[c * WIDTH + k], block[(columns + c) * WIDTH + k]
-    whole = over[k] * u + over[WIDTH + k] * du
-    whole_rate = over[2 * WIDTH + k] * u + over[3 * WIDTH + k] * du
-    u, du = stays * whole + answer * whole_rate, back * whole + rate * whole_rate
+    u, du = flow[0] * u + flow[1] * du, flow[2] * u + flow[3] * du
     block[c * WIDTH + k] = u
     block[(columns + c) * WIDTH + k] = du
     rows[(POSITION + c) * WIDTH + k] += output[0] * u + output[1] * du
@@ -175,15 +173,17 @@ def _flow_changes(columns: Columns, batch: TangentBatch, problem: CellProblem) -
     for j in range(decay.shape[0]):
         square, twice, answers, slopes = frequency_squared[j], 2.0 * decay[j], series[0, j], series[1, j]
         output = (output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3])
-        over = flow[4 * j * WIDTH : (4 * j + 4) * WIDTH]
+        over = flow[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         block = changes[2 * count * j * WIDTH : 2 * count * (j + 1) * WIDTH]
         for k in range(width):
-            time = rows[SHORT * WIDTH + k]
-            y, rate = _series(answers, time) * time, _series(slopes, time)
-            short = (rate + twice * y, y, -square * y, rate)
-            _flow_change(rows, over, block, (k, 0, count), short, output)
+            short = rows[SHORT * WIDTH + k]
+            y, rate = _series(answers, short) * short, _series(slopes, short)
+            whole, whole_rate = over[k], over[WIDTH + k]
+            y, rate = (rate + twice * y) * whole + y * whole_rate, rate * whole_rate - square * y * whole
+            to_impact = (rate + twice * y, y, -square * y, rate)
+            _flow_change(rows, block, (k, 0, count), to_impact, output)
             if count == 2:
-                _flow_change(rows, over, block, (k, 1, count), short, output)
+                _flow_change(rows, block, (k, 1, count), to_impact, output)
 
 
 @fused_inlined
