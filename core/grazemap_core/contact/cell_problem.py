@@ -88,7 +88,7 @@ def cell_problem(
     a, b = model.shape[0, :, 0], model.shape[0, :, 1]
     output_row = np.stack([a, b, -b * model.frequency_squared, a - 2.0 * model.decay * b], axis=1)
     reach, fourth = np.empty(count), np.empty(count)
-    flow_table = np.empty((min(cells // 2, MAX_TABLED_CELLS) + 1, count, 8))
+    flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, count, 8))
     tabulate_flow(model.decay, model.frequency_squared, step, flow_table)
     for j in range(count):
         generator = np.array([[0.0, 1.0], [-model.frequency_squared[j], -2.0 * model.decay[j]]])

@@ -36,7 +36,9 @@ class LaneErrors(NamedTuple):
     carried : (LANES,)
         1 if its error is carried.
     change : (LANES, 2 N, 1)
-        A small change of the state (u, u'), of length 1 in the energy norm at the end of a half period.
+        A small change of the state (u, u'), of length 1 in the energy norm after every half period.
+    behind : (LANES,)
+        Time since the last impact, to which the change belongs.
     square : (LANES,)
         W^2.
     since, growth : (LANES,)
@@ -47,6 +49,7 @@ class LaneErrors(NamedTuple):
 
     carried: Integers
     change: Floats
+    behind: Floats
     square: Floats
     since: Floats
     growth: Floats
@@ -58,6 +61,7 @@ def lane_errors(masses: int) -> LaneErrors:
     return LaneErrors(
         carried=np.zeros(LANES, dtype=np.int64),
         change=np.zeros((LANES, 2 * masses, 1)),
+        behind=np.zeros(LANES),
         square=np.zeros(LANES),
         since=np.ones(LANES),
         growth=np.ones(LANES),
@@ -73,9 +77,10 @@ def forget_error(errors: LaneErrors, lane: int) -> None:
 
 
 @kernel
-def begin_change(frequency: Floats, change: Floats) -> None:
-    """Write a change (2 N, 1) of length 1 without the symmetries of the chain."""
-    square = 0.0
+def begin_change(frequency: Floats, errors: LaneErrors, lane: int) -> None:
+    """Write a change of length 1 without the symmetries of the chain."""
+    change, square = errors.change[lane], 0.0
+    errors.behind[lane] = 0.0
     for c in range(change.shape[0]):
         square += 1.0 / (c + 1.0) ** 2
     for j in range(frequency.shape[0]):
@@ -89,7 +94,7 @@ def begin_error(frequency: Floats, errors: LaneErrors, lane: int) -> None:
     errors.carried[lane] = 1
     errors.since[lane] = 1.0
     errors.growth[lane] = 1.0
-    begin_change(frequency, errors.change[lane])
+    begin_change(frequency, errors, lane)
 
 
 @kernel
@@ -105,6 +110,7 @@ def move_error(errors: LaneErrors, source: int, target: int) -> None:
     errors.carried[target] = errors.carried[source]
     errors.carried[source] = 0
     copy_matrix(errors.change[target], errors.change[source])
+    errors.behind[target] = errors.behind[source]
     errors.square[target] = errors.square[source]
     errors.since[target] = errors.since[source]
     errors.growth[target] = errors.growth[source]
@@ -145,7 +151,7 @@ def shorten_change(frequency: Floats, errors: LaneErrors, lane: int) -> float:
         for c in range(change.shape[0]):
             change[c, 0] /= math.sqrt(square)
     else:  # after a rest nothing may be left of it
-        begin_change(frequency, change)
+        begin_change(frequency, errors, lane)
     return square
 
 

@@ -90,6 +90,8 @@ class LaneTangents(NamedTuple):
         NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured.
     full, pair : (LANES, 2 N, 2 N), (LANES, 2 N, 2)
         The tangents, as columns.
+    behind : (LANES,)
+        Time since the last impact, to which the pair belongs.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
     errors : LaneErrors
@@ -111,6 +113,7 @@ class LaneTangents(NamedTuple):
     grown: Integers
     full: Floats
     pair: Floats
+    behind: Floats
     growth: Floats
     moments: Floats
     errors: LaneErrors
@@ -138,6 +141,7 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         grown=np.zeros(LANES, dtype=np.int64),
         full=np.zeros((LANES, size, size)),
         pair=np.zeros((LANES, size, 2)),
+        behind=np.zeros(LANES),
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
         errors=lane_errors(masses),
@@ -181,6 +185,7 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
     tangents.grown[target] = tangents.grown[source]
     copy_matrix(tangents.full[target], tangents.full[source])
     copy_matrix(tangents.pair[target], tangents.pair[source])
+    tangents.behind[target] = tangents.behind[source]
     copy_matrix(tangents.growth[target], tangents.growth[source])
     for part in range(2):
         copy_matrix(tangents.moments[target, part], tangents.moments[source, part])
@@ -251,9 +256,12 @@ def _carry_alone(
     lane: int,
     half: int,
     columns: Floats,
+    behind: float,
 ) -> int:
-    """Propagate changes along a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
+    """Propagate changes to the end of a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
     impacts, first = tangents.impacts[lane], tangents.cursor[lane, ROWS]
+    if behind > 0.0:
+        flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, behind, columns)
     if impacts == NOT_ALL:
         return _carry_again(problem, held, tangents, lane, group.clearance[lane], half, columns)
     _carry_through_impacts(problem, group.events[lane], first, first + impacts, held.viscous_term, columns)
@@ -283,7 +291,7 @@ def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) ->
     Returns their number.
     """
     wanted, impacts, places, ready = tangents.wanted, tangents.impacts, tangents.places, tangents.sorted
-    if problem.flow_table.shape[0] <= problem.cells // 2:
+    if problem.flow_table.shape[0] <= problem.cells:
         return 0
     last = places.shape[0] - 1
     for place in range(last + 1):
@@ -337,6 +345,7 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int, skipped
     if total > GROWTH_SURE:
         return
     tangents.carried[lane] = PAIR
+    tangents.behind[lane] = tangents.errors.behind[lane]
     for c in range(tangents.pair.shape[1]):
         tangents.pair[lane, c, 0] = tangents.errors.change[lane, c, 0]
     lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], growth[k])
@@ -368,7 +377,7 @@ def carry_lanes(
         Half periods at the start of a measurement of growth that do not count.
     """
     carried, status, batch, growth = tangents.carried, group.status, tangents.batch, tangents.growth
-    sign, wanted = 1.0 if half % 2 == 0 else -1.0, tangents.wanted
+    sign, wanted, behind = 1.0 if half % 2 == 0 else -1.0, tangents.wanted, tangents.behind
     for lane in range(used):
         if status[lane] != OK or ((carried[lane] == PAIR) and tangents.grown[lane] == growth.shape[1]):
             carried[lane] = NOTHING
@@ -379,14 +388,15 @@ def carry_lanes(
         if not pair and carried[lane] != ALL:
             continue
         columns = tangents.pair[lane] if pair else tangents.full[lane]
-        if _carry_alone(problem, held, group, tangents, lane, half, columns) != OK:
+        if _carry_alone(problem, held, group, tangents, lane, half, columns, behind[lane] if pair else 0.0) != OK:
             carried[lane] = LOST
         elif pair:
+            behind[lane] = 0.0
             lyapunov.orthonormalise(problem.frequency, columns, growth[lane, tangents.grown[lane]])
             _enter_growth(group, tangents, lane, sign, skipped)
     for begin in range(0, count, batch.lanes.shape[0]):
         filled = _fill_batch(tangents, begin, count)
-        carry_batch((0, 0), batch, filled, group.events, tangents.pair, problem, held.viscous_term)
+        carry_batch((0, 0), batch, filled, group.events, tangents.pair, behind, problem, held.viscous_term)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             entry = growth[lane, tangents.grown[lane]]
@@ -432,19 +442,20 @@ def carry_changes(
             steepest = steepest_impact(group.events[lane], rows[lane, ROWS], rows[lane, ROWS] + impacts)
         elif tally[HELD_RIGHT, lane] + tally[HELD_LEFT, lane] == 0.0:
             steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
-        if _carry_alone(problem, held, group, tangents, lane, half, change[lane]) != OK:
+        if _carry_alone(problem, held, group, tangents, lane, half, change[lane], errors.behind[lane]) != OK:
             if errors.carried[lane] != 0:
                 lose_error(errors, lane)
             if tangents.carried[lane] == FIRST:
                 tangents.carried[lane] = LOST
             continue
+        errors.behind[lane] = 0.0
         square = shorten_change(problem.frequency, errors, lane)
         if errors.carried[lane] != 0:
             carry_error(group, errors, lane, square, steepest, steepest)
         _enter_first(problem, group, tangents, lane, square, sign, skipped)
     for begin in range(0, count, batch.lanes.shape[0]):
         filled = _fill_batch(tangents, begin, count)
-        carry_batch((0,), batch, filled, group.events, change, problem, held.viscous_term)
+        carry_batch((0,), batch, filled, group.events, change, errors.behind, problem, held.viscous_term)
         for k in range(filled):
             lane, square = batch.lanes[k], batch.rows[SQUARE * WIDTH + k]
             if not square > 0.0:
@@ -483,7 +494,7 @@ def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> 
     tangents.grown[lane] = 0
     lyapunov.begin_growth(problem, tangents_of_lane(tangents, lane))
     if tangents.errors.carried[lane] == 0:
-        begin_change(problem.frequency, tangents.errors.change[lane])
+        begin_change(problem.frequency, tangents.errors, lane)
 
 
 @kernel

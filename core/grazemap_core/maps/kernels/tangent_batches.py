@@ -3,12 +3,13 @@
 As in `multi_impact_cell`, WIDTH lanes are side by side in a batch, and every loop over them is straight-line
 arithmetic; their length is not a constant to the compiler, which would write out short loops one by one instead of
 vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In each step all
-lanes advance to their next impact; a lane without a further impact advances to the end of the half period and stays
-there. A lane has one change, or two.
+lanes advance to their next impact; a lane without a further one stays at its last, and a lane without any advances to
+the end of the half period. A lane has one change, or two.
 
 The flow between impacts is a flow over whole cells, from a table, followed by one over at most half a cell forward or
-backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the
-changes of a lane are made orthonormal in the energy norm.
+backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that of
+`tangent.flow_tangent` and `tangent.apply_saltation`. At the end the changes of a lane are made orthonormal in the
+energy norm.
 """
 
 from __future__ import annotations
@@ -122,19 +123,20 @@ def _series(s: Floats, t: float) -> float:
 def _set_targets(
     batch: TangentBatch, filled: int, index: int, events: Floats, problem: CellProblem, viscous_term: float
 ) -> None:
-    """Write the flow of every lane to its impact number `index`, or to the end, and the factors of the impact."""
+    """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
     flow_table, step, factor = problem.flow_table, problem.step, 1.0 + problem.restitution
     end, blocks, rows, flow = step * (problem.cells // 2), flow_table.shape[1], batch.rows, batch.flow
     per_step = 1.0 / step
     for k in range(filled):
-        time, ratio, jump, steepness = end, 0.0, 0.0, 0.0
+        passed, ratio, jump, steepness = rows[PASSED * WIDTH + k], 0.0, 0.0, 0.0
+        time = end if batch.impacts[k] == 0 else passed
         if index < batch.impacts[k]:
             event = events[np.uintp(batch.lanes[k]), np.uintp(batch.first[k] + index)]
             time, jump, speed = event[TIME], factor, abs(event[VELOCITY])
             ratio = event[CONTACT_ACCELERATION] / speed
             steepness = 2.0 * abs(ratio) / speed
             ratio -= viscous_term * factor
-        away = time - rows[PASSED * WIDTH + k]
+        away = time - passed
         cells = int(away * per_step + 0.5)
         rows[SHORT * WIDTH + k] = away - cells * step
         rows[PASSED * WIDTH + k] = time
@@ -310,10 +312,11 @@ def carry_batch(
     filled: int,
     events: Floats,
     changes: Floats,
+    behind: Floats,
     problem: CellProblem,
     viscous_term: float,
 ) -> None:
-    """Propagate changes along the half period of their lanes, and make them orthonormal, in place.
+    """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
 
     Parameters
     ----------
@@ -324,28 +327,33 @@ def carry_batch(
         lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
     changes : (LANES, 2 N, columns)
+    behind : (LANES,)
+        Time by which the changes are behind the start of the half period; on return, behind its end.
     problem : CellProblem
-        Its flow_table must have all cells of half a period.
+        Its flow_table must have all cells of a period.
     viscous_term : float
         Damping that changes sign with the velocity at an impact, C_11/m_1.
     """
     rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
     for k in range(batch.lanes.shape[0]):
-        rows[PASSED * WIDTH + k], rows[SHORT * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
+        rows[SHORT * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0
         rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k] = 0.0, 0.0
     for k in range(filled):
         most = max(most, batch.impacts[k])
+        rows[PASSED * WIDTH + k] = -behind[batch.lanes[k]]
         one = changes[np.uintp(batch.lanes[k])]
         for i in range(one.shape[0]):
             for c in range(count):
                 beside[np.uintp((count * i + c) * WIDTH + k)] = one[i, c]
-    for index in range(most + 1):
+    for index in range(max(most, 1)):
         _set_targets(batch, filled, index, events, problem, viscous_term)
         _flow_changes(columns, batch, problem)
         if index < most:
             _strike_changes(columns, batch, problem)
     _orthonormalise(columns, batch, filled, problem.frequency)
+    end = problem.step * (problem.cells // 2)
     for k in range(filled):
+        behind[batch.lanes[k]] = end - rows[PASSED * WIDTH + k]
         one = changes[np.uintp(batch.lanes[k])]
         for i in range(one.shape[0]):
             for c in range(count):
