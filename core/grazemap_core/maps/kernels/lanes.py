@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from llvmlite import binding
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.tolerances import ANCHORED_GAP
@@ -26,10 +27,10 @@ Masses = tuple[int, ...]
 
 LANES = 128
 """Lanes of a group: enough for the lanes with an impact in one cell to fill vectors, few enough for the caches."""
-VECTOR = 8
-"""Numbers in the longest vector of any processor; lanes with an impact are solved in blocks of this size."""
-LANE_BLOCK = 2 * VECTOR
-"""The number of lanes in use is a multiple of this: loops over all of them work on two vectors at a time."""
+VECTOR = 8 if binding.get_host_cpu_features().get("avx512f") else 4
+"""Numbers in the longest vector of this processor; lanes with an impact are solved in blocks of this size."""
+LANE_BLOCK = 16
+"""The number of lanes in use is a multiple of this: loops over all of them work on two vectors or more at a time."""
 
 # A state has 2 N + 2 rows: (u, u') of every block, then x1 and v1.
 

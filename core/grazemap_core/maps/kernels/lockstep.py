@@ -314,7 +314,7 @@ def _run_second_pass(
         active[k] = 1 if k < count else 0
         if k >= count:
             at[second.JUMP * WIDTH + k] = 0.0
-    computed = VECTOR if count <= VECTOR else WIDTH
+    computed = (count + VECTOR - 1) // VECTOR * VECTOR
     second.begin_second_pass(masses, tables, step.cell, batch, computed)
     while True:
         deferred = _enter_impacts_of_round(model.problem, group, step, count, u, deferred)

@@ -29,7 +29,7 @@ Fifteen = tuple[
 ]  # fmt: skip
 
 WIDTH = 16
-"""Number of lanes of a second pass; if at most half of them are used, only half are computed."""
+"""Number of lanes of a second pass, of which as many VECTORs are computed as are used."""
 
 # rows of `SecondPass.rows`
 CLEARANCE, SIDE, ORIGIN, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
