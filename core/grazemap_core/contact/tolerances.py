@@ -51,6 +51,10 @@ PASSAGE_PARTS: Final = 8
 """Parts of a cell in each of which the displacement has at most one extremum: a cell spans one radian of the fastest
 oscillation."""
 
+PASSAGE_STEPS: Final = 4
+"""Steps of regula falsi for the time of an extremum. The distance from the stop there has an error of second order in
+that of the time, and it is compared with an error that is known to a digit."""
+
 END_OF_REST: Final = 0.125
 """Part of a cell after a rest on a stop in which the sign of the slope may be that of round-off."""
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
 from grazemap_core.contact.kernels.workspace import Workspace
-from grazemap_core.contact.tolerances import CONTACT_ROUNDING, END_OF_REST, PASSAGE_PARTS, SHORT_DEGREE
+from grazemap_core.contact.tolerances import CONTACT_ROUNDING, END_OF_REST, PASSAGE_PARTS, PASSAGE_STEPS, SHORT_DEGREE
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import CONTACT, GRAZE_UNDECIDED, first_negative, value_and_slope
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
@@ -142,8 +142,8 @@ def enter_passage(work: Workspace, clearance: float, end: float) -> None:
     """Enter the smallest distance from the stop at which mass 1 turns back before t = `end` into the tally.
 
     Nothing is done where LEAST_GAP is not wanted. The series work.taylor is over at most a cell, in which its slope
-    changes so slowly that an extremum shows as a change of sign between a few points. Four steps of regula falsi
-    determine the distance to round-off. Where mass 1 turns toward the stop, as between two bounces, does not count, nor
+    changes so slowly that an extremum shows as a change of sign between a few points. A few steps of regula
+    falsi determine the distance. Where mass 1 turns toward the stop, as between two bounces, does not count, nor
     does the start if it is at rest on a stop.
     """
     least = work.tally[workspace.LEAST_GAP]
@@ -157,7 +157,7 @@ def enter_passage(work: Workspace, clearance: float, end: float) -> None:
         _, slope_high = value_and_slope(taylor, TAYLOR_DEGREE, high)
         if slope_low * slope_high < 0.0:
             a, b, slope_a, slope_b = low, high, slope_low, slope_high
-            for _ in range(4):
+            for _ in range(PASSAGE_STEPS):
                 t = a - slope_a * (b - a) / (slope_b - slope_a)
                 x, slope = value_and_slope(taylor, TAYLOR_DEGREE, t)
                 if slope * slope_a > 0.0:

@@ -37,7 +37,7 @@ class LaneErrors(NamedTuple):
         1 if its error is carried.
     change : (LANES, 2 N, 1)
         A small change of the state (u, u'), of length 1 in the energy norm after every half period.
-    behind : (LANES,)
+    elapsed : (LANES,)
         Time since the last impact, to which the change belongs.
     square : (LANES,)
         W^2.
@@ -49,7 +49,7 @@ class LaneErrors(NamedTuple):
 
     carried: Integers
     change: Floats
-    behind: Floats
+    elapsed: Floats
     square: Floats
     since: Floats
     growth: Floats
@@ -61,7 +61,7 @@ def lane_errors(masses: int) -> LaneErrors:
     return LaneErrors(
         carried=np.zeros(LANES, dtype=np.int64),
         change=np.zeros((LANES, 2 * masses, 1)),
-        behind=np.zeros(LANES),
+        elapsed=np.zeros(LANES),
         square=np.zeros(LANES),
         since=np.ones(LANES),
         growth=np.ones(LANES),
@@ -80,7 +80,7 @@ def forget_error(errors: LaneErrors, lane: int) -> None:
 def begin_change(frequency: Floats, errors: LaneErrors, lane: int) -> None:
     """Write a change of length 1 without the symmetries of the chain."""
     change, square = errors.change[lane], 0.0
-    errors.behind[lane] = 0.0
+    errors.elapsed[lane] = 0.0
     for c in range(change.shape[0]):
         square += 1.0 / (c + 1.0) ** 2
     for j in range(frequency.shape[0]):
@@ -110,7 +110,7 @@ def move_error(errors: LaneErrors, source: int, target: int) -> None:
     errors.carried[target] = errors.carried[source]
     errors.carried[source] = 0
     copy_matrix(errors.change[target], errors.change[source])
-    errors.behind[target] = errors.behind[source]
+    errors.elapsed[target] = errors.elapsed[source]
     errors.square[target] = errors.square[source]
     errors.since[target] = errors.since[source]
     errors.growth[target] = errors.growth[source]

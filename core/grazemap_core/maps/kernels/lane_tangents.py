@@ -90,7 +90,7 @@ class LaneTangents(NamedTuple):
         NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured.
     full, pair : (LANES, 2 N, 2 N), (LANES, 2 N, 2)
         The tangents, as columns.
-    behind : (LANES,)
+    elapsed : (LANES,)
         Time since the last impact, to which the pair belongs.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
@@ -113,7 +113,7 @@ class LaneTangents(NamedTuple):
     grown: Integers
     full: Floats
     pair: Floats
-    behind: Floats
+    elapsed: Floats
     growth: Floats
     moments: Floats
     errors: LaneErrors
@@ -141,7 +141,7 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         grown=np.zeros(LANES, dtype=np.int64),
         full=np.zeros((LANES, size, size)),
         pair=np.zeros((LANES, size, 2)),
-        behind=np.zeros(LANES),
+        elapsed=np.zeros(LANES),
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
         errors=lane_errors(masses),
@@ -185,7 +185,7 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
     tangents.grown[target] = tangents.grown[source]
     copy_matrix(tangents.full[target], tangents.full[source])
     copy_matrix(tangents.pair[target], tangents.pair[source])
-    tangents.behind[target] = tangents.behind[source]
+    tangents.elapsed[target] = tangents.elapsed[source]
     copy_matrix(tangents.growth[target], tangents.growth[source])
     for part in range(2):
         copy_matrix(tangents.moments[target, part], tangents.moments[source, part])
@@ -256,12 +256,12 @@ def _carry_alone(
     lane: int,
     half: int,
     columns: Floats,
-    behind: float,
+    elapsed: float,
 ) -> int:
     """Propagate changes to the end of a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
     impacts, first = tangents.impacts[lane], tangents.cursor[lane, ROWS]
-    if behind > 0.0:
-        flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, behind, columns)
+    if elapsed > 0.0:
+        flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     if impacts == NOT_ALL:
         return _carry_again(problem, held, tangents, lane, group.clearance[lane], half, columns)
     _carry_through_impacts(problem, group.events[lane], first, first + impacts, held.viscous_term, columns)
@@ -312,7 +312,8 @@ def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) ->
 @kernel
 def _fill_batch(tangents: LaneTangents, begin: int, count: int) -> int:
     """Put lanes of `tangents.sorted` into the batch, from number `begin` on; `count` are sorted. Returns how many."""
-    batch, filled = tangents.batch, min(count - begin, tangents.batch.lanes.shape[0])
+    batch = tangents.batch
+    filled = int(min(count - begin, batch.lanes.shape[0]))
     for k in range(filled):
         lane = tangents.sorted[begin + k]
         batch.lanes[k], batch.first[k] = lane, tangents.cursor[lane, ROWS]
@@ -345,7 +346,7 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int, skipped
     if total > GROWTH_SURE:
         return
     tangents.carried[lane] = PAIR
-    tangents.behind[lane] = tangents.errors.behind[lane]
+    tangents.elapsed[lane] = tangents.errors.elapsed[lane]
     for c in range(tangents.pair.shape[1]):
         tangents.pair[lane, c, 0] = tangents.errors.change[lane, c, 0]
     lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], growth[k])
@@ -377,7 +378,7 @@ def carry_lanes(
         Half periods at the start of a measurement of growth that do not count.
     """
     carried, status, batch, growth = tangents.carried, group.status, tangents.batch, tangents.growth
-    sign, wanted, behind = 1.0 if half % 2 == 0 else -1.0, tangents.wanted, tangents.behind
+    sign, wanted, elapsed = 1.0 if half % 2 == 0 else -1.0, tangents.wanted, tangents.elapsed
     for lane in range(used):
         if status[lane] != OK or ((carried[lane] == PAIR) and tangents.grown[lane] == growth.shape[1]):
             carried[lane] = NOTHING
@@ -388,15 +389,15 @@ def carry_lanes(
         if not pair and carried[lane] != ALL:
             continue
         columns = tangents.pair[lane] if pair else tangents.full[lane]
-        if _carry_alone(problem, held, group, tangents, lane, half, columns, behind[lane] if pair else 0.0) != OK:
+        if _carry_alone(problem, held, group, tangents, lane, half, columns, elapsed[lane] if pair else 0.0) != OK:
             carried[lane] = LOST
         elif pair:
-            behind[lane] = 0.0
+            elapsed[lane] = 0.0
             lyapunov.orthonormalise(problem.frequency, columns, growth[lane, tangents.grown[lane]])
             _enter_growth(group, tangents, lane, sign, skipped)
     for begin in range(0, count, batch.lanes.shape[0]):
         filled = _fill_batch(tangents, begin, count)
-        carry_batch((0, 0), batch, filled, group.events, tangents.pair, behind, problem, held.viscous_term)
+        carry_batch((0, 0), batch, filled, group.events, tangents.pair, elapsed, problem, held.viscous_term)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             entry = growth[lane, tangents.grown[lane]]
@@ -442,20 +443,20 @@ def carry_changes(
             steepest = steepest_impact(group.events[lane], rows[lane, ROWS], rows[lane, ROWS] + impacts)
         elif tally[HELD_RIGHT, lane] + tally[HELD_LEFT, lane] == 0.0:
             steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
-        if _carry_alone(problem, held, group, tangents, lane, half, change[lane], errors.behind[lane]) != OK:
+        if _carry_alone(problem, held, group, tangents, lane, half, change[lane], errors.elapsed[lane]) != OK:
             if errors.carried[lane] != 0:
                 lose_error(errors, lane)
             if tangents.carried[lane] == FIRST:
                 tangents.carried[lane] = LOST
             continue
-        errors.behind[lane] = 0.0
+        errors.elapsed[lane] = 0.0
         square = shorten_change(problem.frequency, errors, lane)
         if errors.carried[lane] != 0:
             carry_error(group, errors, lane, square, steepest, steepest)
         _enter_first(problem, group, tangents, lane, square, sign, skipped)
     for begin in range(0, count, batch.lanes.shape[0]):
         filled = _fill_batch(tangents, begin, count)
-        carry_batch((0,), batch, filled, group.events, change, errors.behind, problem, held.viscous_term)
+        carry_batch((0,), batch, filled, group.events, change, errors.elapsed, problem, held.viscous_term)
         for k in range(filled):
             lane, square = batch.lanes[k], batch.rows[SQUARE * WIDTH + k]
             if not square > 0.0:

@@ -312,7 +312,7 @@ def carry_batch(
     filled: int,
     events: Floats,
     changes: Floats,
-    behind: Floats,
+    elapsed: Floats,
     problem: CellProblem,
     viscous_term: float,
 ) -> None:
@@ -327,8 +327,8 @@ def carry_batch(
         lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
     changes : (LANES, 2 N, columns)
-    behind : (LANES,)
-        Time by which the changes are behind the start of the half period; on return, behind its end.
+    elapsed : (LANES,)
+        Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
     problem : CellProblem
         Its flow_table must have all cells of a period.
     viscous_term : float
@@ -340,7 +340,7 @@ def carry_batch(
         rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k] = 0.0, 0.0
     for k in range(filled):
         most = max(most, batch.impacts[k])
-        rows[PASSED * WIDTH + k] = -behind[batch.lanes[k]]
+        rows[PASSED * WIDTH + k] = -elapsed[batch.lanes[k]]
         one = changes[np.uintp(batch.lanes[k])]
         for i in range(one.shape[0]):
             for c in range(count):
@@ -353,7 +353,7 @@ def carry_batch(
     _orthonormalise(columns, batch, filled, problem.frequency)
     end = problem.step * (problem.cells // 2)
     for k in range(filled):
-        behind[batch.lanes[k]] = end - rows[PASSED * WIDTH + k]
+        elapsed[batch.lanes[k]] = end - rows[PASSED * WIDTH + k]
         one = changes[np.uintp(batch.lanes[k])]
         for i in range(one.shape[0]):
             for c in range(count):
