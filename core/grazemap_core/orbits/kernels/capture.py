@@ -200,10 +200,10 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
 def _largest_sum(values: Floats, axes: int, born: int) -> float:
     """Return the maximum, over the ball, of a linear form with a value for every column; the first `axes` are axes."""
     squares, others = 0.0, 0.0
-    for value in values[:axes]:
-        squares += value * value
-    for value in values[axes:born]:
-        others += abs(value)
+    for c in range(axes):
+        squares += values[c] * values[c]
+    for c in range(axes, born):
+        others += abs(values[np.uintp(c)])  # compilers test a signed index for being negative
     return math.sqrt(squares) + others
 
 
