@@ -48,7 +48,8 @@ def eliminate(system: Floats, size: int) -> float:
         for i in range(size - 1, -1, -1):
             value = system[i, column]
             for j in range(i + 1, size):
-                value -= system[i, j] * system[j, column]
+                c = np.uintp(j)
+                value -= system[i, c] * system[c, column]
             system[i, column] = value / system[i, i]
     return determinant
 

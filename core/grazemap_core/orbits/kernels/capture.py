@@ -158,7 +158,8 @@ def contracting_norm(matrix: Floats, rate: float, scratch: CaptureScratch) -> bo
             norm[row, c] = value / form[row, row]
         for row in range(size - 1, -1, -1):
             value = norm[row, c]
-            for m in range(row + 1, size):
+            for below in range(row + 1, size):
+                m = np.uintp(below)
                 value -= form[m, row] * norm[m, c]
             norm[row, c] = value / form[row, row]
     return _sum_over_returns(matrix, rate, 1.0 / trace, norm, scratch) and cholesky(norm)
@@ -171,7 +172,8 @@ def _length(columns: Floats, c: int, scratch: CaptureScratch) -> float:
     total = 0.0
     for row in range(norm.shape[0]):
         value = 0.0
-        for m in range(row, norm.shape[0]):
+        for other in range(row, norm.shape[0]):
+            m = np.uintp(other)
             value += norm[m, row] * scales[m] * columns[m, c]
         total += value * value
     return math.sqrt(total)
@@ -188,7 +190,8 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
     for c in range(size):
         for row in range(c, -1, -1):  # back substitution with the transposed factor
             value = 1.0 if row == c else 0.0
-            for m in range(row + 1, c + 1):
+            for below in range(row + 1, c + 1):
+                m = np.uintp(below)
                 value -= norm[m, row] * columns[m, c]
             columns[row, c] = value / norm[row, row]
     for row in range(size):
@@ -512,7 +515,7 @@ def capture_ratio(
         if ratio < 1.0:
             longer = 0.0
             for c in range(size, width):
-                longer += _length(columns, c, scratch)
+                longer += _length(columns, np.uintp(c), scratch)
             ratio = max(ratio, longer / ((1.0 - rate) * share * radius))
         if ratio < 1.0:
             return max(ratio, 1.0 if share < 1.0 else 0.0), reach, share
