@@ -159,14 +159,14 @@ def contracting_norm(matrix: Floats, rate: float, scratch: CaptureScratch) -> bo
         for row in range(size - 1, -1, -1):
             value = norm[row, c]
             for below in range(row + 1, size):
-                m = np.uintp(below)
-                value -= form[m, row] * norm[m, c]
+                lower = np.uintp(below)
+                value -= form[lower, row] * norm[lower, c]
             norm[row, c] = value / form[row, row]
     return _sum_over_returns(matrix, rate, 1.0 / trace, norm, scratch) and cholesky(norm)
 
 
 @fused_kernel
-def _length(columns: Floats, c: int, scratch: CaptureScratch) -> float:
+def _length(columns: Floats, c: np.uintp, scratch: CaptureScratch) -> float:
     """Return the norm of column c."""
     norm, scales = scratch.norm, scratch.scales
     total = 0.0

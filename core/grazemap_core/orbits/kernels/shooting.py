@@ -24,7 +24,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.numerics.jit.compiled import fused_kernel, kernel, plain
+from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 
