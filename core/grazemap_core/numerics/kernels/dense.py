@@ -1,8 +1,14 @@
-"""Small dense matrices in given memory: products, linear systems by Gaussian elimination, Cholesky factors."""
+"""Small dense matrices in given memory: products, linear systems by Gaussian elimination, Cholesky factors.
+
+Indices of inner loops are unsigned: compilers would test signed ones for being negative, and not see that neighbours
+are adjacent in memory.
+"""
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
@@ -36,12 +42,14 @@ def eliminate(system: Floats, size: int) -> float:
         for row in range(i + 1, size):
             factor = system[row, i] / system[i, i]
             for j in range(i + 1, columns):
-                system[row, j] -= factor * system[i, j]
+                c = np.uintp(j)
+                system[row, c] -= factor * system[i, c]
     for column in range(size, columns):
         for i in range(size - 1, -1, -1):
             value = system[i, column]
             for j in range(i + 1, size):
-                value -= system[i, j] * system[j, column]
+                c = np.uintp(j)
+                value -= system[i, c] * system[c, column]
             system[i, column] = value / system[i, i]
     return determinant
 
@@ -54,41 +62,45 @@ def multiply(left: Floats, right: Floats, product: Floats) -> None:
     preparations would cost several times as much as so small a product.
     """
     size = product.shape[0]
-    for row in range(0, size, 2):
-        for column in range(0, size, 2):
+    for top in range(0, size, 2):
+        row, lower = np.uintp(top), np.uintp(top + 1)
+        for start in range(0, size, 2):
+            column, following = np.uintp(start), np.uintp(start + 1)
             first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
             for m in range(size):
-                above, below, one, other = left[row, m], left[row + 1, m], right[m, column], right[m, column + 1]
+                above, below, one, other = left[row, m], left[lower, m], right[m, column], right[m, following]
                 first += above * one
                 second += above * other
                 third += below * one
                 fourth += below * other
-            product[row, column], product[row, column + 1] = first, second
-            product[row + 1, column], product[row + 1, column + 1] = third, fourth
+            product[row, column], product[row, following] = first, second
+            product[lower, column], product[lower, following] = third, fourth
 
 
 @fused_kernel
 def add_transposed_product(left: Floats, right: Floats, total: Floats) -> None:
     """Add ``left^T right``, which is symmetric, to a symmetric matrix of even size."""
     size = total.shape[0]
-    for row in range(0, size, 2):
-        for column in range(0, row + 1, 2):
+    for top in range(0, size, 2):
+        row, lower = np.uintp(top), np.uintp(top + 1)
+        for start in range(0, top + 1, 2):
+            column, following = np.uintp(start), np.uintp(start + 1)
             first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
             for m in range(size):
-                above, below, one, other = left[m, row], left[m, row + 1], right[m, column], right[m, column + 1]
+                above, below, one, other = left[m, row], left[m, lower], right[m, column], right[m, following]
                 first += above * one
                 second += above * other
                 third += below * one
                 fourth += below * other
             total[row, column] += first
-            total[row + 1, column] += third
-            total[row + 1, column + 1] += fourth
-            if column < row:
-                total[row, column + 1] += second
-                total[column + 1, row] = total[row, column + 1]
-                total[column + 1, row + 1] = total[row + 1, column + 1]
+            total[lower, column] += third
+            total[lower, following] += fourth
+            if start < top:
+                total[row, following] += second
+                total[following, row] = total[row, following]
+                total[following, lower] = total[lower, following]
             total[column, row] = total[row, column]
-            total[column, row + 1] = total[row + 1, column]
+            total[column, lower] = total[lower, column]
 
 
 @kernel

@@ -65,8 +65,8 @@ class CaptureScratch(NamedTuple):
         The orbit just after an impact.
     columns : (2 N (2 N + 3 k),)
         Differences from the orbit: the axes of the ball, and the terms of second order of every impact.
-    displacement, velocity, acceleration : (2 N + 3 k,)
-        Of mass 1, for every column.
+    displacement, velocity, acceleration, size : (2 N + 3 k,)
+        Of mass 1, for every column; the amplitude of a block.
     """
 
     arrival: Floats
@@ -80,6 +80,7 @@ class CaptureScratch(NamedTuple):
     displacement: Floats
     velocity: Floats
     acceleration: Floats
+    size: Floats
 
 
 def capture_scratch(count: int, blocks: int) -> CaptureScratch:
@@ -98,6 +99,7 @@ def capture_scratch(count: int, blocks: int) -> CaptureScratch:
         displacement=np.zeros(columns),
         velocity=np.zeros(columns),
         acceleration=np.zeros(columns),
+        size=np.zeros(columns),
     )
 
 
@@ -156,20 +158,22 @@ def contracting_norm(matrix: Floats, rate: float, scratch: CaptureScratch) -> bo
             norm[row, c] = value / form[row, row]
         for row in range(size - 1, -1, -1):
             value = norm[row, c]
-            for m in range(row + 1, size):
-                value -= form[m, row] * norm[m, c]
+            for below in range(row + 1, size):
+                lower = np.uintp(below)
+                value -= form[lower, row] * norm[lower, c]
             norm[row, c] = value / form[row, row]
     return _sum_over_returns(matrix, rate, 1.0 / trace, norm, scratch) and cholesky(norm)
 
 
 @fused_kernel
-def _length(columns: Floats, c: int, scratch: CaptureScratch) -> float:
+def _length(columns: Floats, c: np.uintp, scratch: CaptureScratch) -> float:
     """Return the norm of column c."""
     norm, scales = scratch.norm, scratch.scales
     total = 0.0
     for row in range(norm.shape[0]):
         value = 0.0
-        for m in range(row, norm.shape[0]):
+        for other in range(row, norm.shape[0]):
+            m = np.uintp(other)
             value += norm[m, row] * scales[m] * columns[m, c]
         total += value * value
     return math.sqrt(total)
@@ -186,7 +190,8 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
     for c in range(size):
         for row in range(c, -1, -1):  # back substitution with the transposed factor
             value = 1.0 if row == c else 0.0
-            for m in range(row + 1, c + 1):
+            for below in range(row + 1, c + 1):
+                m = np.uintp(below)
                 value -= norm[m, row] * columns[m, c]
             columns[row, c] = value / norm[row, row]
     for row in range(size):
@@ -194,14 +199,14 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
             columns[row, c] *= radius / scales[row]
 
 
-@kernel
+@fused_kernel
 def _largest_sum(values: Floats, axes: int, born: int) -> float:
     """Return the maximum, over the ball, of a linear form with a value for every column; the first `axes` are axes."""
     squares, others = 0.0, 0.0
     for c in range(axes):
         squares += values[c] * values[c]
     for c in range(axes, born):
-        others += abs(values[c])
+        others += abs(values[np.uintp(c)])  # compilers test a signed index for being negative
     return math.sqrt(squares) + others
 
 
@@ -215,21 +220,23 @@ class _Reach(NamedTuple):
 
 
 @fused_kernel
-def _reach_of(problem: OrbitProblem, columns: Floats, born: int) -> _Reach:
+def _sizes_of_block(frequency: float, above: Floats, below: Floats, born: int, size: Floats) -> None:
+    """Write the amplitude of a block for every column, whose displacements and velocities are above and below."""
+    slower = 1.0 / frequency
+    for c in range(born):
+        y, rate = above[c], slower * below[c]
+        size[c] = math.sqrt(y * y + rate * rate)
+
+
+@fused_kernel
+def _reach_of(problem: OrbitProblem, columns: Floats, born: int, size: Floats) -> _Reach:
     """Return bounds for all times until the next impact, from the energies of the blocks, which do not increase."""
     displacement, velocity, acceleration, jerk, omega = 0.0, 0.0, 0.0, 0.0, problem.omega
     axes = 2 * problem.decay.shape[0]
     for j in range(problem.decay.shape[0]):
         frequency = problem.frequency[j]
-        squares, others = 0.0, 0.0
-        above, below, slower = columns[2 * j], columns[2 * j + 1], 1.0 / frequency
-        for c in range(axes):
-            y, rate = above[c], slower * below[c]
-            squares += y * y + rate * rate
-        for c in range(axes, born):
-            y, rate = above[c], slower * below[c]
-            others += math.sqrt(y * y + rate * rate)
-        energy = math.sqrt(squares) + others
+        _sizes_of_block(frequency, columns[2 * j], columns[2 * j + 1], born, size)
+        energy = _largest_sum(size, axes, born)
         displacement += energy
         velocity += frequency * energy
         stiffness = frequency + 2.0 * problem.decay[j]
@@ -423,7 +430,7 @@ def _pass_return(
             _largest_sum(displacement, axes, born),
             _largest_sum(velocity, axes, born),
             _largest_sum(acceleration, axes, born),
-            _reach_of(problem, columns, born).jerk,
+            _reach_of(problem, columns, born, scratch.size).jerk,
         )
         speed, toward = stops[i] * speeds[i], stops[i] * shooting.before[i, 2]
         jerk = _jerk_at(problem, phases[i], shooting.state[i])
@@ -434,7 +441,7 @@ def _pass_return(
         born += BORN
         ratio = max(ratio, _add_second_order(problem, i, speed, toward, jerk, snap, at, columns))
         # the flight to the next impact
-        flight = _reach_of(problem, columns, born)
+        flight = _reach_of(problem, columns, born, scratch.size)
         farthest = max(farthest, flight.displacement)
         impulse = -rebound * omega * speeds[i]
         after = toward
@@ -508,7 +515,7 @@ def capture_ratio(
         if ratio < 1.0:
             longer = 0.0
             for c in range(size, width):
-                longer += _length(columns, c, scratch)
+                longer += _length(columns, np.uintp(c), scratch)
             ratio = max(ratio, longer / ((1.0 - rate) * share * radius))
         if ratio < 1.0:
             return max(ratio, 1.0 if share < 1.0 else 0.0), reach, share

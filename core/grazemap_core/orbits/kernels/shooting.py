@@ -24,7 +24,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.numerics.jit.compiled import fused_kernel, kernel, plain
+from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 
@@ -54,11 +54,11 @@ class Shooting(NamedTuple):
         For each column of perturbations at an impact: displacement, velocity, and changes of phase and speed.
     second_derivative : (N,)
         Response of each block's part in the acceleration of mass 1 to a unit impulse.
-    places, speeds : (2 N, k)
+    places, speeds : (k, 2 N)
         Effect of a unit residual of displacement, or speed, at an impact on the state after the span.
-    basis, rows : (2 N + 2, 2 N), (2 N + 2, 2 k)
-    of_place, of_speed : (2 k, k)
-    closed : (2 N,)
+    basis, rows, closed : (2 N, 2 N), (2 N, 2 k), (2 N, 2 k)
+    of_place, of_speed : (k, 2 k)
+    totals : (2 k,)
     """
 
     closing: Floats
@@ -76,9 +76,10 @@ class Shooting(NamedTuple):
     speeds: Floats
     basis: Floats
     rows: Floats
+    closed: Floats
     of_place: Floats
     of_speed: Floats
-    closed: Floats
+    totals: Floats
 
 
 def shooting(count: int, blocks: int) -> Shooting:
@@ -96,13 +97,14 @@ def shooting(count: int, blocks: int) -> Shooting:
         change=np.zeros((size, 1)),
         across=np.zeros((4, size + 1)),
         second_derivative=np.zeros(blocks),
-        places=np.zeros((size, count)),
-        speeds=np.zeros((size, count)),
-        basis=np.zeros((size + 2, size)),
-        rows=np.zeros((size + 2, 2 * count)),
-        of_place=np.zeros((2 * count, count)),
-        of_speed=np.zeros((2 * count, count)),
-        closed=np.zeros(size),
+        places=np.zeros((count, size)),
+        speeds=np.zeros((count, size)),
+        basis=np.zeros((size, size)),
+        rows=np.zeros((size, 2 * count)),
+        closed=np.zeros((size, 2 * count)),
+        of_place=np.zeros((count, 2 * count)),
+        of_speed=np.zeros((count, 2 * count)),
+        totals=np.zeros(2 * count),
     )
 
 
@@ -187,21 +189,23 @@ def _pass_impact(
         x[c], v[c] = 0.0, 0.0
     x[columns - 1], v[columns - 1] = scratch.residual[i, 0], omega * scratch.residual[i, 1]
     for j in range(blocks):
+        above, below = change[2 * j], change[2 * j + 1]
         for c in range(columns):
-            x[c] += change[2 * j, c]
-            v[c] += change[2 * j + 1, c]
+            x[c] += above[c]
+            v[c] += below[c]
     for c in range(columns):
         turned[c] = -x[c] * per_velocity
         faster[c] = v[c] * per_omega + acceleration * turned[c]
     for j in range(blocks):
         unit_impulse, drift, viscous_term = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1], second_derivative[j]
         e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
+        above, below = change[2 * j], change[2 * j + 1]
         for c in range(columns):
             strength, shift = -rebound * omega * faster[c], rebound * speed * turned[c]
-            y = change[2 * j, c] + strength * unit_impulse + shift * drift
-            rate = change[2 * j + 1, c] + strength * drift + shift * viscous_term
-            change[2 * j, c] = e11 * y + e12 * rate
-            change[2 * j + 1, c] = e21 * y + e22 * rate
+            y = above[c] + strength * unit_impulse + shift * drift
+            rate = below[c] + strength * drift + shift * viscous_term
+            above[c] = e11 * y + e12 * rate
+            below[c] = e21 * y + e22 * rate
 
 
 @kernel
@@ -245,67 +249,91 @@ def _back_over(
     problem: OrbitProblem,
     i: int,
     speed: float,
-    second_derivative: Floats,
     rows: Floats,
-    first: int,
-    end: int,
+    columns: int,
+    place: Floats,
+    faster: Floats,
     scratch: Shooting,
 ) -> None:
     """Carry linear functionals of the state back from just before impact i + 1 to just before impact i.
 
-    They are columns first to end - 1 of rows (2 N + 2, n); the last two rows receive their values for a unit residual
-    of displacement, and of speed, at impact i.
+    They are the first `columns` columns of rows (2 N, n); place and faster receive their values for a unit residual of
+    displacement, and of speed, at impact i.
     """
-    flow = scratch.flow
+    flow, second_derivative = scratch.flow, scratch.second_derivative
     omega, rebound = problem.omega, problem.rebound
     blocks = second_derivative.shape[0]
     per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
-    place, faster = rows[2 * blocks], rows[2 * blocks + 1]
-    for c in range(first, end):
+    for c in range(columns):
         place[c], faster[c] = 0.0, 0.0
     for j in range(blocks):
         unit_impulse, drift, viscous_term = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1], second_derivative[j]
         e11, e12, e21, e22 = flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3]
         above, below = rows[2 * j], rows[2 * j + 1]
-        for c in range(first, end):
+        for c in range(columns):
             a, b = above[c], below[c]
             y, rate = a * e11 + b * e21, a * e12 + b * e22
             above[c], below[c] = y, rate
             faster[c] -= rebound * omega * (y * unit_impulse + rate * drift)
             place[c] += rebound * speed * (y * drift + rate * viscous_term)
-    for c in range(first, end):
+    for c in range(columns):
         place[c] = -(place[c] + acceleration * faster[c]) * per_velocity
     for j in range(blocks):
         above, below = rows[2 * j], rows[2 * j + 1]
-        for c in range(first, end):
+        for c in range(columns):
             above[c] += place[c]
             below[c] += faster[c] * per_omega
 
 
 @fused_kernel
-def _sum_of_moduli(inputs: Floats, read: Floats, closed: Floats, count: int) -> float:
-    """Return the sum over impacts of ``|read + closed inputs|``, with inputs (2 N, k), read (k,), closed (2 N,)."""
-    for c in range(closed.shape[0]):
-        share, row = closed[c], inputs[c]
-        for m in range(count):
-            read[m] += share * row[m]
-    total = 0.0
-    for m in range(count):
-        total += abs(read[m])
-    return total
+def _add_combination(of_rows: Floats, rows: Floats, columns: int, total: Floats) -> None:
+    """Add ``of_rows^T rows`` to total (n,), with of_rows (2 N,), in the first `columns` columns of rows (2 N, n)."""
+    for j in range(of_rows.shape[0] // 2):
+        first, second, above, below = of_rows[2 * j], of_rows[2 * j + 1], rows[2 * j], rows[2 * j + 1]
+        for c in range(columns):
+            total[c] += first * above[c] + second * below[c]
+
+
+@fused_kernel
+def _add_moduli(values: Floats, columns: int, total: Floats) -> None:
+    """Add the moduli of the first `columns` values to total."""
+    for c in range(columns):
+        total[c] += abs(values[c])
+
+
+@kernel
+def _largest_sum_of_moduli(count: int, size: int, scratch: Shooting) -> float:
+    """Return the maximum norm of the inverse, from its rows as `norm_of_inverse` leaves them; infinity for NaN."""
+    rows, closed, totals = scratch.rows, scratch.closed, scratch.totals
+    columns = 2 * count
+    for d in range(size):
+        for c in range(columns):
+            closed[d, c] = 0.0
+        _add_combination(scratch.system[:, size + d], rows, columns, closed[d])
+    for c in range(columns):
+        totals[c] = 0.0
+    for i in range(count):
+        for through, own in ((scratch.places[i], scratch.of_place[i]), (scratch.speeds[i], scratch.of_speed[i])):
+            _add_combination(through, closed, columns, own)
+            _add_moduli(own, columns, totals)
+    largest = 0.0
+    for c in range(columns):
+        if not totals[c] < math.inf:
+            return math.inf
+        largest = max(largest, totals[c])
+    return largest
 
 
 @kernel
 def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) -> float:
     """Return the maximum norm of the inverse of the Jacobian; `solve_step` is called before.
 
-    Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together.
+    Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together, as
+    columns, those of the last impact first.
     """
     count, blocks = speeds.shape[0], problem.decay.shape[0]
     size = 2 * blocks
-    system, second_derivative, closed = scratch.system, scratch.second_derivative, scratch.closed
-    places, faster = scratch.places, scratch.speeds
-    basis, rows, of_place, of_speed = scratch.basis, scratch.rows, scratch.of_place, scratch.of_speed
+    system, basis, rows = scratch.system, scratch.basis, scratch.rows
     for row in range(size):
         for column in range(size):
             system[row, column] = (problem.sign if row == column else 0.0) - scratch.turned[row, column]
@@ -317,32 +345,19 @@ def norm_of_inverse(problem: OrbitProblem, speeds: Floats, scratch: Shooting) ->
         for c in range(size):
             basis[row, c] = 1.0 if row == c else 0.0
     for i in range(count - 1, -1, -1):
-        _back_over(problem, i, speeds[i], second_derivative, basis, plain(0), size, scratch)
-        for c in range(size):
-            places[c, i], faster[c, i] = basis[size, c], basis[size + 1, c]
+        _back_over(problem, i, speeds[i], basis, size, scratch.places[i], scratch.speeds[i], scratch)
     # each phase and speed, from its impact back to the first one
     for i in range(count - 1, -1, -1):
-        _back_over(problem, i, speeds[i], second_derivative, rows, 2 * (i + 1), 2 * count, scratch)
-        for c in range(2 * (i + 1), 2 * count):
-            of_place[c, i], of_speed[c, i] = rows[size, c], rows[size + 1, c]
+        of_place, of_speed = scratch.of_place[i], scratch.of_speed[i]
+        phase = 2 * (count - 1 - i)
+        _back_over(problem, i, speeds[i], rows, phase, of_place, of_speed, scratch)
         velocity, acceleration = scratch.before[i, 1], scratch.before[i, 2]
         for j in range(blocks):
-            rows[2 * j, 2 * i], rows[2 * j + 1, 2 * i] = -1.0 / velocity, 0.0
-            rows[2 * j, 2 * i + 1], rows[2 * j + 1, 2 * i + 1] = -acceleration / velocity, 1.0 / problem.omega
-        for unknown in range(2):
-            c = 2 * i + unknown
-            # residuals at its own impact, besides those that act through the state
-            of_place[c, i], of_speed[c, i] = rows[0, c], float(unknown)
-            for m in range(i + 1, count):
-                of_place[c, m], of_speed[c, m] = 0.0, 0.0
-    largest = 0.0
-    for c in range(2 * count):
-        for d in range(size):
-            closed[d] = 0.0
-            for e in range(size):
-                closed[d] += rows[e, c] * system[e, size + d]
-        total = _sum_of_moduli(places, of_place[c], closed, count) + _sum_of_moduli(faster, of_speed[c], closed, count)
-        if not total < math.inf:
-            return math.inf
-        largest = max(largest, total)
-    return largest
+            rows[2 * j, phase], rows[2 * j + 1, phase] = -1.0 / velocity, 0.0
+            rows[2 * j, phase + 1], rows[2 * j + 1, phase + 1] = -acceleration / velocity, 1.0 / problem.omega
+        # residuals at its own impact, besides those that act through the state
+        of_place[phase], of_speed[phase] = rows[0, phase], 0.0
+        of_place[phase + 1], of_speed[phase + 1] = rows[0, phase + 1], 1.0
+        for c in range(phase + 2, 2 * count):
+            of_place[c], of_speed[c] = 0.0, 0.0
+    return _largest_sum_of_moduli(count, size, scratch)
