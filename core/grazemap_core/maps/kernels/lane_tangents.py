@@ -298,13 +298,13 @@ def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) ->
         places[place] = 0
     for lane in range(used):
         if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
-            places[min(impacts[lane], last - 1) + 1] += 1
+            places[np.uintp(min(impacts[lane], last - 1) + 1)] += 1
     for place in range(last):
         places[place + 1] += places[place]
     for lane in range(used):
         if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
-            place = min(impacts[lane], last - 1)
-            ready[places[place]] = lane
+            place = np.uintp(min(impacts[lane], last - 1))
+            ready[np.uintp(places[place])] = lane
             places[place] += 1
     return int(places[last])
 
@@ -378,11 +378,14 @@ def carry_lanes(
         Half periods at the start of a measurement of growth that do not count.
     """
     carried, status, batch, growth = tangents.carried, group.status, tangents.batch, tangents.growth
-    sign, wanted, elapsed = 1.0 if half % 2 == 0 else -1.0, tangents.wanted, tangents.elapsed
+    sign, wanted, elapsed, more = 1.0 if half % 2 == 0 else -1.0, tangents.wanted, tangents.elapsed, 0
     for lane in range(used):
-        if status[lane] != OK or ((carried[lane] == PAIR) and tangents.grown[lane] == growth.shape[1]):
+        if status[lane] != OK or (carried[lane] == PAIR and tangents.grown[lane] == growth.shape[1]):
             carried[lane] = NOTHING
         wanted[lane] = 1 if carried[lane] == PAIR else 0
+        more += 1 if carried[lane] == PAIR or carried[lane] == ALL else 0
+    if more == 0:
+        return
     count = _sort_by_impacts(problem, tangents, used)
     for lane in range(used):
         pair = carried[lane] == PAIR and (count == 0 or tangents.impacts[lane] == NOT_ALL)
