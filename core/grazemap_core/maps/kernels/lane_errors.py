@@ -177,8 +177,9 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
         largest possible one. Infinite where a decision is open: at a graze, or after too many impacts.
     """
     clearance = group.clearance[lane]
-    largest = (group.reach[lane] + clearance) ** 2
-    added = HALF_PERIOD_ERROR * HALF_PERIOD_ERROR * largest
+    farthest = group.reach[lane] + clearance
+    largest, rounding = farthest * farthest, HALF_PERIOD_ERROR * farthest
+    added = rounding * rounding
     start = errors.square[lane] + added
     end = growth * start + added
     errors.square[lane] = min(end, largest)
@@ -186,7 +187,7 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     errors.growth[lane] = max(errors.growth[lane], errors.since[lane])
     least = min(group.tally[LEAST_GAP, lane], CLOSE_PASSAGE * clearance)
     share = math.sqrt(max(start, end)) / least
-    share = max(share, math.sqrt(start) * sharpest + math.sqrt(added) * steepest)
+    share = max(share, math.sqrt(start) * sharpest + rounding * steepest)
     if not ERROR_SAFETY * share < 1.0:
         errors.sensitive[lane] = 1
     if not end < largest:

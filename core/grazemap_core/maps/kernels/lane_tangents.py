@@ -200,7 +200,8 @@ def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
     for c in range(even.shape[0] // LANES):
         copy_vector(saved[c * LANES : c * LANES + used], even[c * LANES : c * LANES + used])
     for lane in range(used):
-        copy_vector(saved_cursor[lane], cursor[lane])
+        for c in range(4):
+            saved_cursor[lane, c] = cursor[lane, c]
         if regime[lane] != FREE:
             copy_vector(tangents.near[lane], group.near[lane])
             copy_matrix(tangents.resting[lane], group.resting[lane])

@@ -63,6 +63,11 @@ def fused_inlined(function: Function) -> Function:
     return _compile(function, forceinline=True, **_FUSED)
 
 
+def any_order_kernel(function: Function) -> Function:
+    """Compile a kernel whose sums may be taken in any order: for bounds with a margin, not for results."""
+    return _compile(function, fastmath={"contract", "reassoc"})
+
+
 @inlined
 def plain(value: int) -> int:
     """Return an integer constant with the type of a variable: numba compiles a callee anew for every literal."""

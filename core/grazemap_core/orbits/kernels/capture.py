@@ -25,7 +25,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
+from grazemap_core.numerics.jit.compiled import any_order_kernel, fused_kernel, kernel
 from grazemap_core.numerics.kernels.dense import add_transposed_product, cholesky, multiply
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import third_derivative_bound
@@ -199,7 +199,7 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
             columns[row, c] *= radius / scales[row]
 
 
-@fused_kernel
+@any_order_kernel
 def _largest_sum(values: Floats, axes: int, born: int) -> float:
     """Return the maximum, over the ball, of a linear form with a value for every column; the first `axes` are axes."""
     squares, others = 0.0, 0.0
