@@ -304,9 +304,9 @@ def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) ->
         places[place + 1] += places[place]
     for lane in range(used):
         if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
-            place = np.uintp(min(impacts[lane], last - 1))
-            ready[np.uintp(places[place])] = lane
-            places[place] += 1
+            number = np.uintp(min(impacts[lane], last - 1))
+            ready[np.uintp(places[number])] = lane
+            places[number] += 1
     return int(places[last])
 
 
