@@ -20,9 +20,8 @@ SETTLING
     the orbit is solved for (`verification`). If it is not verified, or does not capture the lane yet (`capture`), the
     lane runs on, and the next attempt is made closer to the orbit.
 GROWING
-    As SETTLING, but the growth of a small change of the state is measured, from the middle on that of a second one
-    unless the first is chaotic already (`lane_tangents`). If the motion is not named in the end, it is classified by
-    this growth (`lyapunov`).
+    As SETTLING, but the growth of two small changes of the state is measured, or of one where that is chaotic already
+    (`lane_tangents`). If the motion is not named in the end, it is classified by this growth (`lyapunov`).
 REPEATING
     The lane runs for one more motion period with a basis of all small changes, which gives the multiplier.
 ENDING

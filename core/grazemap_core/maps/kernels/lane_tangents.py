@@ -86,8 +86,9 @@ class LaneTangents(NamedTuple):
 
     Attributes
     ----------
-    carried, grown : (LANES,)
-        NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured.
+    carried, grown, paired : (LANES,)
+        NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured, and those before the second
+        change.
     full, pair : (LANES, 2 N, 2 N), (LANES, 2 N, 2)
         The tangents, as columns.
     elapsed : (LANES,)
@@ -111,6 +112,7 @@ class LaneTangents(NamedTuple):
 
     carried: Integers
     grown: Integers
+    paired: Integers
     full: Floats
     pair: Floats
     elapsed: Floats
@@ -139,6 +141,7 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
     return LaneTangents(
         carried=np.zeros(LANES, dtype=np.int64),
         grown=np.zeros(LANES, dtype=np.int64),
+        paired=np.zeros(LANES, dtype=np.int64),
         full=np.zeros((LANES, size, size)),
         pair=np.zeros((LANES, size, 2)),
         elapsed=np.zeros(LANES),
@@ -183,6 +186,7 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
     tangents.carried[target] = tangents.carried[source]
     tangents.carried[source] = NOTHING
     tangents.grown[target] = tangents.grown[source]
+    tangents.paired[target] = tangents.paired[source]
     copy_matrix(tangents.full[target], tangents.full[source])
     copy_matrix(tangents.pair[target], tangents.pair[source])
     tangents.elapsed[target] = tangents.elapsed[source]
@@ -336,27 +340,23 @@ def _enter_growth(group: Lanes, tangents: LaneTangents, lane: int, sign: float, 
 
 
 @kernel
-def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int) -> None:
-    """Propagate a second change from the middle of the measurement on, unless the first one says that it is chaos."""
-    k, growth = tangents.grown[lane], tangents.growth[lane]
-    if k != _middle(growth.shape[0], skipped):
-        return
-    total = 0.0
+def _is_chaotic(tangents: LaneTangents, lane: int, skipped: int) -> bool:
+    """Return whether the change along a lane has grown, as far as this was measured, as only chaos makes it."""
+    k, growth, total = tangents.grown[lane], tangents.growth[lane], 0.0
     for row in range(skipped, k):
         total += growth[row, 0]
-    if total > GROWTH_SURE:
-        return
-    tangents.carried[lane] = PAIR
+    return total > GROWTH_SURE
+
+
+@kernel
+def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
+    """Propagate a second change too."""
+    k, growth = tangents.grown[lane], tangents.growth[lane]
+    tangents.carried[lane], tangents.paired[lane] = PAIR, k
     tangents.elapsed[lane] = tangents.errors.elapsed[lane]
     for c in range(tangents.pair.shape[1]):
         tangents.pair[lane, c, 0] = tangents.errors.change[lane, c, 0]
     lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], growth[k])
-
-
-@kernel
-def _middle(halves: int, skipped: int) -> int:
-    """Return the half period in the middle of those that count."""
-    return skipped + (halves - skipped) // 2
 
 
 @kernel
@@ -479,7 +479,9 @@ def _enter_first(
     if tangents.carried[lane] == FIRST:
         tangents.growth[lane, tangents.grown[lane], 0] = 0.5 * math.log(square) if square > 0.0 else -np.inf
         _enter_growth(group, tangents, lane, sign, skipped)
-        _begin_pair(problem, tangents, lane, skipped)
+        middle = skipped + (tangents.growth.shape[1] - skipped) // 2
+        if tangents.grown[lane] == middle and not _is_chaotic(tangents, lane, skipped):
+            _begin_pair(problem, tangents, lane)
 
 
 @kernel
@@ -491,15 +493,18 @@ def begin_matrix_of(tangents: LaneTangents, lane: int) -> None:
 
 @kernel
 def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
-    """Start measuring the growth of a change along a lane: of that of its error if this is carried, else a new one.
+    """Start measuring the growth of two changes along a lane; of one where the error is as large as the motion.
 
-    From the middle of the measurement on there are two, unless the first has grown as only chaos makes it.
+    There the second one follows in the middle, unless the first has grown until then as only chaos makes it.
     """
-    tangents.carried[lane] = FIRST
-    tangents.grown[lane] = 0
+    errors = tangents.errors
+    tangents.carried[lane], tangents.grown[lane] = FIRST, 0
     lyapunov.begin_growth(problem, tangents_of_lane(tangents, lane))
-    if tangents.errors.carried[lane] == 0:
-        begin_change(problem.frequency, tangents.errors, lane)
+    saturated = errors.carried[lane] == 0 and errors.square[lane] > 0.0
+    if errors.carried[lane] == 0:
+        begin_change(problem.frequency, errors, lane)
+    if not saturated:
+        _begin_pair(problem, tangents, lane)
 
 
 @kernel
@@ -520,7 +525,7 @@ def growth_of_lane(
     halves, carried = tangents.growth.shape[1], tangents.carried[lane]
     if (carried != FIRST and carried != PAIR) or tangents.grown[lane] != halves:
         return GROWTH_UNDECIDED, np.nan, np.nan
-    second_skipped = _middle(halves, skipped) + skipped if carried == PAIR else halves
+    second_skipped = tangents.paired[lane] + skipped if carried == PAIR else halves
     kind, first, error, _, _ = lyapunov.classify_growth(
         problem, clearance, skipped, second_skipped, tangents_of_lane(tangents, lane)
     )
