@@ -340,6 +340,22 @@ def _enter_growth(group: Lanes, tangents: LaneTangents, lane: int, sign: float, 
 
 
 @kernel
+def _flow_to_end(
+    problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int, columns: Floats, elapsed: Floats
+) -> None:
+    """Carry changes on to the end of the half periods at which what counts begins and ends, and add their growth."""
+    k, growth = tangents.grown[lane], tangents.growth[lane]
+    if elapsed[lane] == 0.0 or (k != skipped - 1 and k != growth.shape[0] - 1):
+        return
+    flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed[lane], columns)
+    first, second = growth[k, 0], growth[k, 1]
+    lyapunov.orthonormalise(problem.frequency, columns, growth[k])
+    growth[k, 0] += first
+    growth[k, 1] += second
+    elapsed[lane] = 0.0
+
+
+@kernel
 def _is_chaotic(tangents: LaneTangents, lane: int, skipped: int) -> bool:
     """Return whether the change along a lane has grown, as far as this was measured, as only chaos makes it."""
     k, growth, total = tangents.grown[lane], tangents.growth[lane], 0.0
@@ -409,6 +425,7 @@ def carry_lanes(
                 entry[0], entry[1] = 0.5 * math.log(square), 0.5 * math.log(rest) if rest > 0.0 else -np.inf
             else:
                 lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], entry)
+            _flow_to_end(problem, tangents, lane, skipped, tangents.pair[lane], elapsed)
             _enter_growth(group, tangents, lane, sign, skipped)
 
 
@@ -424,12 +441,8 @@ def carry_changes(
 ) -> None:
     """Propagate the changes of errors, and the errors, or measure their growth; parameters as `carry_lanes`."""
     errors, status, tally, wanted, rows = tangents.errors, group.status, group.tally, tangents.wanted, tangents.cursor
-    sign, change, batch, farthest = (
-        1.0 if half % 2 == 0 else -1.0,
-        errors.change,
-        tangents.batch,
-        largest_reach(problem),
-    )
+    change, batch, farthest = errors.change, tangents.batch, largest_reach(problem)
+    sign = 1.0 if half % 2 == 0 else -1.0
     for lane in range(used):
         if status[lane] != OK:
             errors.carried[lane] = 0
@@ -478,8 +491,9 @@ def _enter_first(
     """Write the growth of a lane's change, of which the square is given, where it is measured."""
     if tangents.carried[lane] == FIRST:
         tangents.growth[lane, tangents.grown[lane], 0] = 0.5 * math.log(square) if square > 0.0 else -np.inf
+        _flow_to_end(problem, tangents, lane, skipped, tangents.errors.change[lane], tangents.errors.elapsed)
         _enter_growth(group, tangents, lane, sign, skipped)
-        middle = skipped + (tangents.growth.shape[1] - skipped) // 2
+        middle = skipped + (tangents.growth.shape[1] - skipped) // 4 * 2  # even
         if tangents.grown[lane] == middle and not _is_chaotic(tangents, lane, skipped):
             _begin_pair(problem, tangents, lane)
 

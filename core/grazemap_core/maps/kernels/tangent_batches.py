@@ -29,9 +29,9 @@ from grazemap_core.simulation.tolerances import RANK_ROUNDING
 WIDTH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""
 
-FLOW_DEGREE = 8
+FLOW_DEGREE = 10
 """Degree of the series of a flow over half a cell, with exponents up to CELL_REACH / 2 = 1/2. The omitted term is
-2^-9/9! = 5e-9, and growth is not known to more than three digits."""
+2^-11/11! = 1.2e-11, and growth is not known to more than three digits."""
 
 # rows of `TangentBatch.rows`
 SHORT, PASSED, FACTOR, RATIO = 0, 1, 2, 3
@@ -107,8 +107,10 @@ def flow_series(decay: Floats, frequency_squared: Floats) -> Floats:
 
 @fused_inlined
 def _series(s: Floats, t: float) -> float:
-    """Return the polynomial of degree 7 with these coefficients."""
-    value: float = s[7]
+    """Return the polynomial of degree 9 with these coefficients."""
+    value: float = s[9]
+    value = value * t + s[8]
+    value = value * t + s[7]
     value = value * t + s[6]
     value = value * t + s[5]
     value = value * t + s[4]
