@@ -340,12 +340,22 @@ def _enter_growth(group: Lanes, tangents: LaneTangents, lane: int, sign: float, 
 
 
 @kernel
+def _middle(halves: int, skipped: int) -> int:
+    """Return the number of half periods before the second half of those that count, as in `lyapunov`."""
+    return skipped + (halves - skipped) // 2
+
+
+@kernel
 def _flow_to_end(
     problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int, columns: Floats, elapsed: Floats
 ) -> None:
-    """Carry changes on to the end of the half periods at which what counts begins and ends, and add their growth."""
+    """Carry changes on to the end of the half periods before what counts, in its middle and at its end.
+
+    Their growth is added. Sums over what counts, and over its halves, are then those of whole half periods.
+    """
     k, growth = tangents.grown[lane], tangents.growth[lane]
-    if elapsed[lane] == 0.0 or (k != skipped - 1 and k != growth.shape[0] - 1):
+    after, halves = k + 1, growth.shape[0]
+    if elapsed[lane] == 0.0 or (after != skipped and after != _middle(halves, skipped) and after != halves):
         return
     flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed[lane], columns)
     first, second = growth[k, 0], growth[k, 1]
@@ -493,7 +503,7 @@ def _enter_first(
         tangents.growth[lane, tangents.grown[lane], 0] = 0.5 * math.log(square) if square > 0.0 else -np.inf
         _flow_to_end(problem, tangents, lane, skipped, tangents.errors.change[lane], tangents.errors.elapsed)
         _enter_growth(group, tangents, lane, sign, skipped)
-        middle = skipped + (tangents.growth.shape[1] - skipped) // 4 * 2  # even
+        middle = _middle(tangents.growth.shape[1], skipped)
         if tangents.grown[lane] == middle and not _is_chaotic(tangents, lane, skipped):
             _begin_pair(problem, tangents, lane)
 
@@ -539,7 +549,8 @@ def growth_of_lane(
     halves, carried = tangents.growth.shape[1], tangents.carried[lane]
     if (carried != FIRST and carried != PAIR) or tangents.grown[lane] != halves:
         return GROWTH_UNDECIDED, np.nan, np.nan
-    second_skipped = tangents.paired[lane] + skipped if carried == PAIR else halves
+    paired = tangents.paired[lane]
+    second_skipped = paired + paired % 2 + skipped if carried == PAIR else halves  # even
     kind, first, error, _, _ = lyapunov.classify_growth(
         problem, clearance, skipped, second_skipped, tangents_of_lane(tangents, lane)
     )
