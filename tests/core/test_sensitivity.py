@@ -53,7 +53,7 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
         save_lane_starts(group, tangents, LANE_BLOCK)
         run_half((0,) * size, model, group, half, LANE_BLOCK, u, work)
         count_impacts(group, tangents, LANE_BLOCK)
-        carry_changes(problem, held, group, tangents, half, 0, LANE_BLOCK)
+        carry_changes(model, group, tangents, half, 0, LANE_BLOCK)
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0

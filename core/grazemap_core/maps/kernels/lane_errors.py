@@ -26,6 +26,7 @@ from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.tangent_batches import is_safe
 from grazemap_core.maps.tolerances import CLOSE_PASSAGE, ERROR_SAFETY, HALF_PERIOD_ERROR
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
+from grazemap_core.simulation.kernels.lyapunov import begin_first
 
 
 class LaneErrors(NamedTuple):
@@ -35,10 +36,11 @@ class LaneErrors(NamedTuple):
     ----------
     carried : (LANES,)
         1 if its error is carried.
-    change : (LANES, 2 N, 1)
-        A small change of the state (u, u'), of length 1 in the energy norm after every half period.
+    changes : (LANES, 2 N, 2)
+        Small changes of the state (u, u'), orthonormal in the energy norm after every half period. The first one gives
+        the error; both may be those whose growth is measured (`lane_tangents`).
     elapsed : (LANES,)
-        Time since the last impact, to which the change belongs.
+        Time since the last impact, to which the changes belong.
     square : (LANES,)
         W^2.
     since, growth : (LANES,)
@@ -48,7 +50,7 @@ class LaneErrors(NamedTuple):
     """
 
     carried: Integers
-    change: Floats
+    changes: Floats
     elapsed: Floats
     square: Floats
     since: Floats
@@ -60,7 +62,7 @@ def lane_errors(masses: int) -> LaneErrors:
     """Return arrays for lanes without a trajectory."""
     return LaneErrors(
         carried=np.zeros(LANES, dtype=np.int64),
-        change=np.zeros((LANES, 2 * masses, 1)),
+        changes=np.zeros((LANES, 2 * masses, 2)),
         elapsed=np.zeros(LANES),
         square=np.zeros(LANES),
         since=np.ones(LANES),
@@ -78,14 +80,15 @@ def forget_error(errors: LaneErrors, lane: int) -> None:
 
 @kernel
 def begin_change(frequency: Floats, errors: LaneErrors, lane: int) -> None:
-    """Write a change of length 1 without the symmetries of the chain."""
-    change, square = errors.change[lane], 0.0
+    """Begin the first change of a lane, with the length 1; the second one becomes 0."""
+    columns, square = errors.changes[lane], 0.0
     errors.elapsed[lane] = 0.0
-    for c in range(change.shape[0]):
-        square += 1.0 / (c + 1.0) ** 2
-    for j in range(frequency.shape[0]):
-        change[2 * j, 0] = 1.0 / (math.sqrt(square) * (2.0 * j + 1.0) * frequency[j])
-        change[2 * j + 1, 0] = 1.0 / (math.sqrt(square) * (2.0 * j + 2.0))
+    begin_first(frequency, columns)
+    for i in range(columns.shape[0]):
+        square += 1.0 / (i + 1.0) ** 2
+    for i in range(columns.shape[0]):
+        columns[i, 0] /= math.sqrt(square)
+        columns[i, 1] = 0.0
 
 
 @kernel
@@ -109,7 +112,7 @@ def move_error(errors: LaneErrors, source: int, target: int) -> None:
     """Move a lane's error to another lane."""
     errors.carried[target] = errors.carried[source]
     errors.carried[source] = 0
-    copy_matrix(errors.change[target], errors.change[source])
+    copy_matrix(errors.changes[target], errors.changes[source])
     errors.elapsed[target] = errors.elapsed[source]
     errors.square[target] = errors.square[source]
     errors.since[target] = errors.since[source]
@@ -143,13 +146,13 @@ def largest_reach(problem: CellProblem) -> float:
 
 @kernel
 def shorten_change(frequency: Floats, errors: LaneErrors, lane: int) -> float:
-    """Make the length of a lane's change 1, or begin another if its square lost digits. Returns the square."""
-    change, square = errors.change[lane], 0.0
+    """Make the length of a lane's first change 1, or begin another if its square lost digits. Returns the square."""
+    columns, square = errors.changes[lane], 0.0
     for j in range(frequency.shape[0]):
-        square += (frequency[j] * change[2 * j, 0]) ** 2 + change[2 * j + 1, 0] ** 2
+        square += (frequency[j] * columns[2 * j, 0]) ** 2 + columns[2 * j + 1, 0] ** 2
     if is_safe(square):
-        for c in range(change.shape[0]):
-            change[c, 0] /= math.sqrt(square)
+        for i in range(columns.shape[0]):
+            columns[i, 0] /= math.sqrt(square)
     else:  # after a rest nothing may be left of it
         begin_change(frequency, errors, lane)
     return square

@@ -24,7 +24,6 @@ from grazemap_core.maps.kernels.lane_state import begin_record
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
     carry_changes,
-    carry_lanes,
     count_impacts,
     move_tangents,
     save_lane_starts,
@@ -182,9 +181,7 @@ def _run_half(masses: Masses, column: Column, k: int, used: int) -> None:
     run_half(masses, column.model, group, k, used, column.u, column.work)
     if carries:
         count_impacts(group, column.tangents, used)
-        skipped = column.task.growth_skipped
-        carry_lanes(problem, column.model.held, group, column.tangents, k, skipped, used)
-        carry_changes(problem, column.model.held, group, column.tangents, k, skipped, used)
+        carry_changes(column.model, group, column.tangents, k, column.task.growth_skipped, used)
     sizes, tally, chatter_impacts = records.sizes, group.tally, problem.chatter_impacts
     for lane in range(used):
         sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]

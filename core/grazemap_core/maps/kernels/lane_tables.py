@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.cell_problem import MAX_TABLED_CELLS
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
@@ -23,6 +24,9 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
+
+RESPONSE_PARTS = 4
+"""Rows of the table of the blocks' responses in a cell."""
 
 HERMITE_DIVISOR = 384.0
 """A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |x1''''|."""
@@ -54,6 +58,9 @@ class LaneTables(NamedTuple):
         Coefficients in z of the change of the state at the end of the cell by a unit of velocity given to mass 1 at z.
     response : (TERMS,)
         Coefficients of x1 in s, the time in half cells since a unit of velocity was given to mass 1.
+    block_response : (RESPONSE_PARTS * cells + 1, 2 N)
+        (u, u') of every block, row by row a part of a cell later, after a start with (0, 1); no rows where there would
+        be too many.
     scalars : (SCALARS,)
     """
 
@@ -65,6 +72,7 @@ class LaneTables(NamedTuple):
     forcing: Floats
     unit_impulse: Floats
     response: Floats
+    block_response: Floats
     scalars: Floats
 
 
@@ -103,6 +111,21 @@ def _steady_tables(problem: CellProblem) -> tuple[Floats, Floats]:
             problem.omega * problem.steady_table[cell, 0],
         )
     return forcing, steady_table
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _block_response(problem: CellProblem) -> Floats:
+    """Return `LaneTables.block_response`."""
+    rows = RESPONSE_PARTS * problem.cells + 1 if problem.cells // 2 <= MAX_TABLED_CELLS else 0
+    table = np.empty((rows, 2 * problem.decay.shape[0]))
+    for j in range(problem.decay.shape[0]):
+        decay, square = problem.decay[j], problem.frequency_squared[j]
+        e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, problem.step / RESPONSE_PARTS)
+        first, second = 0.0, 1.0
+        for row in range(rows):
+            table[row, 2 * j], table[row, 2 * j + 1] = first, second
+            first, second = e11 * first + e12 * second, e21 * first + e22 * second
+    return table
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -155,5 +178,14 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     scalars[IMPULSE_FOURTH] = impulse_fourth
     scalars[MARGIN] = CONTACT_ROUNDING
     return LaneTables(
-        problem.cell_flow, problem.output_row, steady_table, bound, series, forcing, unit_impulse, response, scalars
+        problem.cell_flow,
+        problem.output_row,
+        steady_table,
+        bound,
+        series,
+        forcing,
+        unit_impulse,
+        response,
+        _block_response(problem),
+        scalars,
     )

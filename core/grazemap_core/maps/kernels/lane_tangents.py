@@ -2,13 +2,13 @@
 
 After a half period the lanes' events hold its impacts, which determine the propagation of changes between rests. Pairs
 and single changes are propagated side by side (`tangent_batches`) where the flow over half a period is tabulated, lanes
-with about as many impacts together. A half period
-with a rest, with an impact at speed 0, or with more impacts than the events hold is computed again for the lane alone
-(`tangent`), from the lane's state at its start. The errors of the lanes (`lane_errors`) are carried along.
+with about as many impacts together. A half period with a rest, with an impact at speed 0, or with more impacts than the
+events hold is computed again for the lane alone (`tangent`), from the lane's state at its start. The errors of the
+lanes (`lane_errors`) are carried along; the change that gives them is the first one whose growth is measured.
 
     begin_matrix_of, begin_growth_of     start propagating changes along a lane
     save_lane_starts                     at the start of a half period, all lanes
-    count_impacts, carry_lanes, carry_changes   at its end
+    count_impacts, carry_changes         at its end
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import GROWTH_UNDECIDED
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.workspace import (
     HELD,
     HELD_LEFT,
@@ -46,6 +45,7 @@ from grazemap_core.maps.kernels.lane_errors import (
     shorten_change,
     steepest_impact,
 )
+from grazemap_core.maps.kernels.lane_tables import LaneModel, LaneTables
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, FREE, Lanes
 from grazemap_core.maps.kernels.tangent_batches import (
@@ -72,8 +72,8 @@ SCALAR_EVENTS = 4096
 """Maximum number of events in half a period with which changes are propagated."""
 
 NOTHING, ALL, FIRST, PAIR, LOST = 0, 1, 2, 3, 4
-"""Changes along a lane: none; a basis of all; the one of its error, with its growth; two that are kept orthonormal,
-with their growth; or propagation has failed."""
+"""Changes along a lane, but the one of its error: none; a basis of all; that one, with its growth; it and another one,
+which are kept orthonormal, with their growth; or propagation has failed."""
 
 NOT_ALL = -1
 """Number of impacts of a half period that are not all in a lane's events, or not all of nonzero speed."""
@@ -89,10 +89,8 @@ class LaneTangents(NamedTuple):
     carried, grown, paired : (LANES,)
         NOTHING, ALL, FIRST, PAIR or LOST; half periods over which growth was measured, and those before the second
         change.
-    full, pair : (LANES, 2 N, 2 N), (LANES, 2 N, 2)
-        The tangents, as columns.
-    elapsed : (LANES,)
-        Time since the last impact, to which the pair belongs.
+    full : (LANES, 2 N, 2 N)
+        A basis of all changes, as columns.
     growth, moments : (LANES, halves, 2), (LANES, 2, 2 N, 2)
         As in `lyapunov.Tangents`.
     errors : LaneErrors
@@ -114,8 +112,6 @@ class LaneTangents(NamedTuple):
     grown: Integers
     paired: Integers
     full: Floats
-    pair: Floats
-    elapsed: Floats
     growth: Floats
     moments: Floats
     errors: LaneErrors
@@ -143,8 +139,6 @@ def lane_tangents(decay: Floats, frequency_squared: Floats, halves: int) -> Lane
         grown=np.zeros(LANES, dtype=np.int64),
         paired=np.zeros(LANES, dtype=np.int64),
         full=np.zeros((LANES, size, size)),
-        pair=np.zeros((LANES, size, 2)),
-        elapsed=np.zeros(LANES),
         growth=np.zeros((LANES, halves, 2)),
         moments=np.zeros((LANES, 2, size, 2)),
         errors=lane_errors(masses),
@@ -170,7 +164,7 @@ def tangents_of_lane(tangents: LaneTangents, lane: int) -> lyapunov.Tangents:
     return lyapunov.Tangents(
         tangents.full[lane],
         tangents.scratch.eigen,
-        tangents.pair[lane],
+        tangents.errors.changes[lane],
         tangents.scratch.real,
         tangents.scratch.imaginary,
         tangents.growth[lane],
@@ -188,8 +182,6 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
     tangents.grown[target] = tangents.grown[source]
     tangents.paired[target] = tangents.paired[source]
     copy_matrix(tangents.full[target], tangents.full[source])
-    copy_matrix(tangents.pair[target], tangents.pair[source])
-    tangents.elapsed[target] = tangents.elapsed[source]
     copy_matrix(tangents.growth[target], tangents.growth[source])
     for part in range(2):
         copy_matrix(tangents.moments[target, part], tangents.moments[source, part])
@@ -232,16 +224,10 @@ def _carry_through_impacts(
 
 @kernel
 def _carry_again(
-    problem: CellProblem,
-    held: HeldProblem,
-    tangents: LaneTangents,
-    lane: int,
-    clearance: float,
-    half: int,
-    columns: Floats,
+    model: LaneModel, tangents: LaneTangents, lane: int, clearance: float, half: int, columns: Floats
 ) -> int:
     """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
-    work, u = tangents.work, tangents.state
+    held, work, u = model.held, tangents.work, tangents.state
     for j in range(u.shape[0]):
         for c in range(2):
             u[j, c] = tangents.even[(2 * j + c) * LANES + lane]
@@ -249,27 +235,20 @@ def _carry_again(
     copy_vector(work.near[:3], tangents.near[lane])
     copy_matrix(held.state, tangents.resting[lane])
     copy_vector(held.since, tangents.since[lane])
-    return run_half_linearised(problem, held, u, clearance, half, work, columns, tangents.scratch.began)
+    return run_half_linearised(model.problem, held, u, clearance, half, work, columns, tangents.scratch.began)
 
 
 @kernel
 def _carry_alone(
-    problem: CellProblem,
-    held: HeldProblem,
-    group: Lanes,
-    tangents: LaneTangents,
-    lane: int,
-    half: int,
-    columns: Floats,
-    elapsed: float,
+    model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, columns: Floats, elapsed: float
 ) -> int:
     """Propagate changes to the end of a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
-    impacts, first = tangents.impacts[lane], tangents.cursor[lane, ROWS]
+    problem, impacts, first = model.problem, tangents.impacts[lane], tangents.cursor[lane, ROWS]
     if elapsed > 0.0:
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     if impacts == NOT_ALL:
-        return _carry_again(problem, held, tangents, lane, group.clearance[lane], half, columns)
-    _carry_through_impacts(problem, group.events[lane], first, first + impacts, held.viscous_term, columns)
+        return _carry_again(model, tangents, lane, group.clearance[lane], half, columns)
+    _carry_through_impacts(problem, group.events[lane], first, first + impacts, model.held.viscous_term, columns)
     return OK
 
 
@@ -290,13 +269,13 @@ def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
 
 
 @kernel
-def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) -> int:
+def _sort_by_impacts(tables: LaneTables, tangents: LaneTangents, used: int) -> int:
     """Write the wanted lanes that can be carried in batches to `tangents.sorted`, those with fewer impacts first.
 
     Returns their number.
     """
     wanted, impacts, places, ready = tangents.wanted, tangents.impacts, tangents.places, tangents.sorted
-    if problem.flow_table.shape[0] <= problem.cells:
+    if tables.block_response.shape[0] == 0:
         return 0
     last = places.shape[0] - 1
     for place in range(last + 1):
@@ -316,27 +295,17 @@ def _sort_by_impacts(problem: CellProblem, tangents: LaneTangents, used: int) ->
 
 @kernel
 def _fill_batch(tangents: LaneTangents, begin: int, count: int) -> int:
-    """Put lanes of `tangents.sorted` into the batch, from number `begin` on; `count` are sorted. Returns how many."""
+    """Put lanes of `tangents.sorted` into the batch, from number `begin` on; `count` are sorted. Returns how many.
+
+    Only the first batch, with the fewest impacts, may have fewer than WIDTH.
+    """
     batch = tangents.batch
-    filled = int(min(count - begin, batch.lanes.shape[0]))
+    filled = (count - 1) % WIDTH + 1 if begin == 0 else WIDTH
     for k in range(filled):
         lane = tangents.sorted[begin + k]
         batch.lanes[k], batch.first[k] = lane, tangents.cursor[lane, ROWS]
         batch.impacts[k] = tangents.impacts[lane]
     return filled
-
-
-@kernel
-def _enter_growth(group: Lanes, tangents: LaneTangents, lane: int, sign: float, skipped: int) -> None:
-    """Count a half period in which the growth along a lane was written; enter the moments of the orbit."""
-    k, halves, even = tangents.grown[lane], tangents.growth.shape[1], group.even
-    tangents.grown[lane] = k + 1
-    if k >= skipped:
-        moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
-        for c in range(moments.shape[0]):
-            z = sign * even[c * LANES + lane]
-            moments[c, 0] += z
-            moments[c, 1] += z * z
 
 
 @kernel
@@ -346,15 +315,13 @@ def _middle(halves: int, skipped: int) -> int:
 
 
 @kernel
-def _flow_to_end(
-    problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int, columns: Floats, elapsed: Floats
-) -> None:
+def _flow_to_end(problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int) -> None:
     """Carry changes on to the end of the half periods before what counts, in its middle and at its end.
 
     Their growth is added. Sums over what counts, and over its halves, are then those of whole half periods.
     """
-    k, growth = tangents.grown[lane], tangents.growth[lane]
-    after, halves = k + 1, growth.shape[0]
+    k, growth, elapsed = tangents.grown[lane], tangents.growth[lane], tangents.errors.elapsed
+    after, halves, columns = k + 1, growth.shape[0], tangents.errors.changes[lane]
     if elapsed[lane] == 0.0 or (after != skipped and after != _middle(halves, skipped) and after != halves):
         return
     flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed[lane], columns)
@@ -377,25 +344,15 @@ def _is_chaotic(tangents: LaneTangents, lane: int, skipped: int) -> bool:
 @kernel
 def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
     """Propagate a second change too."""
-    k, growth = tangents.grown[lane], tangents.growth[lane]
+    k, columns = tangents.grown[lane], tangents.errors.changes[lane]
     tangents.carried[lane], tangents.paired[lane] = PAIR, k
-    tangents.elapsed[lane] = tangents.errors.elapsed[lane]
-    for c in range(tangents.pair.shape[1]):
-        tangents.pair[lane, c, 0] = tangents.errors.change[lane, c, 0]
-    lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], growth[k])
+    lyapunov.begin_second(problem.frequency, columns)
+    lyapunov.orthonormalise(problem.frequency, columns, tangents.growth[lane, k])
 
 
 @kernel
-def carry_lanes(
-    problem: CellProblem,
-    held: HeldProblem,
-    group: Lanes,
-    tangents: LaneTangents,
-    half: int,
-    skipped: int,
-    used: int,
-) -> None:
-    """Propagate bases and pairs of changes along the half period since `save_lane_starts`, after `count_impacts`.
+def carry_changes(model: LaneModel, group: Lanes, tangents: LaneTangents, half: int, skipped: int, used: int) -> None:
+    """Propagate changes along the half period since `save_lane_starts`, and the errors, after `count_impacts`.
 
     Parameters
     ----------
@@ -404,108 +361,124 @@ def carry_lanes(
     skipped : int
         Half periods at the start of a measurement of growth that do not count.
     """
-    carried, status, batch, growth = tangents.carried, group.status, tangents.batch, tangents.growth
-    sign, wanted, elapsed, more = 1.0 if half % 2 == 0 else -1.0, tangents.wanted, tangents.elapsed, 0
+    carried, errors, status = tangents.carried, tangents.errors, group.status
     for lane in range(used):
-        if status[lane] != OK or (carried[lane] == PAIR and tangents.grown[lane] == growth.shape[1]):
+        if status[lane] != OK:
+            carried[lane], errors.carried[lane] = NOTHING, 0
+        if (carried[lane] == FIRST or carried[lane] == PAIR) and tangents.grown[lane] == tangents.growth.shape[1]:
             carried[lane] = NOTHING
-        wanted[lane] = 1 if carried[lane] == PAIR else 0
-        more += 1 if carried[lane] == PAIR or carried[lane] == ALL else 0
-    if more == 0:
-        return
-    count = _sort_by_impacts(problem, tangents, used)
-    for lane in range(used):
-        pair = carried[lane] == PAIR and (count == 0 or tangents.impacts[lane] == NOT_ALL)
-        if not pair and carried[lane] != ALL:
-            continue
-        columns = tangents.pair[lane] if pair else tangents.full[lane]
-        if _carry_alone(problem, held, group, tangents, lane, half, columns, elapsed[lane] if pair else 0.0) != OK:
+        if carried[lane] == ALL and _carry_alone(model, group, tangents, lane, half, tangents.full[lane], 0.0) != OK:
             carried[lane] = LOST
-        elif pair:
-            elapsed[lane] = 0.0
-            lyapunov.orthonormalise(problem.frequency, columns, growth[lane, tangents.grown[lane]])
-            _enter_growth(group, tangents, lane, sign, skipped)
-    for begin in range(0, count, batch.lanes.shape[0]):
-        filled = _fill_batch(tangents, begin, count)
-        carry_batch((0, 0), batch, filled, group.events, tangents.pair, elapsed, problem, held.viscous_term)
-        for k in range(filled):
-            lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
-            entry = growth[lane, tangents.grown[lane]]
-            if square > 0.0:
-                entry[0], entry[1] = 0.5 * math.log(square), 0.5 * math.log(rest) if rest > 0.0 else -np.inf
-            else:
-                lyapunov.orthonormalise(problem.frequency, tangents.pair[lane], entry)
-            _flow_to_end(problem, tangents, lane, skipped, tangents.pair[lane], elapsed)
-            _enter_growth(group, tangents, lane, sign, skipped)
+    # pairs first: some of the others become pairs after their half period
+    _carry_lanes((0, 0), model, group, tangents, half, skipped, used)
+    _carry_lanes((0,), model, group, tangents, half, skipped, used)
 
 
 @kernel
-def carry_changes(
-    problem: CellProblem,
-    held: HeldProblem,
+def _carry_lanes(
+    columns: tuple[int, ...],
+    model: LaneModel,
     group: Lanes,
     tangents: LaneTangents,
     half: int,
     skipped: int,
     used: int,
 ) -> None:
-    """Propagate the changes of errors, and the errors, or measure their growth; parameters as `carry_lanes`."""
-    errors, status, tally, wanted, rows = tangents.errors, group.status, group.tally, tangents.wanted, tangents.cursor
-    change, batch, farthest = errors.change, tangents.batch, largest_reach(problem)
-    sign = 1.0 if half % 2 == 0 else -1.0
+    """Propagate the changes of the lanes with as many of them as `columns` has entries."""
+    carried, errors, wanted, batch = tangents.carried, tangents.errors, tangents.wanted, tangents.batch
+    found, farthest = 0, largest_reach(model.problem)
     for lane in range(used):
-        if status[lane] != OK:
-            errors.carried[lane] = 0
-        first = tangents.carried[lane] == FIRST and status[lane] == OK
-        if first and tangents.grown[lane] == tangents.growth.shape[1]:
-            tangents.carried[lane], first = NOTHING, False
-        wanted[lane] = 1 if first or errors.carried[lane] != 0 else 0
-    count = _sort_by_impacts(problem, tangents, used)
+        single = carried[lane] == FIRST or (carried[lane] != PAIR and errors.carried[lane] != 0)
+        wanted[lane] = 1 if (carried[lane] == PAIR and len(columns) == 2) or (single and len(columns) == 1) else 0
+        found += wanted[lane]
+    if found == 0:
+        return
+    count = _sort_by_impacts(model.tables, tangents, used)
     for lane in range(used):
-        impacts = tangents.impacts[lane]
-        if wanted[lane] == 0 or (count > 0 and impacts != NOT_ALL):
-            continue
-        steepest = 0.0
-        if impacts != NOT_ALL:
-            steepest = steepest_impact(group.events[lane], rows[lane, ROWS], rows[lane, ROWS] + impacts)
-        elif tally[HELD_RIGHT, lane] + tally[HELD_LEFT, lane] == 0.0:
-            steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
-        if _carry_alone(problem, held, group, tangents, lane, half, change[lane], errors.elapsed[lane]) != OK:
-            if errors.carried[lane] != 0:
-                lose_error(errors, lane)
-            if tangents.carried[lane] == FIRST:
-                tangents.carried[lane] = LOST
-            continue
-        errors.elapsed[lane] = 0.0
-        square = shorten_change(problem.frequency, errors, lane)
-        if errors.carried[lane] != 0:
-            carry_error(group, errors, lane, square, steepest, steepest)
-        _enter_first(problem, group, tangents, lane, square, sign, skipped)
-    for begin in range(0, count, batch.lanes.shape[0]):
+        if wanted[lane] != 0 and (count == 0 or tangents.impacts[lane] == NOT_ALL):
+            _carry_by_itself(model, group, tangents, lane, half, skipped)
+    begin = int(np.int64(0))
+    while begin < count:
         filled = _fill_batch(tangents, begin, count)
-        carry_batch((0,), batch, filled, group.events, change, errors.elapsed, problem, held.viscous_term)
+        begin += filled
+        carry_batch(columns, batch, filled, group.events, errors.changes, errors.elapsed, model)
         for k in range(filled):
-            lane, square = batch.lanes[k], batch.rows[SQUARE * WIDTH + k]
+            lane, square, rest = batch.lanes[k], batch.rows[SQUARE * WIDTH + k], batch.rows[REST * WIDTH + k]
             if not square > 0.0:
-                square = shorten_change(problem.frequency, errors, lane)
+                square = _make_orthonormal(model.problem.frequency, tangents, lane)
+            elif carried[lane] == FIRST or carried[lane] == PAIR:
+                entry = tangents.growth[lane, tangents.grown[lane]]
+                entry[0] = 0.5 * math.log(square)
+                if len(columns) == 2:
+                    entry[1] = 0.5 * math.log(rest) if rest > 0.0 else -np.inf
             if errors.carried[lane] != 0:
                 sharpest, steepest = batch.rows[SHARPEST * WIDTH + k], batch.rows[STEEPEST * WIDTH + k]
                 carry_error(group, errors, lane, square, sharpest / farthest, steepest)
-            _enter_first(problem, group, tangents, lane, square, sign, skipped)
+            _enter_growth(model.problem, group, tangents, lane, half, skipped)
 
 
 @kernel
-def _enter_first(
-    problem: CellProblem, group: Lanes, tangents: LaneTangents, lane: int, square: float, sign: float, skipped: int
+def _carry_by_itself(
+    model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, skipped: int
 ) -> None:
-    """Write the growth of a lane's change, of which the square is given, where it is measured."""
-    if tangents.carried[lane] == FIRST:
-        tangents.growth[lane, tangents.grown[lane], 0] = 0.5 * math.log(square) if square > 0.0 else -np.inf
-        _flow_to_end(problem, tangents, lane, skipped, tangents.errors.change[lane], tangents.errors.elapsed)
-        _enter_growth(group, tangents, lane, sign, skipped)
-        middle = _middle(tangents.growth.shape[1], skipped)
-        if tangents.grown[lane] == middle and not _is_chaotic(tangents, lane, skipped):
-            _begin_pair(problem, tangents, lane)
+    """Propagate the changes of one lane."""
+    errors, impacts, first, steepest = tangents.errors, tangents.impacts[lane], tangents.cursor[lane, ROWS], 0.0
+    if impacts != NOT_ALL:
+        steepest = steepest_impact(group.events[lane], first, first + impacts)
+    elif group.tally[HELD_RIGHT, lane] + group.tally[HELD_LEFT, lane] == 0.0:
+        steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
+    if _carry_alone(model, group, tangents, lane, half, errors.changes[lane], errors.elapsed[lane]) != OK:
+        if errors.carried[lane] != 0:
+            lose_error(errors, lane)
+        if tangents.carried[lane] == FIRST or tangents.carried[lane] == PAIR:
+            tangents.carried[lane] = LOST
+        return
+    errors.elapsed[lane] = 0.0
+    square = _make_orthonormal(model.problem.frequency, tangents, lane)
+    if errors.carried[lane] != 0:
+        carry_error(group, errors, lane, square, steepest, steepest)
+    _enter_growth(model.problem, group, tangents, lane, half, skipped)
+
+
+@kernel
+def _make_orthonormal(frequency: Floats, tangents: LaneTangents, lane: int) -> float:
+    """Make a lane's changes orthonormal, and write their growth where it is measured.
+
+    Where nothing is left of the first one, another begins. Returns the square of its growth.
+    """
+    errors, carried = tangents.errors, tangents.carried[lane]
+    if carried != FIRST and carried != PAIR:
+        return shorten_change(frequency, errors, lane)
+    growth = tangents.growth[lane, tangents.grown[lane]]
+    if carried == FIRST:
+        square = shorten_change(frequency, errors, lane)
+        growth[0] = 0.5 * math.log(square) if square > 0.0 else -np.inf
+        return square
+    lyapunov.orthonormalise(frequency, errors.changes[lane], growth)
+    if growth[0] == -np.inf:
+        begin_change(frequency, errors, lane)
+    return math.exp(2.0 * growth[0])
+
+
+@kernel
+def _enter_growth(
+    problem: CellProblem, group: Lanes, tangents: LaneTangents, lane: int, half: int, skipped: int
+) -> None:
+    """Count a half period in which the growth along a lane was written; enter the moments of the orbit."""
+    if tangents.carried[lane] != FIRST and tangents.carried[lane] != PAIR:
+        return
+    _flow_to_end(problem, tangents, lane, skipped)
+    k, halves, sign = tangents.grown[lane], tangents.growth.shape[1], 1.0 if half % 2 == 0 else -1.0
+    tangents.grown[lane] = k + 1
+    middle, first = _middle(halves, skipped), tangents.carried[lane] == FIRST
+    if k >= skipped and not (first and k >= middle):  # without a second change the motion is chaotic
+        moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
+        for c in range(moments.shape[0]):
+            z = sign * group.even[c * LANES + lane]
+            moments[c, 0] += z
+            moments[c, 1] += z * z
+    if first and k + 1 == middle and not _is_chaotic(tangents, lane, skipped):
+        _begin_pair(problem, tangents, lane)
 
 
 @kernel
@@ -523,7 +496,7 @@ def begin_growth_of(problem: CellProblem, tangents: LaneTangents, lane: int) -> 
     """
     errors = tangents.errors
     tangents.carried[lane], tangents.grown[lane] = FIRST, 0
-    lyapunov.begin_growth(problem, tangents_of_lane(tangents, lane))
+    tangents.moments[lane][:] = 0.0
     saturated = errors.carried[lane] == 0 and errors.square[lane] > 0.0
     if errors.carried[lane] == 0:
         begin_change(problem.frequency, errors, lane)

@@ -1,14 +1,14 @@
 """Propagation of small changes of the state, for many lanes side by side, along half periods without rests.
 
-As in `multi_impact_cell`, WIDTH lanes are side by side in a batch, and every loop over them is straight-line
-arithmetic; their length is not a constant to the compiler, which would write out short loops one by one instead of
-vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In each step all
-lanes advance to their next impact; a lane without a further one stays at its last, and a lane without any advances to
-the end of the half period. A lane has one change, or two.
+As in `multi_impact_cell`, up to WIDTH lanes are side by side in a batch, and every loop over them is straight-line
+arithmetic over whole vectors; their number is not a constant to the compiler, which would write out short loops one by
+one instead of vectorising them. Indices of single numbers are unsigned, as others are tested for being negative. In
+each step all lanes advance to their next impact; a lane without a further one stays at its last, and a lane without any
+advances to the end of the half period. A lane has one change, or two.
 
-The flow between impacts is a flow over whole cells, from a table, followed by one over at most half a cell forward or
-backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that of
-`tangent.flow_tangent` and `tangent.apply_saltation`. At the end the changes of a lane are made orthonormal in the
+The flow between impacts is a flow over whole parts of a cell, from a table, followed by one over at most half a part
+forward or backward, from a series; a block's flow follows from its response to a unit velocity. The arithmetic is that
+of `tangent.flow_tangent` and `tangent.apply_saltation`. At the end the changes of a lane are made orthonormal in the
 energy norm.
 """
 
@@ -21,6 +21,8 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.workspace import TIME, VELOCITY
+from grazemap_core.maps.kernels.lane_tables import RESPONSE_PARTS, LaneModel
+from grazemap_core.maps.kernels.lanes import VECTOR
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
@@ -29,24 +31,27 @@ from grazemap_core.simulation.tolerances import RANK_ROUNDING
 WIDTH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""
 
-FLOW_DEGREE = 10
-"""Degree of the series of a flow over half a cell, with exponents up to CELL_REACH / 2 = 1/2. The omitted term is
-2^-11/11! = 1.2e-11, and growth is not known to more than three digits."""
+FLOW_DEGREE = 7
+"""Degree of the series of a flow over half a part of a cell, with exponents up to CELL_REACH / (2 RESPONSE_PARTS) =
+1/8. The omitted term is 2^-24/8! = 1.5e-12, and growth is not known to more than three digits."""
 
 # rows of `TangentBatch.rows`
-SHORT, PASSED, FACTOR, RATIO = 0, 1, 2, 3
-"""The short time of a flow; time of the last impact; 1 + R, or 0 without an impact; ratio of acceleration and velocity
-at the impact, without the viscous term."""
-STEEPNESS, STEEPEST, SHARPEST = 4, 5, 6
+SHORT, PASSED, TARGET, PART = 0, 1, 2, 3
+"""The short time of a flow; times of the last impact and of the next one; whole parts of a cell between them."""
+FACTOR, RATIO = 4, 5
+"""1 + R, or 0 without an impact; ratio of acceleration and velocity at the impact, without the viscous term."""
+STEEPNESS, STEEPEST, SHARPEST = 6, 7, 8
 """2 |a|/v^2 at an impact, largest one of the half period, and largest product with the position in the first change."""
-SQUARE, OVERLAP, WHOLE, REST = 7, 8, 9, 10
+SQUARE, OVERLAP, WHOLE, REST = 9, 10, 11, 12
 """Scalar products of the changes at the end: of the first with itself and with the second, of the second with itself,
 and the same after the first has been subtracted; 0 if nothing was left."""
-SCALE = 11
+SCALE = 13
 """Factor on a change."""
-POSITION, SPEED = 12, 14
+POSITION, SPEED = 14, 16
 """Position and velocity of mass 1 in both changes; then their jumps at the impact."""
-ROWS = 16
+VELOCITY_AT, ACCELERATION_AT = 18, 19
+"""Velocity and acceleration at the impact; 1 and 0 without one."""
+ROWS = 20
 
 Columns = tuple[int, ...]
 Places = tuple[int, int, int]
@@ -64,7 +69,7 @@ class TangentBatch(NamedTuple):
     changes : (4 N * WIDTH,)
         For every block, u of every change, then u' of every change.
     flow : (2 N * WIDTH,)
-        Of every block, u and u' after whole cells from a unit velocity.
+        Of every block, u and u' after whole parts of a cell from a unit velocity.
     rows : (ROWS * WIDTH,)
     series : (2, N, FLOW_DEGREE)
         Each block's response to a unit velocity over a short time: coefficients from the linear one on, and those of
@@ -107,11 +112,8 @@ def flow_series(decay: Floats, frequency_squared: Floats) -> Floats:
 
 @fused_inlined
 def _series(s: Floats, t: float) -> float:
-    """Return the polynomial of degree 9 with these coefficients."""
-    value: float = s[9]
-    value = value * t + s[8]
-    value = value * t + s[7]
-    value = value * t + s[6]
+    """Return the polynomial of degree 6 with these coefficients."""
+    value: float = s[6]
     value = value * t + s[5]
     value = value * t + s[4]
     value = value * t + s[3]
@@ -122,33 +124,36 @@ def _series(s: Floats, t: float) -> float:
 
 
 @fused_inlined
-def _set_targets(
-    batch: TangentBatch, filled: int, index: int, events: Floats, problem: CellProblem, viscous_term: float
-) -> None:
+def _set_targets(batch: TangentBatch, filled: int, width: int, index: int, events: Floats, model: LaneModel) -> None:
     """Write the flow of every lane to its impact number `index`, and the factors of the impact."""
-    flow_table, step, factor = problem.flow_table, problem.step, 1.0 + problem.restitution
-    end, blocks, rows, flow = step * (problem.cells // 2), flow_table.shape[1], batch.rows, batch.flow
-    per_step = 1.0 / step
+    problem, responses = model.problem, model.tables.block_response
+    end, part, factor = problem.step * (problem.cells // 2), problem.step / RESPONSE_PARTS, 1.0 + problem.restitution
+    per_part, viscous, rows, flow = 1.0 / part, model.held.viscous_term * factor, batch.rows, batch.flow
     for k in range(filled):
-        passed, ratio, jump, steepness = rows[PASSED * WIDTH + k], 0.0, 0.0, 0.0
-        time = end if batch.impacts[k] == 0 else passed
+        time, jump, velocity, acceleration = rows[PASSED * WIDTH + k], 0.0, 1.0, 0.0
         if index < batch.impacts[k]:
             event = events[np.uintp(batch.lanes[k]), np.uintp(batch.first[k] + index)]
-            time, jump, speed = event[TIME], factor, abs(event[VELOCITY])
-            ratio = event[CONTACT_ACCELERATION] / speed
-            steepness = 2.0 * abs(ratio) / speed
-            ratio -= viscous_term * factor
-        away = time - passed
-        cells = int(away * per_step + 0.5)
-        rows[SHORT * WIDTH + k] = away - cells * step
-        rows[PASSED * WIDTH + k] = time
+            time, jump, velocity, acceleration = event[TIME], factor, event[VELOCITY], event[CONTACT_ACCELERATION]
+        elif batch.impacts[k] == 0:
+            time = end
+        rows[TARGET * WIDTH + k] = time
         rows[FACTOR * WIDTH + k] = jump
-        rows[RATIO * WIDTH + k] = ratio
-        rows[STEEPNESS * WIDTH + k] = steepness
-        table = flow_table[np.uintp(cells)]
-        for j in range(blocks):
-            flow[np.uintp(2 * j * WIDTH + k)] = table[j, 1]
-            flow[np.uintp((2 * j + 1) * WIDTH + k)] = table[j, 3]
+        rows[VELOCITY_AT * WIDTH + k] = velocity
+        rows[ACCELERATION_AT * WIDTH + k] = acceleration
+    for k in range(width):
+        time, speed = rows[TARGET * WIDTH + k], abs(rows[VELOCITY_AT * WIDTH + k])
+        ratio, away = rows[ACCELERATION_AT * WIDTH + k] / speed, time - rows[PASSED * WIDTH + k]
+        parts = np.floor(away * per_part + 0.5)
+        rows[PART * WIDTH + k] = parts
+        rows[SHORT * WIDTH + k] = away - parts * part
+        rows[PASSED * WIDTH + k] = time
+        rows[RATIO * WIDTH + k] = ratio - viscous
+        rows[STEEPNESS * WIDTH + k] = 2.0 * abs(ratio) / speed
+    for k in range(filled):
+        response = responses[np.uintp(int(rows[PART * WIDTH + k]))]
+        for j in range(problem.decay.shape[0]):
+            flow[np.uintp(2 * j * WIDTH + k)] = response[np.uintp(2 * j)]
+            flow[np.uintp((2 * j + 1) * WIDTH + k)] = response[np.uintp(2 * j + 1)]
 
 
 @fused_inlined
@@ -164,16 +169,15 @@ def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, out
 
 
 @fused_inlined
-def _flow_changes(columns: Columns, batch: TangentBatch, problem: CellProblem) -> None:
-    """Carry all changes over whole cells and the short time; write position and velocity of mass 1."""
+def _flow_changes(columns: Columns, batch: TangentBatch, width: int, problem: CellProblem) -> None:
+    """Carry all changes over whole parts of a cell and the short time; write position and velocity of mass 1."""
     rows, flow, changes, series = batch.rows, batch.flow, batch.changes, batch.series
     frequency_squared, decay, output_row = problem.frequency_squared, problem.decay, problem.output_row
-    count, width = len(columns), batch.lanes.shape[0]
+    count = len(columns)
     for k in range(width):
-        rows[POSITION * WIDTH + k] = 0.0
-        rows[(POSITION + 1) * WIDTH + k] = 0.0
-        rows[SPEED * WIDTH + k] = 0.0
-        rows[(SPEED + 1) * WIDTH + k] = 0.0
+        rows[POSITION * WIDTH + k], rows[SPEED * WIDTH + k] = 0.0, 0.0
+        if count == 2:
+            rows[(POSITION + 1) * WIDTH + k], rows[(SPEED + 1) * WIDTH + k] = 0.0, 0.0
     for j in range(decay.shape[0]):
         square, twice, answers, slopes = frequency_squared[j], 2.0 * decay[j], series[0, j], series[1, j]
         output = (output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3])
@@ -200,21 +204,23 @@ def _strike_change(rows: Floats, block: Floats, places: Places, impulse: Numbers
 
 
 @fused_inlined
-def _strike_changes(columns: Columns, batch: TangentBatch, problem: CellProblem) -> None:
+def _strike_changes(columns: Columns, batch: TangentBatch, width: int, problem: CellProblem) -> None:
     """Carry all changes through an impact; those with FACTOR 0 do not change."""
     rows, changes, frequency_squared, decay = batch.rows, batch.changes, problem.frequency_squared, problem.decay
-    unit_impulse, count, width = problem.unit_impulse, len(columns), batch.lanes.shape[0]
+    unit_impulse, count = problem.unit_impulse, len(columns)
     for k in range(width):
         steepness, factor, ratio = rows[STEEPNESS * WIDTH + k], rows[FACTOR * WIDTH + k], rows[RATIO * WIDTH + k]
-        x, y = rows[POSITION * WIDTH + k], rows[(POSITION + 1) * WIDTH + k]
+        x = rows[POSITION * WIDTH + k]
         sharpness = steepness * abs(x)
         steepest, sharpest = rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k]
         rows[STEEPEST * WIDTH + k] = steepness if steepness > steepest else steepest
         rows[SHARPEST * WIDTH + k] = sharpness if sharpness > sharpest else sharpest
         rows[SPEED * WIDTH + k] = -factor * (rows[SPEED * WIDTH + k] - ratio * x)
-        rows[(SPEED + 1) * WIDTH + k] = -factor * (rows[(SPEED + 1) * WIDTH + k] - ratio * y)
         rows[POSITION * WIDTH + k] = -factor * x
-        rows[(POSITION + 1) * WIDTH + k] = -factor * y
+        if count == 2:
+            y = rows[(POSITION + 1) * WIDTH + k]
+            rows[(SPEED + 1) * WIDTH + k] = -factor * (rows[(SPEED + 1) * WIDTH + k] - ratio * y)
+            rows[(POSITION + 1) * WIDTH + k] = -factor * y
     for j in range(decay.shape[0]):
         displacement, velocity = unit_impulse[j, 0], unit_impulse[j, 1]
         curvature = frequency_squared[j] * displacement + 2.0 * decay[j] * velocity
@@ -227,9 +233,9 @@ def _strike_changes(columns: Columns, batch: TangentBatch, problem: CellProblem)
 
 
 @fused_inlined
-def _products(columns: Columns, batch: TangentBatch, frequency: Floats) -> None:
+def _products(columns: Columns, batch: TangentBatch, width: int, frequency: Floats) -> None:
     """Write SQUARE, and of two changes OVERLAP and WHOLE."""
-    rows, changes, count, width = batch.rows, batch.changes, len(columns), batch.lanes.shape[0]
+    rows, changes, count = batch.rows, batch.changes, len(columns)
     for k in range(width):
         rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k], rows[WHOLE * WIDTH + k] = 0.0, 0.0, 0.0
     for j in range(frequency.shape[0]):
@@ -245,9 +251,9 @@ def _products(columns: Columns, batch: TangentBatch, frequency: Floats) -> None:
 
 
 @fused_inlined
-def _subtract_first(batch: TangentBatch, frequency: Floats) -> None:
+def _subtract_first(batch: TangentBatch, width: int, frequency: Floats) -> None:
     """Subtract from the second change its share of the first, and write REST."""
-    rows, changes, width = batch.rows, batch.changes, batch.lanes.shape[0]
+    rows, changes = batch.rows, batch.changes
     for k in range(width):
         rows[REST * WIDTH + k] = 0.0
         rows[SCALE * WIDTH + k] = rows[OVERLAP * WIDTH + k] / rows[SQUARE * WIDTH + k]
@@ -263,9 +269,9 @@ def _subtract_first(batch: TangentBatch, frequency: Floats) -> None:
 
 
 @fused_inlined
-def _shorten(columns: Columns, batch: TangentBatch, blocks: int) -> None:
+def _shorten(columns: Columns, batch: TangentBatch, width: int, blocks: int) -> None:
     """Make the lengths of the changes 1; of those with the square 0 nothing is left, those with a negative one stay."""
-    rows, changes, count, width = batch.rows, batch.changes, len(columns), batch.lanes.shape[0]
+    rows, changes, count = batch.rows, batch.changes, len(columns)
     for c in range(count):
         row = SQUARE if c == 0 else REST
         squares, scale = rows[row * WIDTH : (row + 1) * WIDTH], rows[SCALE * WIDTH : (SCALE + 1) * WIDTH]
@@ -287,24 +293,24 @@ def is_safe(square: float) -> bool:
 
 
 @fused_inlined
-def _orthonormalise(columns: Columns, batch: TangentBatch, filled: int, frequency: Floats) -> None:
+def _orthonormalise(columns: Columns, batch: TangentBatch, filled: int, width: int, frequency: Floats) -> None:
     """Make the changes of every lane orthonormal; SQUARE and REST become -1 where products have lost digits.
 
     Those lanes keep their changes as they are.
     """
     rows, count = batch.rows, len(columns)
-    _products(columns, batch, frequency)
-    for k in range(WIDTH):
+    _products(columns, batch, width, frequency)
+    for k in range(width):
         square, whole = rows[SQUARE * WIDTH + k], rows[WHOLE * WIDTH + k]
         if k >= filled or not is_safe(square) or (count == 2 and not is_safe(whole)):
             rows[SQUARE * WIDTH + k], rows[OVERLAP * WIDTH + k] = -1.0, 0.0
     if count == 2:
-        _subtract_first(batch, frequency)
-        for k in range(WIDTH):
+        _subtract_first(batch, width, frequency)
+        for k in range(width):
             rest, whole = rows[REST * WIDTH + k], rows[WHOLE * WIDTH + k]
             left = rest if rest > RANK_ROUNDING * RANK_ROUNDING * whole else 0.0
             rows[REST * WIDTH + k] = left if rows[SQUARE * WIDTH + k] > 0.0 else -1.0
-    _shorten(columns, batch, frequency.shape[0])
+    _shorten(columns, batch, width, frequency.shape[0])
 
 
 @fused_kernel
@@ -315,8 +321,7 @@ def carry_batch(
     events: Floats,
     changes: Floats,
     elapsed: Floats,
-    problem: CellProblem,
-    viscous_term: float,
+    model: LaneModel,
 ) -> None:
     """Propagate changes to the last impact of the half period of their lanes, and make them orthonormal, in place.
 
@@ -328,35 +333,38 @@ def carry_batch(
         Input: `lanes`, `first` and `impacts` of the first `filled` lanes. In `rows` are left SQUARE and REST (-1 for a
         lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
-    changes : (LANES, 2 N, columns)
+    changes : (LANES, 2 N, 2)
+        Of a single change the first column is it.
     elapsed : (LANES,)
         Time since the last impact, to which the changes belong, at the start of the half period; on return at its end.
-    problem : CellProblem
-        Its flow_table must have all cells of a period.
-    viscous_term : float
-        Damping that changes sign with the velocity at an impact, C_11/m_1.
+    model : LaneModel
+        Its block_response must not be empty.
     """
-    rows, beside, count, most = batch.rows, batch.changes, len(columns), 0
-    for k in range(batch.lanes.shape[0]):
-        rows[SHORT * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0
+    rows, beside, count, most, problem = batch.rows, batch.changes, len(columns), 0, model.problem
+    width = min((filled + VECTOR - 1) // VECTOR * VECTOR, WIDTH)
+    for k in range(width):
+        rows[TARGET * WIDTH + k], rows[PASSED * WIDTH + k], rows[FACTOR * WIDTH + k] = 0.0, 0.0, 0.0
         rows[STEEPEST * WIDTH + k], rows[SHARPEST * WIDTH + k] = 0.0, 0.0
+        rows[VELOCITY_AT * WIDTH + k], rows[ACCELERATION_AT * WIDTH + k] = 1.0, 0.0
     for k in range(filled):
         most = max(most, batch.impacts[k])
         rows[PASSED * WIDTH + k] = -elapsed[batch.lanes[k]]
         one = changes[np.uintp(batch.lanes[k])]
-        for i in range(one.shape[0]):
+        for j in range(problem.decay.shape[0]):
             for c in range(count):
-                beside[np.uintp((count * i + c) * WIDTH + k)] = one[i, c]
+                beside[np.uintp((2 * count * j + c) * WIDTH + k)] = one[2 * j, c]
+                beside[np.uintp((2 * count * j + count + c) * WIDTH + k)] = one[2 * j + 1, c]
     for index in range(max(most, 1)):
-        _set_targets(batch, filled, index, events, problem, viscous_term)
-        _flow_changes(columns, batch, problem)
+        _set_targets(batch, filled, width, index, events, model)
+        _flow_changes(columns, batch, width, problem)
         if index < most:
-            _strike_changes(columns, batch, problem)
-    _orthonormalise(columns, batch, filled, problem.frequency)
+            _strike_changes(columns, batch, width, problem)
+    _orthonormalise(columns, batch, filled, width, problem.frequency)
     end = problem.step * (problem.cells // 2)
     for k in range(filled):
         elapsed[batch.lanes[k]] = end - rows[PASSED * WIDTH + k]
         one = changes[np.uintp(batch.lanes[k])]
-        for i in range(one.shape[0]):
+        for j in range(problem.decay.shape[0]):
             for c in range(count):
-                one[i, c] = beside[np.uintp((count * i + c) * WIDTH + k)]
+                one[2 * j, c] = beside[np.uintp((2 * count * j + c) * WIDTH + k)]
+                one[2 * j + 1, c] = beside[np.uintp((2 * count * j + count + c) * WIDTH + k)]

@@ -177,15 +177,26 @@ def orthonormalise(frequency: Floats, columns: Floats, growth: Floats) -> None:
 
 
 @kernel
-def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
-    """Set the two columns to initial perturbations without the symmetries of the chain, and reset the moments."""
-    size = scratch.pair.shape[0]
-    for i in range(size):
-        scratch.pair[i, 0] = 1.0 / (i + 1.0)
-        scratch.pair[i, 1] = -1.0 if i % 2 == 0 else 1.0
+def begin_first(frequency: Floats, columns: Floats) -> None:
+    """Set the first column to a perturbation without the symmetries of the chain."""
+    for i in range(columns.shape[0]):
+        columns[i, 0] = 1.0 / (i + 1.0)
         if i % 2 == 0:
-            scratch.pair[i, 0] /= problem.frequency[i // 2]
-            scratch.pair[i, 1] /= problem.frequency[i // 2]
+            columns[i, 0] /= frequency[i // 2]
+
+
+@kernel
+def begin_second(frequency: Floats, columns: Floats) -> None:
+    """Set the second column to another one."""
+    for i in range(columns.shape[0]):
+        columns[i, 1] = -1.0 / frequency[i // 2] if i % 2 == 0 else 1.0
+
+
+@kernel
+def begin_growth(problem: CellProblem, scratch: Tangents) -> None:
+    """Set the two columns to initial perturbations, and reset the moments."""
+    begin_first(problem.frequency, scratch.pair)
+    begin_second(problem.frequency, scratch.pair)
     orthonormalise(problem.frequency, scratch.pair, scratch.growth[0])
     scratch.moments[:] = 0.0
 
