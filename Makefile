@@ -6,7 +6,8 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples tools
 
-# tests without kernels; tests of arithmetic alone; the others start workers and stacks, and mostly wait
+# tests without kernels, which run while these are compiled; tests of arithmetic alone; the others start workers and
+# stacks, and mostly wait
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
 ARITHMETIC := tests/core tests/performance
 # one cache of compiled kernels, for the tests and the workers that they start
@@ -58,11 +59,10 @@ serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
 test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 test: $(STAMP)  ## every test that needs only this machine
-	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 kernels test-without-kernels && \
-		$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
+	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
 	@$(BIN)/python -m tools.all_checks --age
 
-all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (an hour)
+all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (two hours)
 	$(BIN)/python -m tools.all_checks
 
 # one process, as maps, orbits and trajectories share many kernels
@@ -74,10 +74,10 @@ test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
 
 # one process: kernels for other numbers of masses are compiled in the tests, and two processes would do so twice
-test-arithmetic: $(STAMP)
+test-arithmetic: kernels
 	$(BIN)/python -m pytest $(ARITHMETIC)
 
-test-processes: $(STAMP)
+test-processes: kernels test-without-kernels
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC),--ignore=$(folder))
 
 digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
@@ -106,13 +106,19 @@ test-newest: $(STAMP)  ## the wheel with the newest dependencies, in an environm
 	$(NEWEST)/venv/bin/python -m pip list --disable-pip-version-check
 	$(NEWEST)/venv/bin/python -c "$$OF_THE_WHEEL"
 	$(NEWEST)/venv/bin/python -m grazemap_core.warmup
-	$(NEWEST)/venv/bin/python -m pytest tests/service tests/worker tests/chaos tests/sdk tests/integration/test_notebook.py
+	$(NEWEST)/venv/bin/python -m pytest -m "not hardware" tests/service tests/worker tests/chaos tests/sdk \
+		tests/integration/test_notebook.py
 
 first-start: $(STAMP)  ## what `grazemap up` says on a first start: every Python, an idle and a busy machine (ten minutes)
 	$(BIN)/python -m tools.first_start
 
 latency: $(STAMP)  ## the time of small requests to a service that is started by itself, and to `grazemap up`
 	$(BIN)/python -m tools.latency
+
+thorough: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+thorough: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+thorough: kernels  ## tests that take long, of whose kind `make test` has quicker ones (five minutes)
+	$(BIN)/python -m pytest -m thorough tests
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 hardware: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
@@ -133,6 +139,11 @@ chaotic-transients: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 chaotic-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 chaotic-transients: $(STAMP)  ## chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
 	$(BIN)/python tests/chaotic_transients.py 300
+
+resolve: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+resolve: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (twenty minutes)
+	$(BIN)/python tests/resolved_points.py 200
 
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)

@@ -227,6 +227,7 @@ def test_deleting_a_job_stops_its_work_within_two_seconds(stack: RunningStack) -
     assert len(living(stack.child("grazemap_worker").children())) == 2
 
 
+@pytest.mark.thorough
 def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp_path: Path) -> None:
     running = start("--data", str(tmp_path / "data"), "--ready-file", str(tmp_path / "ready"))
     assert json.loads((tmp_path / "ready").read_text())["url"] == running.url
@@ -260,6 +261,7 @@ def test_nothing_outlives_a_killed_stack(start: Callable[..., RunningStack], tmp
     again.stop()
 
 
+@pytest.mark.thorough
 def test_there_is_never_a_second_redis_on_the_same_data(start: Callable[..., RunningStack], tmp_path: Path) -> None:
     options = ["--data", str(tmp_path / "data")]
     running = start(*options)
@@ -335,6 +337,7 @@ def test_a_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
         assert b"Traceback" not in answer.stderr
 
 
+@pytest.mark.thorough
 def test_a_stack_that_starts_slowly_reports_what_it_waits_for(tmp_path: Path) -> None:
     # nobody answers at this address of Redis
     environment = {**os.environ, "GRAZEMAP_REDIS_URL": f"unix://{tmp_path}/none"}
@@ -355,6 +358,7 @@ def test_a_stack_that_starts_slowly_reports_what_it_waits_for(tmp_path: Path) ->
         stack.stderr.close()
 
 
+@pytest.mark.thorough
 def test_a_stack_that_cannot_start_reports_the_reason(tmp_path: Path) -> None:
     for options, environment, words in (
         (["--host", "0.0.0.0"], {}, b"without keys"),

@@ -106,7 +106,9 @@ def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[i
     return u, impacts
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.thorough if name == "default" else ()) for name in SYSTEMS]
+)
 def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
     rng = np.random.default_rng(1)
     for arrival in arrivals(name, 8):

@@ -141,6 +141,7 @@ def test_the_points_for_other_dampings_are_complete_too(damping):
     check_complete(points, expected_points(chain_of(oscillator), 0.1, 2.5, 6, 3))
 
 
+@pytest.mark.thorough
 def test_the_points_of_random_chains_are_complete():
     random = np.random.default_rng(11)
     total, near_double = 0, 0

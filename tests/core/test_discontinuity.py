@@ -81,6 +81,7 @@ def test_a_coefficient_wrong_by_a_percent_is_detected(entry):
     assert (abs(slope(OVERSHOOTS, off) - 0.5) > 0.02) == (entry != 1)
 
 
+@pytest.mark.thorough
 def test_the_exact_mapping_is_accurate_to_the_round_off_of_its_displacement():
     worst = 0.0
     random = np.random.default_rng(3)
@@ -134,6 +135,7 @@ def test_both_stops_are_mirror_images():
         assert there[-1] == pytest.approx(here[-1], rel=1e-13)
 
 
+@pytest.mark.thorough
 def test_the_mapping_exists_exactly_up_to_the_stated_end_of_its_domain():
     bounded = 0
     for point in [grazing_point(DEFAULT, 0.29), *random_grazing_points(6, 8, 2.0)]:

@@ -132,6 +132,7 @@ def assert_same(found: Arrays, here: Arrays) -> None:
     np.testing.assert_allclose(found["monodromy"], here["monodromy"], rtol=0, atol=1e-12 * scale)
 
 
+@pytest.mark.hardware
 def test_without_instruction_set_extensions_or_a_compiler_results_are_as_accurate(tmp_path: Path) -> None:
     here = compute("small")
     (tmp_path / "vector").mkdir()

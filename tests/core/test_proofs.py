@@ -70,7 +70,7 @@ def test_bifurcations_are_proven(statement, value):
     assert "does not map the box into itself" in check(moved).reason
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.timeout(600)
 def test_a_trajectory_that_touches_a_stop_beside_an_orbit_is_not_attracted_by_it():
     place = {"omega": "0.2604494382022472", "clearance": "1.7718524462135552"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from matplotlib import pyplot
 from random_chains import random_oscillator
 
@@ -15,6 +16,7 @@ from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 
 
+@pytest.mark.thorough
 def test_colours_of_the_maps_of_twenty_random_systems_can_be_distinguished(stack: LocalClient) -> None:
     random = np.random.default_rng(20)
     least_normal, least_blind, most = np.inf, np.inf, 0

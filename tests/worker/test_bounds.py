@@ -66,6 +66,7 @@ def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatc
     assert problem_of(store, job) == ("computation-refused", 422)
 
 
+@pytest.mark.thorough
 def test_an_error_of_redis_that_will_come_back_is_counted(worker: pytest.MonkeyPatch, store: Store) -> None:
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)

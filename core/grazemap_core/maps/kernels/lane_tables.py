@@ -14,7 +14,6 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import MAX_TABLED_CELLS
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
@@ -59,8 +58,8 @@ class LaneTables(NamedTuple):
     response : (TERMS,)
         Coefficients of x1 in s, the time in half cells since a unit of velocity was given to mass 1.
     block_response : (RESPONSE_PARTS * cells + 1, 2 N)
-        (u, u') of every block, row by row a part of a cell later, after a start with (0, 1); no rows where there would
-        be too many.
+        (u, u') of every block, row by row a part of a cell later, after a start with (0, 1); no rows where
+        `CellProblem.flow_table` has not all cells of a period.
     scalars : (SCALARS,)
     """
 
@@ -116,7 +115,7 @@ def _steady_tables(problem: CellProblem) -> tuple[Floats, Floats]:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _block_response(problem: CellProblem) -> Floats:
     """Return `LaneTables.block_response`."""
-    rows = RESPONSE_PARTS * problem.cells + 1 if problem.cells // 2 <= MAX_TABLED_CELLS else 0
+    rows = RESPONSE_PARTS * problem.cells + 1 if problem.flow_table.shape[0] > problem.cells else 0
     table = np.empty((rows, 2 * problem.decay.shape[0]))
     for j in range(problem.decay.shape[0]):
         decay, square = problem.decay[j], problem.frequency_squared[j]
