@@ -133,12 +133,17 @@ verify: $(STAMP)  ## a thousand verified points of maps, simulated again in 50 d
 beside-borders: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 beside-borders: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 beside-borders: $(STAMP)  ## verified points beside borders of maps, run on for 6000 periods and in 50 digits (ten minutes)
-	$(BIN)/python tests/beside_borders.py 300 300
+	$(BIN)/python tests/beside_borders.py 300 400
 
 chaotic-transients: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 chaotic-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 chaotic-transients: $(STAMP)  ## chances to settle and exponents of 300 chaotic points, run on for 20,000 periods (five minutes)
 	$(BIN)/python tests/chaotic_transients.py 300
+
+long-transients: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+long-transients: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+long-transients: $(STAMP)  ## how many of 500 long transients that double precision follows are called sensitive (ten minutes)
+	$(BIN)/python tests/long_transients.py 500
 
 resolve: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 resolve: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba

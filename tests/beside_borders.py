@@ -2,7 +2,8 @@
 
 Beside a border an orbit may be stable, and a trajectory near it may still leave. Borders of columns of five systems'
 maps are bisected; beside each, points at distances of 1e-8 to 1e-4 are computed. Those that are verified are run on for
-6000 periods, and some of them in 50 digits (`verified_points`). A motion and its mirror image are one answer.
+6000 periods, and some of them in 50 digits (`verified_points`). The verified points of small maps about borders are run
+on too. A motion and its mirror image are one answer.
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ Integers = np.ndarray[Any, np.dtype[np.int64]]
 
 PERIODS = 1000
 RUN_ON = 6000
+ZOOMS, ZOOM = 2, 40  # maps of each system about a border, of so many points squared
 COLUMN = 96  # points of a column in which borders are sought
 BORDERS_OF_COLUMN = 6  # at most
 SECTIONS = 16  # of a bisection
 NARROWEST = 1e-9
-SIDE = 8  # points on either side of a border
+SIDE = 14  # points on either side of a border
 
 
 class System(NamedTuple):
@@ -127,10 +129,42 @@ def points_of(name: str, borders: int, exact: int) -> tuple[Counter[str], list[P
             if later is not None and later != labels(results[i : i + 1])[0]:
                 counts[OTHER] += 1
                 print(f"{OTHER}: {point}, later {later}", flush=True)
-        if len(chosen) and len(sample) < exact:
-            i = rng.choice(chosen)
-            sample.append(_point(system.oscillator, omega, float(clearances[i]), results[i], figures[i]))
+        place = system.oscillator, omega
+        few = rng.permutation(chosen)[: -(-exact * found // borders)]
+        sample += [_point(*place, float(clearances[i]), results[i], figures[i]) for i in few]
     return counts, sample
+
+
+def zoomed(name: str, zooms: int) -> Counter[str]:
+    """Count what the points of small maps are, each about a border, and how many verified ones go elsewhere later."""
+    system, rng = SYSTEMS[name], np.random.default_rng(100 + len(name))
+    settler = Settler(system.oscillator, Settling(PERIODS, 32, linearised=False))
+    lasting = Settler(system.oscillator, Settling(RUN_ON, 32, early=False, linearised=False))
+    counts: Counter[str] = Counter()
+    while counts["zooms"] < zooms:
+        omega = float(rng.uniform(*system.omega))
+        column = Column(settler, omega, forced_response(system.oscillator, np.array([omega]))[0])
+        grid = np.linspace(*system.clearance, COLUMN)
+        names = labels(column.run(grid)[0])
+        changes = [i for i in range(COLUMN - 1) if None not in names[i : i + 2] and names[i] != names[i + 1]]
+        if not changes:
+            continue
+        i = int(rng.choice(changes))
+        middle, width = _border(column, grid[i], grid[i + 1])[0], 10.0 ** rng.uniform(-6, -4)
+        clearances = middle * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM))
+        for one in omega * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM)):
+            steady = forced_response(system.oscillator, np.array([one]))[0]
+            results, _ = Column(settler, float(one), steady).run(clearances)
+            verified = (results[:, lane_state.REASON] == codes.RESOLVED) & (
+                results[:, lane_state.UNVERIFIED] == codes.RESOLVED
+            )
+            later = labels(Column(lasting, float(one), steady).run(clearances)[0])
+            counts["points"] += ZOOM
+            counts["verified"] += int(verified.sum())
+            for label, then, sure in zip(labels(results), later, verified, strict=True):
+                counts[OTHER] += bool(sure and then is not None and then != label)
+        counts["zooms"] += 1
+    return counts
 
 
 def _point(oscillator: Oscillator, omega: float, clearance: float, result: Integers, figures: Floats) -> Point:
@@ -164,6 +198,10 @@ def main(borders: int, exact: int, processes: int) -> int:
             verdicts = Counter(pool.map(in_fifty_digits, sample, chunksize=1))
             wrong += counts[OTHER] + verdicts[OTHER]
             print(f"{name}: {dict(counts)}; in 50 digits: {dict(verdicts)}", flush=True)
+        zooms = pool.starmap(zoomed, zip(SYSTEMS, repeat(ZOOMS)), chunksize=1)
+        for name, counts in zip(SYSTEMS, zooms, strict=True):
+            wrong += counts[OTHER]
+            print(f"{name}, {ZOOM} x {ZOOM} points about borders: {dict(counts)}", flush=True)
     print(f"{wrong} verified labels are wrong")
     return wrong
 

@@ -14,7 +14,7 @@ import time
 from collections import Counter
 from dataclasses import replace
 from multiprocessing import get_context
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from random_chains import random_oscillator
@@ -25,6 +25,7 @@ from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.sensitive_points import Resolver
 from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.model.oscillator import Oscillator
 
 COLUMN = 48  # points of a map in which late motions are sought
 LATE = 100  # forcing periods after which a motion settles late
@@ -50,8 +51,8 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-def late_point(seed: int) -> tuple[Point, bool, bool]:
-    """A point of a random chain's map that is named late; whether it is verified, and whether it is sensitive."""
+def late_points(seed: int, most: int) -> list[tuple[Point, bool, bool]]:
+    """Points of a random chain's map that are named late; whether they are verified, and whether they are sensitive."""
     rng = np.random.default_rng(seed)
     while True:
         oscillator = random_oscillator(rng, int(rng.integers(1, 4)), bool(rng.integers(2)))
@@ -61,15 +62,24 @@ def late_point(seed: int) -> tuple[Point, bool, bool]:
         clearances = amplitude * np.sort(rng.uniform(0.2, 1.02, COLUMN))
         tile = unfolding_map_tile(oscillator, np.array([omega]), clearances, MAX_PERIODS)
         column = {name: values[:, 0] for name, values in tile.items()}
-        sensitive = column.get("sensitive", np.zeros(COLUMN, dtype=bool))
-        late = np.flatnonzero((column["verified"] | sensitive) & (column["settled_after"] >= LATE))
+        named = column["verified"] | column["sensitive"]
+        late = np.flatnonzero(named & (column["settled_after"] >= LATE))
         if len(late):
-            i = int(rng.choice(late))
-            found = {name: values[i].item() for name, values in column.items()}
-            right, left = (max(found[name], 0) for name in ("impacts_right", "impacts_left"))
-            named = found["period"], right, left, found["symmetric"], found["settled_after"]
-            figures = found["least_impact_velocity"], found["multiplier"]
-            return Point(oscillator, omega, float(clearances[i]), *named, *figures), found["verified"], sensitive[i]
+            chosen = rng.permutation(late)[:most]
+            return [
+                (_point(oscillator, omega, float(clearances[i]), column, i), *_decisions(column, i)) for i in chosen
+            ]
+
+
+def _decisions(column: dict[str, Any], i: int) -> tuple[bool, bool]:
+    return bool(column["verified"][i]), bool(column["sensitive"][i])
+
+
+def _point(oscillator: Oscillator, omega: float, clearance: float, column: dict[str, Any], i: int) -> Point:
+    found = {name: values[i].item() for name, values in column.items()}
+    right, left = (max(found[name], 0) for name in ("impacts_right", "impacts_left"))
+    named = found["period"], right, left, found["symmetric"], found["settled_after"]
+    return Point(oscillator, omega, clearance, *named, found["least_impact_velocity"], found["multiplier"])
 
 
 def resolved_point(point: Point) -> tuple[Point | None, str, int]:
@@ -109,7 +119,7 @@ def label(point: Point) -> Label:
 
 def outcome_of(seed: int) -> Outcome:
     """Find a point, resolve it, and run it exactly."""
-    point, verified, sensitive = late_point(seed)
+    ((point, verified, sensitive),) = late_points(seed, 1)
     began = time.process_time()
     decided, reason, bits = resolved_point(point)
     seconds = time.process_time() - began

@@ -34,6 +34,7 @@ TARGETS = (
     "resonance",
     "beside-borders",
     "chaotic-transients",
+    "long-transients",
     "resolve",
     "proofs",
     "borders",

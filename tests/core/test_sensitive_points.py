@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from resolved_points import exact_label, label, late_point, resolved_point
+from resolved_points import exact_label, label, late_points, resolved_point
 from swift_oracle import SwiftOracle
 from verified_points import Point
 
@@ -89,7 +89,7 @@ def test_the_exact_motion_is_found_where_double_precision_finds_another():
 
 @pytest.mark.parametrize("seed", [101, 102])
 def test_points_after_long_transients_are_resolved_as_exactly(seed):
-    point, _, _ = late_point(seed)
+    ((point, _, _),) = late_points(seed, 1)
     resolved, reason, bits = resolved_point(point)
     assert not reason
     assert exact_label(resolved, bits) == label(resolved)

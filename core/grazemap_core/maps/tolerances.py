@@ -43,8 +43,14 @@ MOST_FUSED_MASSES: Final = 5
 
 CLOSE_PASSAGE: Final = 1e-3
 """Distance from a stop, in units of the clearance, up to which the gap of a passage without a contact is bounded for
-every lane by itself. The error of a trajectory that is larger than this counts as decisive in any case. A larger number
-costs more cells that are computed twice."""
+every lane by itself. A larger number costs more cells that are computed twice."""
+
+ERROR_GROWTH: Final = 8.0
+"""Factor by which the error of a trajectory may grow in half a period before such a passage counts as decisive without
+being one: that distance is larger for lanes with larger errors, by this factor."""
+
+FARTHEST_PASSAGE: Final = 0.25
+"""That distance at most. An error that is larger counts as decisive in any case."""
 
 HALF_PERIOD_ERROR: Final = EPSILON
 """Round-off of half a forcing period, in displacement of mass 1 and units of its largest displacement."""

@@ -24,7 +24,13 @@ from grazemap_core.contact.kernels.workspace import LEAST_GAP, VELOCITY
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import CONTACT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.tangent_batches import is_safe
-from grazemap_core.maps.tolerances import CLOSE_PASSAGE, ERROR_SAFETY, HALF_PERIOD_ERROR
+from grazemap_core.maps.tolerances import (
+    CLOSE_PASSAGE,
+    ERROR_GROWTH,
+    ERROR_SAFETY,
+    FARTHEST_PASSAGE,
+    HALF_PERIOD_ERROR,
+)
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 from grazemap_core.simulation.kernels.lyapunov import begin_first
 
@@ -188,10 +194,25 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     errors.square[lane] = min(end, largest)
     errors.since[lane] = max(growth * errors.since[lane], 1.0)
     errors.growth[lane] = max(errors.growth[lane], errors.since[lane])
-    least = min(group.tally[LEAST_GAP, lane], CLOSE_PASSAGE * clearance)
+    least = min(group.tally[LEAST_GAP, lane], group.close[lane])
     share = math.sqrt(max(start, end)) / least
     share = max(share, math.sqrt(start) * sharpest + rounding * steepest)
     if not ERROR_SAFETY * share < 1.0:
         errors.sensitive[lane] = 1
     if not end < largest:
         errors.carried[lane] = 0
+    watch_passages(group, errors, lane)
+
+
+@kernel
+def watch_passages(group: Lanes, errors: LaneErrors, lane: int) -> None:
+    """Set the distance from the stops up to which a lane's passages are bounded, for its error in the next half period.
+
+    0 where the distances decide nothing any more.
+    """
+    clearance, close = group.clearance[lane], 0.0
+    if errors.carried[lane] != 0 and errors.sensitive[lane] == 0:
+        expected = ERROR_GROWTH * ERROR_SAFETY * math.sqrt(errors.square[lane])
+        close = min(max(expected, CLOSE_PASSAGE * clearance), FARTHEST_PASSAGE * clearance)
+    group.limit[lane] -= close - group.close[lane]
+    group.close[lane] = close

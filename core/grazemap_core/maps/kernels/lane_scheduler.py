@@ -19,7 +19,7 @@ from grazemap_core.contact.tolerances import CLEARED
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane, empty_full_events, start_growth
 from grazemap_core.maps.kernels.column import Column
-from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
+from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
 from grazemap_core.maps.kernels.lane_state import begin_record
 from grazemap_core.maps.kernels.lane_tangents import (
     NOTHING,
@@ -129,6 +129,7 @@ def _start_trajectories(column: Column, k: int, queued: int, used: int, rested: 
                 if not inherits:
                     forget_error(column.tangents.errors, lane)
                 begin_error(column.model.problem.frequency, column.tangents.errors, lane)
+                watch_passages(column.group, column.tangents.errors, lane)
             begin_record(column.records, lane, queued, k, task, column.blocks.verifiable)
             queued += 1
             used = max(used, (lane + LANE_BLOCK) // LANE_BLOCK * LANE_BLOCK)
@@ -301,6 +302,7 @@ def _move_lane(group: Lanes, source: int, target: int) -> None:
     for c in range(group.even.shape[0] // LANES):
         group.even[c * LANES + target] = group.even[c * LANES + source]
     group.clearance[target] = group.clearance[source]
+    group.close[target] = group.close[source]
     group.limit[target] = group.limit[source]
     group.reach[target] = group.reach[source]
     group.regime[target] = group.regime[source]

@@ -36,14 +36,15 @@ LANE_BLOCK = 16
 
 # rows of `ImpactBatch.rows`
 START_X, START_V, GAP, END_X, END_V, END_LIMIT = 0, 1, 2, 3, 4, 5
-"""Input: x1 and v1 at the start of the cell, and the clearance. Output: x1, v1 and the limit at its end."""
+"""Input: x1 and v1 at the start of the cell, and the clearance. Output: x1, v1 and, but for the distance of close
+passages, the limit at its end."""
 REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 6, 7, 8, 9, 10, 11, 12
 """Bounds of |x1| and of h^4/384 |x1''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
 impact; acceleration toward the stop after it."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 13, 14, 15, 16
 """Lower bound of the gap before the impact, with its zero divided out; the outcome; upper bound of the gap before the
-impact; lower bound of the gap on either side of the impact, with its zero divided out, or in the whole cell if there is
-no impact."""
+impact; lower bound of the gap where mass 1 turns back in the cell, and of that on either side of an impact, times the
+length of the cell over the time from it."""
 BATCH_ROWS = 17
 
 UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
@@ -206,11 +207,12 @@ def update_limits(
     tables: LaneTables,
     state: Floats,
     clearance: Floats,
+    close: Floats,
     limit: Floats,
     reach: Floats,
     used: int,
 ) -> None:
-    """Update limit (LANES,), and reach (LANES,), a bound of |x1| for all time to come without impacts."""
+    """Update limit (LANES,), for passages closer than `close`, and reach (LANES,), a bound of |x1| without impacts."""
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
     margin = tables.scalars[lane_tables.MARGIN]
     for lane in range(min(used, LANES)):
@@ -224,7 +226,7 @@ def update_limits(
             reach[lane] += of_reach * envelope
             limit[lane] += of_fourth * envelope
     for lane in range(min(used, LANES)):
-        limit[lane] = (1.0 - tolerances.CLOSE_PASSAGE - margin) * clearance[lane] - margin * reach[lane] - limit[lane]
+        limit[lane] = (1.0 - margin) * clearance[lane] - close[lane] - margin * reach[lane] - limit[lane]
 
 
 @fused_inlined
@@ -403,9 +405,10 @@ def _approximate_impact(step: float, margin: float, batch: ImpactBatch, count: i
         rows[IMPACT_Z * LANES + k] = t
         quartic = QUARTIC_TO_HERMITE * rows[FOURTH * LANES + k]
         twice = 2.0 * clearance
-        minimum = min(lower_bound(g0, d0, g1, d1, quartic), lower_bound(twice - g0, -d0, twice - g1, -d1, quartic))
-        none = minimum > margin * (rows[REACH * LANES + k] + clearance)
-        rows[LEAST_GAP * LANES + k] = minimum
+        here, there = lower_bound(g0, d0, g1, d1, quartic), lower_bound(twice - g0, -d0, twice - g1, -d1, quartic)
+        none = min(here, there) > margin * (rows[REACH * LANES + k] + clearance)
+        turns, turns_there = (d0 <= 0.0) & (d1 >= 0.0), (d0 >= 0.0) & (d1 <= 0.0)
+        rows[LEAST_GAP * LANES + k] = min(here if turns else twice, there if turns_there else twice)
         rows[OUTCOME * LANES + k] = NO_IMPACT if none else UNCERTAIN
     for k in range(count):
         x0, v0 = rows[START_X * LANES + k], rows[START_V * LANES + k]
@@ -513,7 +516,7 @@ def _add_impulse(blocks: int, tables: LaneTables, end: int, batch: ImpactBatch, 
         clearance = rows[GAP * LANES + k]
         rows[END_X * LANES + k] = x
         rows[END_V * LANES + k] = v
-        rows[END_LIMIT * LANES + k] = (1.0 - tolerances.CLOSE_PASSAGE - margin) * clearance - margin * steady - fourth
+        rows[END_LIMIT * LANES + k] = (1.0 - margin) * clearance - margin * steady - fourth
     for j in range(blocks):
         first_table, second_table = tables.unit_impulse[2 * j], tables.unit_impulse[2 * j + 1]
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
@@ -548,7 +551,7 @@ def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
     for k in range(count):
         clearance, side = rows[GAP * LANES + k], rows[SIDE * LANES + k]
         jump = abs(rows[JUMP * LANES + k])
-        left = 0.5 * (1.0 - rows[IMPACT_Z * LANES + k])
+        passed, left = 0.5 * (1.0 + rows[IMPACT_Z * LANES + k]), 0.5 * (1.0 - rows[IMPACT_Z * LANES + k])
         time = left * step
         leaving = restitution * rows[SPEED * LANES + k]
         gap, rate = clearance - side * rows[END_X * LANES + k], -side * rows[END_V * LANES + k]
@@ -558,17 +561,19 @@ def _certify_impact(tables: LaneTables, batch: ImpactBatch, count: int) -> None:
         quadratic = min(min(time * leaving, 1.5 * gap - 0.5 * time * rate), gap)
         margin = tolerances.LANE_SURE * (reach + clearance)
         above = 2.0 * clearance - fourth - margin
-        first = min(rows[MINIMUM_BEFORE * LANES + k] - margin, above - rows[MAXIMUM_BEFORE * LANES + k])
-        after = quadratic - QUARTIC_TO_QUADRATIC * square * square * fourth - margin
-        after = min(after, above - max(time * leaving / 3.0, max(gap, gap - time * rate / 3.0)))
+        before, other = rows[MINIMUM_BEFORE * LANES + k] - margin, above - rows[MAXIMUM_BEFORE * LANES + k]
+        first, beside = min(before, other), min(before / passed, other)
+        this = quadratic - QUARTIC_TO_QUADRATIC * square * square * fourth - margin
+        other = above - max(time * leaving / 3.0, max(gap, gap - time * rate / 3.0))
+        after = min(this, other)
         # the parabola through both rates, a cell ahead, times the time left
         ahead = time * gap + step * (time * rate + 0.5 * step * (rate - leaving))
         bouncing = 2.0 * leaving - at_rest * rows[CONTACT_ACCELERATION * LANES + k]
         apart = max(ahead, gap - ANCHORED_GAP * clearance)
         single = min(after, min(apart, bouncing)) > 0.0
-        known, before = rows[OUTCOME * LANES + k], rows[LEAST_GAP * LANES + k]
-        beside = margin + (min(first, after) if single else first)
-        rows[LEAST_GAP * LANES + k] = before if known == NO_IMPACT else beside
+        known, whole = rows[OUTCOME * LANES + k], rows[LEAST_GAP * LANES + k]
+        beside = min(beside, min(this / left, other)) if single else beside
+        rows[LEAST_GAP * LANES + k] = whole if known == NO_IMPACT else beside
         verified = (SINGLE_IMPACT if single else FIRST_IMPACT) if (first > 0.0) & (known == FIRST_IMPACT) else UNCERTAIN
         rows[OUTCOME * LANES + k] = NO_IMPACT if known == NO_IMPACT else verified
 

@@ -74,8 +74,10 @@ class Lanes(NamedTuple):
     even, odd : ((2 N + 2) * LANES,)
         State: (u, u') of every block, x1 and v1. The arrays alternate as the start and the end of a cell; a half period
         starts and ends in `even`.
-    clearance, limit, reach : (LANES,)
-        The clearance; limit of `lanes.advance`; bound of |x1| for all time to come without impacts.
+    clearance, close : (LANES,)
+        The clearance; distance from the stops up to which passages without a contact are bounded.
+    limit, reach : (LANES,)
+        Limit of `lanes.advance`; bound of |x1| for all time to come without impacts.
     tally : (TALLY_SIZE, LANES)
         As in `workspace.Workspace`.
     regime : (LANES,)
@@ -96,6 +98,7 @@ class Lanes(NamedTuple):
     even: Floats
     odd: Floats
     clearance: Floats
+    close: Floats
     limit: Floats
     reach: Floats
     tally: Floats
@@ -150,6 +153,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         even=np.zeros((2 * masses + 2) * LANES),
         odd=np.zeros((2 * masses + 2) * LANES),
         clearance=np.full(LANES, OUT_OF_REACH),
+        close=np.zeros(LANES),
         limit=np.full(LANES, OUT_OF_REACH),
         reach=np.zeros(LANES),
         tally=np.zeros((workspace.TALLY_SIZE, LANES)),
@@ -180,17 +184,18 @@ def clear_lane(group: Lanes, lane: int) -> None:
         group.even[c * LANES + lane] = 0.0
         group.odd[c * LANES + lane] = 0.0
     group.clearance[lane] = OUT_OF_REACH
+    group.close[lane] = 0.0
     group.limit[lane] = OUT_OF_REACH
     group.regime[lane] = FREE
 
 
 @kernel
-def _limit(problem: CellProblem, u: Floats, clearance: float) -> float:
+def _limit(problem: CellProblem, u: Floats, clearance: float, close: float) -> float:
     """Return the limit of `lanes.advance`."""
     reach, fourth = bounds(problem, u)
     square = problem.step * problem.step
     rounding = CONTACT_ROUNDING * (reach + clearance)
-    return (1.0 - CLOSE_PASSAGE) * clearance - rounding - square * square / HERMITE_DIVISOR * fourth
+    return clearance - close - rounding - square * square / HERMITE_DIVISOR * fourth
 
 
 @kernel
@@ -204,13 +209,14 @@ def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: in
     group.even[2 * blocks * LANES + lane] = x
     group.even[(2 * blocks + 1) * LANES + lane] = v
     group.reach[lane] = reach_from(problem, u, half, group.clearance[lane])
-    group.limit[lane] = _limit(problem, u, group.clearance[lane])
+    group.limit[lane] = _limit(problem, u, group.clearance[lane], group.close[lane])
 
 
 @kernel
 def start_lane(group: Lanes, lane: int, problem: CellProblem, u: Floats, clearance: float) -> None:
     """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
     group.clearance[lane] = clearance
+    group.close[lane] = CLOSE_PASSAGE * clearance
     set_state(group, lane, problem, u, plain(0))
     group.regime[lane] = FREE
     group.cursor[lane] = 0
@@ -413,7 +419,7 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
             cursor[lane, workspace.ROOTS] = 0
         else:
             regime[lane] = FREE
-            limit[lane] = at[second.END_LIMIT * WIDTH + k]
+            limit[lane] = at[second.END_LIMIT * WIDTH + k] - group.close[lane]
             cursor[lane, workspace.ANCHOR] = 0
 
 
@@ -421,7 +427,7 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
 def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellStep, used: int, u: Floats) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
-    clearance, limit, here, there = group.clearance, group.limit, step.here, step.there
+    clearance, close, limit, here, there = group.clearance, group.close, group.limit, step.here, step.there
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     at, end, on, start = group.first_pass.rows, group.first_pass.end, group.second_pass.rows, group.second_pass.start
     length = model.problem.step
@@ -443,7 +449,7 @@ def _solve_flagged(masses: Masses, model: LaneModel, group: Lanes, step: CellSte
                     there[c * LANES + lane] = end[c * LANES + i]
                 there[states * LANES + lane] = at[first.END_X * LANES + i]
                 there[(states + 1) * LANES + lane] = at[first.END_V * LANES + i]
-                limit[lane] = at[first.END_LIMIT * LANES + i]
+                limit[lane] = at[first.END_LIMIT * LANES + i] - close[lane]
                 _enter_impact(tally, cursor, events, lane, half, _impact(at, i, cell_start, half_cell))
                 continue
             _put_free_lane(at, on, outcome, i, filled, half_cell)
@@ -564,7 +570,9 @@ def _copy_back(
         there[(2 * j + 1) * LANES + lane] = u[j, 1]
     there[2 * blocks * LANES + lane] = x
     there[(2 * blocks + 1) * LANES + lane] = v
-    group.limit[lane] = -np.inf if group.regime[lane] != FREE else _limit(problem, u, group.clearance[lane])
+    group.limit[lane] = -np.inf
+    if group.regime[lane] == FREE:
+        group.limit[lane] = _limit(problem, u, group.clearance[lane], group.close[lane])
 
 
 @kernel
@@ -642,7 +650,7 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
     _begin_half_period(model.problem, group, half + 1, used)
-    update_limits(len(masses), tables, group.even, group.clearance, group.limit, group.reach, used)
+    update_limits(len(masses), tables, group.even, group.clearance, group.close, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             group.limit[lane] = -np.inf

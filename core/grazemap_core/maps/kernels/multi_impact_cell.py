@@ -20,7 +20,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
 from grazemap_core.maps.kernels.lanes import PARABOLA_DIVISOR, Masses, horner, lower_bound
-from grazemap_core.maps.tolerances import CLOSE_PASSAGE, LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
+from grazemap_core.maps.tolerances import LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel
 
 Five = tuple[float, float, float, float, float]
@@ -42,8 +42,8 @@ END_GAP, END_RATE, END_X, END_V, END_LIMIT = 11, 12, 13, 14, 15
 """At the end of the cell: the gap and its rate, x1, v1 and the limit (`lanes.update_limits`)."""
 END_VALUE, END_SLOPE, TERM_SUM, OTHER_CLEAR, LEAST_GAP = 16, 17, 18, 19, 20
 """Of the gap, its zero on the stop divided out: value and slope at the end of the cell, and the sum of the moduli of
-all terms; 1 where a contact with the other stop is impossible; lower bound of the gap up to the next contact or the end
-of the cell, its zeros there divided out."""
+all terms; 1 where a contact with the other stop is impossible; lower bound of the gap as `lanes.LEAST_GAP`, up to the
+next contact or the end of the cell."""
 ROWS = 21
 
 UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
@@ -369,7 +369,8 @@ def certify_clear(tables: LaneTables, batch: SecondPass, count: int) -> None:
         other_clear = travel + rounding < OTHER_STOP_SHARE * rows[CLEARANCE * WIDTH + k]
         least = min(first, second)
         clear = (least > rounding) & other_clear
-        rows[LEAST_GAP * WIDTH + k] = least * (left if on else 1.0)
+        turns = (d0 <= 0.0) & (d1 >= 0.0)
+        rows[LEAST_GAP * WIDTH + k] = 2.0 * least if on else (least if turns else rows[CLEARANCE * WIDTH + k])
         rows[OUTCOME * WIDTH + k] = CLEAR if clear else UNCERTAIN
         rows[END_VALUE * WIDTH + k] = g1
         rows[END_SLOPE * WIDTH + k] = d1
@@ -430,7 +431,7 @@ def find_contacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
         speed = -slope * (s if on else 1.0) / half
         rows[OUTCOME * WIDTH + k] = CONTACT if contact else (CLEAR if clear else UNCERTAIN)
         before = rows[LEAST_GAP * WIDTH + k]
-        rows[LEAST_GAP * WIDTH + k] = quadratic * (s if on else 1.0) if contact else before
+        rows[LEAST_GAP * WIDTH + k] = quadratic * (2.0 if on else 2.0 / s) if contact else before
         rows[CONTACT_S * WIDTH + k] = s if contact else 0.0
         rows[SPEED * WIDTH + k] = speed if contact else 0.0
         rows[JUMP * WIDTH + k] = -rows[SIDE * WIDTH + k] * rebound * speed if contact else 0.0
@@ -448,7 +449,7 @@ def apply_impacts(tables: LaneTables, batch: SecondPass, count: int) -> None:
 
 @fused_kernel
 def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int) -> None:
-    """Write x1, v1 and the limit (`lanes.update_limits`) at the end of the cell."""
+    """Write x1, v1 and the limit (`lanes.update_limits`), but for close passages, at the end of the cell."""
     rows, output_row = batch.rows, tables.output_row
     x, v = tables.steady_table[cell + 1, 0], tables.steady_table[cell + 1, 1]
     steady, fourth = tables.scalars[lane_tables.STEADY], tables.scalars[lane_tables.STEADY_FOURTH]
@@ -457,7 +458,7 @@ def end_second_pass(tables: LaneTables, cell: int, batch: SecondPass, count: int
         clearance = rows[CLEARANCE * WIDTH + k]
         rows[END_X * WIDTH + k] = x
         rows[END_V * WIDTH + k] = v
-        rows[END_LIMIT * WIDTH + k] = (1.0 - CLOSE_PASSAGE - margin) * clearance - margin * steady - fourth
+        rows[END_LIMIT * WIDTH + k] = (1.0 - margin) * clearance - margin * steady - fourth
     for j in range(tables.flow.shape[0]):
         r0, r1, r2, r3 = output_row[j, 0], output_row[j, 1], output_row[j, 2], output_row[j, 3]
         frequency, weight = tables.bound[j, 0], margin * tables.bound[j, 1] + tables.bound[j, 2]
