@@ -87,7 +87,7 @@ def test_the_exact_motion_is_found_where_double_precision_finds_another():
     assert bits >= 512
 
 
-@pytest.mark.parametrize("seed", [101, 102])
+@pytest.mark.parametrize("seed", [101, pytest.param(102, marks=pytest.mark.thorough)])
 def test_points_after_long_transients_are_resolved_as_exactly(seed):
     ((point, _, _),) = late_points(seed, 1)
     resolved, reason, bits = resolved_point(point)

@@ -61,6 +61,7 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     return group.events[0, : group.cursor[0, ROWS]].copy(), np.array(widths)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("clearance", [0.9, 1.35, 1.7])
 def test_the_error_is_the_one_estimated(clearance):
     """Against 60 digits: the time by which an impact differs, times its speed, is below W with its safety factor."""
