@@ -18,12 +18,16 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.verification import verify
+from grazemap_core.simulation.trajectories import trajectory
 
 Floats = NDArray[np.float64]
 
 # Between its impacts the verified orbit 3-2r-2l passes a stop at a distance of 1e-7; the trajectory from rest comes
 # within 4e-4 of that orbit, touches the stop there, and leaves for 1-1r-1l.
 BESIDE = 0.2604494382022472, 1.7718524462135552
+
+# After 75 periods the trajectory from rest is close to an orbit 6-1r-6l, and goes to 4-1r-4l.
+PASSING = 0.2601565557729941, 1.810958904109589
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SYSTEMS = {
@@ -42,11 +46,16 @@ SYSTEMS = {
 
 
 @pytest.mark.parametrize("preview", [False, True])
-def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(preview: bool) -> None:
-    omega, clearance = BESIDE
+@pytest.mark.parametrize(("place", "motion"), [(BESIDE, [1, 1, 1]), (PASSING, [4, 1, 4])])
+def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(
+    place: tuple[float, float], motion: list[int], preview: bool
+) -> None:
+    omega, clearance = place
     point = unfolding_map_tile(DEFAULT, np.array([omega]), np.array([clearance]), preview=preview)
     assert point["verified"][0, 0]
-    assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == [1, 1, 1]
+    assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == motion
+    later = trajectory(DEFAULT, omega, clearance, transient_periods=3000, samples_per_period=1).motion
+    assert [later.period, later.impacts_right, later.impacts_left] == motion
 
 
 class Arrival(NamedTuple):
