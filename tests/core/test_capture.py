@@ -12,6 +12,8 @@ from grazemap_core.codes import NOT_CAPTURED, RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
 from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.workspace import OK, ROWS, workspace
+from grazemap_core.maps.basins import Coordinate, basin_tile
+from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -54,6 +56,13 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(
     point = unfolding_map_tile(DEFAULT, np.array([omega]), np.array([clearance]), preview=preview)
     assert point["verified"][0, 0]
     assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == motion
+    across, up = (Coordinate(quantity, 1, np.array([-0.1, 0.0])) for quantity in ("displacement", "velocity"))
+    state = basin_tile(DEFAULT, omega, clearance, across, up)
+    assert state["verified"][1, 1]
+    assert [int(state[name][1, 1]) for name in ("period", "impacts_right", "impacts_left")] == motion
+    section = next(sections(DEFAULT, "omega", [omega, omega + 0.01], clearance)).motion
+    assert section.verified
+    assert [section.period, section.impacts_right, section.impacts_left] == motion
     later = trajectory(DEFAULT, omega, clearance, transient_periods=3000, samples_per_period=1).motion
     assert [later.period, later.impacts_right, later.impacts_left] == motion
 
