@@ -87,14 +87,25 @@ def _border(column: Column, low: float, high: float) -> tuple[float, float]:
     return low, high
 
 
-def _beside(column: Column, clearance: tuple[float, float], rng: np.random.Generator) -> tuple[int, Floats]:
-    """The number of borders of a column, and points beside them."""
+def _is_verified(found: Integers) -> Any:
+    """Which of the points are verified."""
+    resolved = found[:, lane_state.REASON] == codes.RESOLVED
+    return resolved & (found[:, lane_state.UNVERIFIED] == codes.RESOLVED)
+
+
+def _intervals(column: Column, clearance: tuple[float, float]) -> list[tuple[float, float]]:
+    """Neighbours of a column's grid that have different labels."""
     grid = np.linspace(*clearance, COLUMN)
     names = labels(column.run(grid)[0])
     changes = [i for i in range(COLUMN - 1) if None not in names[i : i + 2] and names[i] != names[i + 1]]
+    return [(float(grid[i]), float(grid[i + 1])) for i in changes]
+
+
+def _beside(column: Column, clearance: tuple[float, float], rng: np.random.Generator) -> tuple[int, Floats]:
+    """The number of borders of a column, and points beside them."""
     points: list[float] = []
-    for i in changes[:BORDERS_OF_COLUMN]:
-        low, high = _border(column, grid[i], grid[i + 1])
+    for interval in _intervals(column, clearance)[:BORDERS_OF_COLUMN]:
+        low, high = _border(column, *interval)
         away = 10.0 ** rng.uniform(-8, -4, SIDE)
         points += [*(low - away), *(high + away)]
     return len(points) // (2 * SIDE), np.sort(np.array(points))
@@ -115,8 +126,7 @@ def points_of(name: str, borders: int, exact: int) -> tuple[Counter[str], list[P
         if found == 0:
             continue
         results, figures = Column(settler, omega, steady).run(clearances)
-        resolved = results[:, lane_state.REASON] == codes.RESOLVED
-        verified = resolved & (results[:, lane_state.UNVERIFIED] == codes.RESOLVED)
+        resolved, verified = results[:, lane_state.REASON] == codes.RESOLVED, _is_verified(results)
         counts["points"] += len(clearances)
         counts["verified"] += int(verified.sum())
         for reason in results[resolved & ~verified, lane_state.UNVERIFIED]:
@@ -144,20 +154,15 @@ def zoomed(name: str, zooms: int) -> Counter[str]:
     while counts["zooms"] < zooms:
         omega = float(rng.uniform(*system.omega))
         column = Column(settler, omega, forced_response(system.oscillator, np.array([omega]))[0])
-        grid = np.linspace(*system.clearance, COLUMN)
-        names = labels(column.run(grid)[0])
-        changes = [i for i in range(COLUMN - 1) if None not in names[i : i + 2] and names[i] != names[i + 1]]
-        if not changes:
+        intervals = _intervals(column, system.clearance)
+        if not intervals:
             continue
-        i = int(rng.choice(changes))
-        middle, width = _border(column, grid[i], grid[i + 1])[0], 10.0 ** rng.uniform(-6, -4)
+        middle, width = _border(column, *rng.choice(intervals))[0], 10.0 ** rng.uniform(-6, -4)
         clearances = middle * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM))
         for one in omega * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM)):
             steady = forced_response(system.oscillator, np.array([one]))[0]
             results, _ = Column(settler, float(one), steady).run(clearances)
-            verified = (results[:, lane_state.REASON] == codes.RESOLVED) & (
-                results[:, lane_state.UNVERIFIED] == codes.RESOLVED
-            )
+            verified = _is_verified(results)
             later = labels(Column(lasting, float(one), steady).run(clearances)[0])
             counts["points"] += ZOOM
             counts["verified"] += int(verified.sum())

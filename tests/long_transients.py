@@ -83,7 +83,7 @@ class Capture:
             work.cursor[ROWS] = 0
             if half_period.run_half(self.problem, self.held, u, self.point.clearance, half - 1, work) != OK:
                 return None
-            if half % self.length == 0 and half % (16 * self.length) == 0 and self.distance(u) < CENTRE:
+            if half % (16 * self.length) == 0 and self.distance(u) < CENTRE:
                 return u
         return None
 
@@ -155,7 +155,6 @@ def main(points: int, processes: int) -> int:
                 print(f"{done} columns: {agree} points agree", flush=True)
             if agree >= points:
                 break
-        pool.terminate()
     for outcome in (AGREE, MEET, DIFFER, SLOW, OTHERS):
         ordinary, sensitive = counts[outcome, False], counts[outcome, True]
         print(f"{outcome}: {ordinary + sensitive} points, {sensitive} of them sensitive")

@@ -62,17 +62,14 @@ def late_points(seed: int, most: int) -> list[tuple[Point, bool, bool]]:
         clearances = amplitude * np.sort(rng.uniform(0.2, 1.02, COLUMN))
         tile = unfolding_map_tile(oscillator, np.array([omega]), clearances, MAX_PERIODS)
         column = {name: values[:, 0] for name, values in tile.items()}
-        named = column["verified"] | column["sensitive"]
-        late = np.flatnonzero(named & (column["settled_after"] >= LATE))
+        verified, sensitive = column["verified"], column["sensitive"]
+        late = np.flatnonzero((verified | sensitive) & (column["settled_after"] >= LATE))
         if len(late):
-            chosen = rng.permutation(late)[:most]
+            place = oscillator, omega
             return [
-                (_point(oscillator, omega, float(clearances[i]), column, i), *_decisions(column, i)) for i in chosen
+                (_point(*place, float(clearances[i]), column, i), bool(verified[i]), bool(sensitive[i]))
+                for i in rng.permutation(late)[:most]
             ]
-
-
-def _decisions(column: dict[str, Any], i: int) -> tuple[bool, bool]:
-    return bool(column["verified"][i]), bool(column["sensitive"][i])
 
 
 def _point(oscillator: Oscillator, omega: float, clearance: float, column: dict[str, Any], i: int) -> Point:
