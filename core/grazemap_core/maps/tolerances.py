@@ -46,11 +46,12 @@ CLOSE_PASSAGE: Final = 1e-3
 every lane by itself. A larger number costs more cells that are computed twice."""
 
 ERROR_GROWTH: Final = 8.0
-"""Factor by which the error of a trajectory may grow in half a period before such a passage counts as decisive without
-being one: that distance is larger for lanes with larger errors, by this factor."""
+"""Growth of an error in half a period that is provided for: passages are bounded up to the distance at which
+an error this many times as large is decisive."""
 
 FARTHEST_PASSAGE: Final = 0.25
-"""That distance at most. An error that is larger counts as decisive in any case."""
+"""Largest distance, in units of the clearance, up to which passages are bounded; an error for which a larger one is
+decisive counts as decisive in any case."""
 
 HALF_PERIOD_ERROR: Final = EPSILON
 """Round-off of half a forcing period, in displacement of mass 1 and units of its largest displacement."""

@@ -25,7 +25,7 @@ TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "lanes and multi_impact_cell are written out for 15 terms"
 
 RESPONSE_PARTS = 4
-"""Rows of the table of the blocks' responses in a cell."""
+"""Parts of a cell, in steps of which the responses of the blocks are tabulated."""
 
 HERMITE_DIVISOR = 384.0
 """A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |x1''''|."""
