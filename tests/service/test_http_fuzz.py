@@ -14,6 +14,7 @@ from starlette.testclient import TestClient
 from grazemap.wire import PROCESSES, parse_request
 from grazemap_worker.store import Store
 
+EXAMPLES = pytest.mark.parametrize("examples", [40, pytest.param(200, marks=pytest.mark.thorough)])
 NUMBERS = st.one_of(
     st.floats(),
     st.integers(),
@@ -60,9 +61,10 @@ REQUESTS = st.fixed_dictionaries(
 )
 
 
+@EXAMPLES
 @pytest.mark.parametrize("process", PROCESSES)
-def test_any_json_gets_an_answer(client: TestClient, store: Store, process: str) -> None:
-    @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+def test_any_json_gets_an_answer(client: TestClient, store: Store, process: str, examples: int) -> None:
+    @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
     @given(body=st.one_of(REQUESTS, JSON))
     def answered(body: Any) -> None:
         # surrogates as escapes, NaN and Infinity as Python writes them
@@ -79,9 +81,10 @@ def test_any_json_gets_an_answer(client: TestClient, store: Store, process: str)
     answered()
 
 
+@EXAMPLES
 @pytest.mark.parametrize("process", PROCESSES)
-def test_requests_that_the_models_refuse_are_never_accepted(client: TestClient, process: str) -> None:
-    @settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+def test_requests_that_the_models_refuse_are_never_accepted(client: TestClient, process: str, examples: int) -> None:
+    @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
     @given(body=REQUESTS)
     def refused(body: Any) -> None:
         try:
