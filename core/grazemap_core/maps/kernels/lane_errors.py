@@ -192,11 +192,12 @@ def carry_error(group: Lanes, errors: LaneErrors, lane: int, growth: float, shar
     start = errors.square[lane] + added
     end = growth * start + added
     errors.square[lane] = min(end, largest)
-    errors.since[lane] = max(growth * errors.since[lane], 1.0)
-    errors.growth[lane] = max(errors.growth[lane], errors.since[lane])
+    since = max(growth * errors.since[lane], 1.0)
+    errors.since[lane] = since
+    errors.growth[lane] = max(errors.growth[lane], since)
     least = min(group.tally[LEAST_GAP, lane], group.close[lane])
-    share = math.sqrt(max(start, end)) / least
-    share = max(share, math.sqrt(start) * sharpest + rounding * steepest)
+    width = math.sqrt(start)
+    share = max(max(width, math.sqrt(end)) / least, width * sharpest + rounding * steepest)
     if not ERROR_SAFETY * share < 1.0:
         errors.sensitive[lane] = 1
     if not end < largest:

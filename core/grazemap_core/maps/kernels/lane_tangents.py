@@ -25,8 +25,6 @@ from grazemap_core.contact.kernels.workspace import (
     HELD,
     HELD_LEFT,
     HELD_RIGHT,
-    IMPACT,
-    KIND,
     OK,
     ROWS,
     TIME,
@@ -255,17 +253,11 @@ def _carry_alone(
 @kernel
 def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
     """Write `tangents.impacts` of the half period since `save_lane_starts`."""
-    before, after, events, impacts = tangents.cursor, group.cursor, group.events, tangents.impacts
+    before, after, mixed, impacts = tangents.cursor, group.cursor, group.mixed, tangents.impacts
     for lane in range(used):
-        first, rows = before[lane, ROWS], after[lane, ROWS]
-        impacts[lane] = rows - first
-        if before[lane, HELD] != 0 or after[lane, HELD] != 0 or rows > events.shape[1]:
-            impacts[lane] = NOT_ALL
-            continue
-        here = events[lane]
-        for row in range(first, rows):
-            if here[np.uintp(row), KIND] != IMPACT or here[np.uintp(row), VELOCITY] == 0.0:
-                impacts[lane] = NOT_ALL
+        rows = after[lane, ROWS]
+        known = before[lane, HELD] == 0 and mixed[lane] == 0 and rows <= group.events.shape[1]
+        impacts[lane] = rows - before[lane, ROWS] if known else NOT_ALL
 
 
 @kernel
@@ -315,21 +307,16 @@ def _middle(halves: int, skipped: int) -> int:
 
 
 @kernel
-def _flow_to_end(problem: CellProblem, tangents: LaneTangents, lane: int, skipped: int) -> None:
-    """Carry changes on to the end of the half periods before what counts, in its middle and at its end.
-
-    Their growth is added. Sums over what counts, and over its halves, are then those of whole half periods.
-    """
-    k, growth, elapsed = tangents.grown[lane], tangents.growth[lane], tangents.errors.elapsed
-    after, halves, columns = k + 1, growth.shape[0], tangents.errors.changes[lane]
-    if elapsed[lane] == 0.0 or (after != skipped and after != _middle(halves, skipped) and after != halves):
-        return
-    flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed[lane], columns)
+def _flow_to_end(problem: CellProblem, tangents: LaneTangents, lane: int) -> None:
+    """Carry changes on to the end of a half period, and add their growth to it."""
+    k, growth, columns = tangents.grown[lane], tangents.growth[lane], tangents.errors.changes[lane]
+    elapsed = tangents.errors.elapsed[lane]
+    flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     first, second = growth[k, 0], growth[k, 1]
     lyapunov.orthonormalise(problem.frequency, columns, growth[k])
     growth[k, 0] += first
     growth[k, 1] += second
-    elapsed[lane] = 0.0
+    tangents.errors.elapsed[lane] = 0.0
 
 
 @kernel
@@ -467,10 +454,11 @@ def _enter_growth(
     """Count a half period in which the growth along a lane was written; enter the moments of the orbit."""
     if tangents.carried[lane] != FIRST and tangents.carried[lane] != PAIR:
         return
-    _flow_to_end(problem, tangents, lane, skipped)
     k, halves, sign = tangents.grown[lane], tangents.growth.shape[1], 1.0 if half % 2 == 0 else -1.0
-    tangents.grown[lane] = k + 1
     middle, first = _middle(halves, skipped), tangents.carried[lane] == FIRST
+    if (k + 1 == skipped or k + 1 == middle or k + 1 == halves) and tangents.errors.elapsed[lane] != 0.0:
+        _flow_to_end(problem, tangents, lane)  # so that sums over what counts are those of whole half periods
+    tangents.grown[lane] = k + 1
     if k >= skipped and not (first and k >= middle):  # without a second change the motion is chaotic
         moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
         for c in range(moments.shape[0]):

@@ -89,6 +89,8 @@ class Lanes(NamedTuple):
     events : (LANES, capacity, LANE_EVENT_COLUMNS)
         Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start of the trajectory, or since the
         caller emptied them (`cursor`); those beyond the capacity are counted only.
+    mixed : (LANES,)
+        1 if the events of the last half period are not all impacts with a speed, or if mass 1 has rested in it.
     deferred, deferred_state, deferred_offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that go through the present cell one by one; (u, u') and time in the cell at which they start.
     flags, flagged, not_free, lane_of, active, first_pass, second_pass
@@ -109,6 +111,7 @@ class Lanes(NamedTuple):
     since: Floats
     status: Integers
     events: Floats
+    mixed: Integers
     deferred: Integers
     deferred_state: Floats
     deferred_offset: Floats
@@ -164,6 +167,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         since=np.zeros((LANES, 2)),
         status=np.zeros(LANES, dtype=np.int64),
         events=np.zeros((LANES, events, LANE_EVENT_COLUMNS)),
+        mixed=np.zeros(LANES, dtype=np.int64),
         deferred=np.zeros(LANES, dtype=np.int64),
         deferred_state=np.zeros((LANES, 2 * masses)),
         deferred_offset=np.zeros(LANES),
@@ -603,10 +607,17 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
         status = run_cell(problem, u, clearance, cell, offset, half, work)
     if status == workspace.AT_STOP:
         status = rest_in_cell(problem, held, u, clearance, cell, half, work)
+    if work.cursor[workspace.HELD] != 0:
+        group.mixed[lane] = 1
     for row in range(seen, min(work.cursor[workspace.ROWS], capacity)):
         for c in range(workspace.KIND + 1):
             group.events[lane, row, c] = work.events[row, c]
-        if work.events[row, workspace.KIND] == workspace.IMPACT and row >= before:
+        if row < before:
+            continue
+        kind, velocity = work.events[row, workspace.KIND], work.events[row, workspace.VELOCITY]
+        if kind != workspace.IMPACT or velocity == 0.0:
+            group.mixed[lane] = 1
+        if kind == workspace.IMPACT:
             after = work.events[row, workspace.EVENT_COLUMNS :].reshape(u.shape)
             first_cell, time = half % 2 * (problem.cells // 2), work.events[row, workspace.TIME]
             _, _, acceleration = reference_at(problem, first_cell, time)
@@ -640,7 +651,9 @@ def run_half(masses: Masses, model: LaneModel, group: Lanes, half: int, used: in
     tables = model.tables
     cells = model.problem.cells // 2
     first = (half % 2) * cells
-    here, there = group.even, group.odd
+    here, there, mixed = group.even, group.odd, group.mixed
+    for lane in range(used):
+        mixed[lane] = 0
     for cell in range(first, first + cells):
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
