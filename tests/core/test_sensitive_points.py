@@ -122,21 +122,25 @@ def test_points_after_long_transients_are_resolved_as_exactly(seed):
     assert exact_label(resolved, bits) == label(resolved)
 
 
-@KERNELS_FIRST
-def test_only_the_sensitive_trajectories_of_a_grid_are_replaced():
-    omega, clearance = np.array([0.5, OMEGA]), np.array([CLEARANCE, 1.1 * CLEARANCE])
+@pytest.mark.parametrize(
+    ("point", "multiplier"),
+    [(SENSITIVE, 0.670477), pytest.param(EXACT, 0.619644, marks=KERNELS_FIRST)],
+    ids=["three masses", "one mass"],
+)
+def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplier):
+    omega, clearance = np.array([0.5, 1.0]) * point.omega, np.array([1.0, 1.1]) * point.clearance
     task = Settling(1000, 32)
-    before = settle_grid(CHAOTIC, omega, clearance, task)
+    before = settle_grid(point.oscillator, omega, clearance, task)
     codes, figures = (part.copy() for part in before)
     sensitive = np.zeros((2, 2, 1), dtype=bool)
     sensitive[0, 1, 0] = True
-    resolved = resolve_grid(CHAOTIC, omega, clearance, task, sensitive, codes, figures)
+    resolved = resolve_grid(point.oscillator, omega, clearance, task, sensitive, codes, figures)
     np.testing.assert_array_equal(resolved, sensitive)
     for after, was in zip((codes, figures), before, strict=True):
         np.testing.assert_array_equal(after[:, ~sensitive], was[:, ~sensitive])
     names = (lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT, lane_state.UNVERIFIED)
-    assert [codes[name, 0, 1, 0] for name in names] == [3, 4, 4, RESOLVED]
-    assert figures[lane_state.MULTIPLIER, 0, 1, 0] == pytest.approx(0.619644, abs=1e-6)
+    assert [codes[name, 0, 1, 0] for name in names] == [point.period, point.right, point.left, RESOLVED]
+    assert figures[lane_state.MULTIPLIER, 0, 1, 0] == pytest.approx(multiplier, abs=1e-6)
     assert codes[lane_state.HALVES_RUN, 0, 1, 0] == before[0][lane_state.HALVES_RUN, 0, 1, 0]
 
 
