@@ -82,11 +82,12 @@ def compare(oscillator: Oscillator, omega: float, clearances: Floats, periods: i
     return worst
 
 
-def test_random_points_of_the_plane_equal_the_scalar_kernel() -> None:
+@pytest.mark.parametrize("frequencies", [4, pytest.param(16, marks=pytest.mark.thorough)])
+def test_random_points_of_the_plane_equal_the_scalar_kernel(frequencies: int) -> None:
     rng = np.random.default_rng(0)
     oscillator = default()
     worst = []
-    for omega in rng.uniform(0.2, 1.5, size=16):
+    for omega in rng.uniform(0.2, 1.5, size=frequencies):
         clearances = rng.uniform(0.3, 1.2, size=125) * amplitude(oscillator, omega)
         worst.append(compare(oscillator, omega, clearances, 60))
     assert max(worst) < 250.0  # clearances down to 0.3 A: round-off is relative to A, the nudge to the clearance
