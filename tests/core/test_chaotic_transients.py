@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from grazemap_core.codes import HIDDEN_BY_ROUNDING
@@ -21,19 +22,47 @@ from grazemap_core.simulation.start import State
 
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
-CHAOS = (0.9545, 6.2047)
 CHAOTIC, PERIODIC = KINDS.index("chaotic"), KINDS.index("periodic")
-# a map with chaos, some of it transient
+KERNELS_FIRST = pytest.mark.thorough  # the kernels for one mass are compiled first
+
+
+class Window(NamedTuple):
+    """A map with chaos, some of it transient."""
+
+    oscillator: Oscillator
+    omega: NDArray[np.float64]
+    clearance: NDArray[np.float64]
+
+    def row(self, number: int) -> Window:
+        """The map of one clearance."""
+        return self._replace(clearance=self.clearance[[number]])
+
+
+CHAIN = Oscillator.create([1.0, 2.0, 2.0], [1.0, 2.0, 2.0], 0.02, [1.0, 0.0, 0.0], 0.95)
 LIGHT = Oscillator.create([1.0], [1.0], 0.01, [1.0], 0.9)
 OMEGA, CLEARANCE = np.linspace(0.6, 1.6, 12), np.linspace(0.2, 0.8, 14)
+WINDOWS = pytest.mark.parametrize(
+    "window",
+    [
+        Window(CHAIN, np.linspace(0.6, 1.6, 24), np.linspace(0.5, 0.8, 6)),
+        pytest.param(Window(LIGHT, OMEGA, CLEARANCE), marks=KERNELS_FIRST),
+    ],
+    ids=["three masses", "one mass"],
+)
+CHAOS = pytest.mark.parametrize(
+    ("oscillator", "omega", "clearance"),
+    [(CHAIN, 1.1, 0.3), pytest.param(ONE_MASS, 0.9545, 6.2047, marks=KERNELS_FIRST)],
+    ids=["three masses", "one mass"],
+)
 WATCHED = 150
 
 
-def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic() -> None:
-    short = unfolding_map_tile(LIGHT, OMEGA, CLEARANCE, WATCHED)
-    chance = chance_in_map(short["kind"], LIGHT, OMEGA, CLEARANCE, max_periods=WATCHED)
+@WINDOWS
+def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic(window: Window) -> None:
+    short = unfolding_map_tile(*window, WATCHED)
+    chance = chance_in_map(short["kind"], *window, max_periods=WATCHED)
     assert chance is not None
-    longer = unfolding_map_tile(LIGHT, OMEGA, CLEARANCE, RUN_ON * WATCHED, preview=True)
+    longer = unfolding_map_tile(*window, RUN_ON * WATCHED, preview=True)
     chaotic = np.flatnonzero(short["kind"] == CHAOTIC)
     chosen = sample(len(chaotic), WATCHED)
     then = longer["kind"].ravel()[chaotic[chosen]]
@@ -45,28 +74,32 @@ def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic() -> None:
     assert chance.chance == chance.settled / chance.sampled
 
 
+@WINDOWS
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "ensemble"])
-def test_a_point_is_run_on_along_the_trajectory_of_the_map(policy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_point_is_run_on_along_the_trajectory_of_the_map(
+    policy: str, window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
     settings: dict[str, Any] = {"max_periods": WATCHED, "policy": policy, "initial_conditions": 3}
-    kind = unfolding_map_tile(LIGHT, OMEGA, CLEARANCE, **settings)["kind"]
-    longer = chance_in_map(kind, LIGHT, OMEGA, CLEARANCE, **settings)
+    kind = unfolding_map_tile(*window, **settings)["kind"]
+    longer = chance_in_map(kind, *window, **settings)
     # after as many periods as in the map nothing of it is periodic
     monkeypatch.setattr(chaotic_transients, "RUN_ON", 1)
-    chance = chance_in_map(kind, LIGHT, OMEGA, CLEARANCE, **settings)
+    chance = chance_in_map(kind, *window, **settings)
     assert longer is not None
     assert chance is not None
     assert (longer.sampled, chance.sampled, chance.settled) == (RUN_ON_SAMPLE, RUN_ON_SAMPLE, 0)
 
 
-def test_a_sweep_of_one_clearance_is_run_on_as_the_map_from_rest() -> None:
+@WINDOWS
+def test_a_sweep_of_one_clearance_is_run_on_as_the_map_from_rest(window: Window) -> None:
     for row in (0, 2):
-        one = CLEARANCE[[row]]
-        kind = unfolding_map_tile(LIGHT, OMEGA, one, WATCHED)["kind"]
-        rest = chance_in_map(kind, LIGHT, OMEGA, one, max_periods=WATCHED)
+        one = window.row(row)
+        kind = unfolding_map_tile(*one, WATCHED)["kind"]
+        rest = chance_in_map(kind, *one, max_periods=WATCHED)
         assert rest is not None
         assert rest.settled > 0
         for policy in ("sweep-up", "sweep-down"):
-            assert chance_in_map(kind, LIGHT, OMEGA, one, max_periods=WATCHED, policy=policy) == rest
+            assert chance_in_map(kind, *one, max_periods=WATCHED, policy=policy) == rest
 
 
 def test_points_that_are_not_chaotic_have_no_chance_and_planted_ones_settle() -> None:
@@ -79,9 +112,13 @@ def test_points_that_are_not_chaotic_have_no_chance_and_planted_ones_settle() ->
     assert (planted.sampled, planted.settled, planted.high) == (2, 2, 1.0)
 
 
-def test_states_of_a_basin_are_run_on_from_where_they_start() -> None:
-    across, up = Coordinate("displacement", 1, np.linspace(-6.0, 6.0, 3)), Coordinate("velocity", 1, np.array([0.1]))
-    arguments = (ONE_MASS, *CHAOS, across, up, None, None, 0.3, 150, 32)
+@CHAOS
+def test_states_of_a_basin_are_run_on_from_where_they_start(
+    oscillator: Oscillator, omega: float, clearance: float
+) -> None:
+    across = Coordinate("displacement", 1, np.linspace(-0.95, 0.95, 3) * clearance)
+    up = Coordinate("velocity", 1, np.array([0.1]))
+    arguments = (oscillator, omega, clearance, across, up, None, None, 0.3, 150, 32)
     kind = basin_tile(*arguments)["kind"]
     assert np.all(kind == CHAOTIC)
     chance = chance_in_basins(kind, *arguments)
@@ -93,11 +130,14 @@ def test_states_of_a_basin_are_run_on_from_where_they_start() -> None:
     assert planted.settled == 3
 
 
-def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories() -> None:
-    values = np.array([6.1, 6.2047])
-    found = list(sections(ONE_MASS, "clearance", values, CHAOS[0], periods=10, transient_periods=100))
+@CHAOS
+def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories(
+    oscillator: Oscillator, omega: float, clearance: float
+) -> None:
+    values = np.array([0.95 * clearance, clearance])
+    found = list(sections(oscillator, "clearance", values, omega, periods=10, transient_periods=100))
     assert [section.motion.kind for section in found][1] == "chaotic"
-    chance = chance_in_diagram(ONE_MASS, "clearance", values[1:], CHAOS[0], found[1:], 610, 32)
+    chance = chance_in_diagram(oscillator, "clearance", values[1:], omega, found[1:], 610, 32)
     assert chance is not None
     assert (chance.watched, chance.run_on, chance.sampled, chance.settled) == (610, 6100, 1, 0)
     nothing = np.zeros(0)
@@ -109,10 +149,11 @@ def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories() -> None:
     assert (chance.chaotic, chance.sampled, chance.settled) == (2, 2, 2)
 
 
-def test_a_trajectory_that_ends_early_does_not_count() -> None:
-    omega, clearance = np.array([0.9]), np.array([1e-17])
-    assert unfolding_map_tile(LIGHT, omega, clearance, 50)["reason"] == HIDDEN_BY_ROUNDING
-    chance = chance_in_map(np.full((1, 1), CHAOTIC), LIGHT, omega, clearance, max_periods=50)
+@WINDOWS
+def test_a_trajectory_that_ends_early_does_not_count(window: Window) -> None:
+    point = window._replace(omega=np.array([0.9]), clearance=np.array([1e-17]))
+    assert unfolding_map_tile(*point, 50)["reason"] == HIDDEN_BY_ROUNDING
+    chance = chance_in_map(np.full((1, 1), CHAOTIC), *point, max_periods=50)
     assert chance is not None
     assert (chance.sampled, chance.low, chance.high) == (0, 0.0, 1.0)
     assert np.isnan(chance.chance)

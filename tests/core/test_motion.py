@@ -129,12 +129,14 @@ def test_unresolved_points_have_a_reason_and_no_numbers() -> None:
     assert result["settled_after"][0, 0] == -1
 
 
+@pytest.mark.thorough  # ten million impacts, and the kernels for one mass
 def test_an_elastic_mass_between_close_stops_ends_with_too_many_impacts() -> None:
     elastic = Oscillator.create([1.0], [1.0], 0.0, [0.7], 1.0)
     result = unfolding_map_tile(elastic, np.array([0.3]), np.array([1e-3]), max_periods=100_000)
     assert REASONS[result["reason"][0, 0]].startswith("too many impacts")
 
 
+@pytest.mark.thorough  # the kernels for one mass are compiled first
 @pytest.mark.parametrize(("omega", "clearance", "restitution", "gamma"), [
     # one mass: the return after two halves passes a turning point while that after one still falls
     (3.3736033316809624, 0.12725729995235208, 0.9557123296340648, 0.0011475639376374556),

@@ -242,8 +242,21 @@ def test_points_that_chatter_in_their_transient_settle() -> None:
     omega, clearance = np.linspace(0.262, 0.27, 3), np.linspace(1.3, 1.4, 3)
     result = unfolding_map_tile(DEFAULT, omega, clearance, max_periods=400)
     assert not np.any(result["reason"] == 4)
-    slow = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
-    result = unfolding_map_tile(slow, np.array([0.2]), np.array([0.3]))
+
+
+@pytest.mark.parametrize(
+    ("oscillator", "omega", "clearance"),
+    [
+        (Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.2), 0.28, 0.5),
+        # the kernels for one mass are compiled first
+        pytest.param(Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8), 0.2, 0.3, marks=pytest.mark.thorough),
+    ],
+    ids=["three masses", "one mass"],
+)
+def test_a_point_of_a_map_that_rests_on_both_stops_is_named(
+    oscillator: Oscillator, omega: float, clearance: float
+) -> None:
+    result = unfolding_map_tile(oscillator, np.array([omega]), np.array([clearance]))
     assert (result["period"][0, 0], bool(result["sticking"][0, 0])) == (1, True)
     assert result["impacts_right"][0, 0] == result["impacts_left"][0, 0] == INFINITE
     assert result["least_impact_velocity"][0, 0] == 0.0

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from impact_accuracy import compare, random_point
 from oracles import digits
 from swift_oracle import SwiftOracle
+from thorough import every_fourth
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
@@ -44,7 +45,7 @@ def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> N
     assert motion.symmetric
 
 
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", every_fourth(range(50)))
 def test_random_chains_have_the_impacts_of_the_40_digit_simulation_to_a_few_roundings_of_the_inputs(seed: int) -> None:
     found = compare(*random_point(seed))
     assert found.complete

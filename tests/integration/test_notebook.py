@@ -13,6 +13,8 @@ from nbclient import NotebookClient
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 
+pytestmark = pytest.mark.thorough  # kernels for the notebook's two masses are compiled first
+
 NOTEBOOK = Path(__file__).parents[2] / "examples" / "first_hour.ipynb"
 
 

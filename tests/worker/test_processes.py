@@ -391,13 +391,26 @@ def test_any_cut_of_a_map_gives_the_same_bytes() -> None:
     assert uncut["least_impact_velocity"].dtype == np.float64
 
 
+CHAIN = {
+    "masses": [1.0, 2.0, 2.0],
+    "stiffnesses": [1.0, 2.0, 2.0],
+    "damping": 0.02,
+    "forcing": [1.0, 0.0, 0.0],
+    "restitution": 0.95,
+}
 LIGHT = {"masses": [1.0], "stiffnesses": [1.0], "damping": 0.01, "forcing": [1.0], "restitution": 0.9}
+KERNELS_FIRST = pytest.mark.thorough  # the kernels for one mass are compiled first
 
 
+@pytest.mark.parametrize(
+    "oscillator", [CHAIN, pytest.param(LIGHT, marks=KERNELS_FIRST)], ids=["three masses", "one mass"]
+)
 @pytest.mark.parametrize("policy", ["rest", "sweep-down"])
-def test_a_chaotic_map_has_a_chance_to_settle_that_does_not_depend_on_its_cut(policy: str) -> None:
+def test_a_chaotic_map_has_a_chance_to_settle_that_does_not_depend_on_its_cut(
+    policy: str, oscillator: dict[str, Any]
+) -> None:
     body = {"omega": {"start": 0.7, "stop": 1.5, "points": 6}, "clearance": {"start": 0.2, "stop": 0.6, "points": 4}}
-    request = parse_request("unfolding-maps", {**body, "oscillator": LIGHT, "policy": policy, "max_periods": 100})
+    request = parse_request("unfolding-maps", {**body, "oscillator": oscillator, "policy": policy, "max_periods": 100})
     one, many = (
         tiled(request, Plan(rows=4, columns=6, tile_rows=4, tile_columns=columns), "unfolding-maps")
         for columns in (6, 2)
@@ -409,16 +422,30 @@ def test_a_chaotic_map_has_a_chance_to_settle_that_does_not_depend_on_its_cut(po
     assert chance["low"] <= chance["chance"] <= chance["high"]
 
 
-def test_basins_and_diagrams_with_chaos_have_a_chance_to_settle() -> None:
-    chaos = {"oscillator": {**LIGHT, "damping": 0.02, "restitution": 0.8}, "omega": 0.9545}
-    along = {"vary": "clearance", "range": [6.2047, 11.0], "periods": 10, "transient_periods": 90}
+@pytest.mark.parametrize(
+    ("chaos", "clearance", "calm"),
+    [
+        ({"oscillator": CHAIN, "omega": 1.1}, 0.3, 5.0),
+        pytest.param(
+            {"oscillator": {**LIGHT, "damping": 0.02, "restitution": 0.8}, "omega": 0.9545},
+            6.2047,
+            11.0,
+            marks=KERNELS_FIRST,
+        ),
+    ],
+    ids=["three masses", "one mass"],
+)
+def test_basins_and_diagrams_with_chaos_have_a_chance_to_settle(
+    chaos: dict[str, Any], clearance: float, calm: float
+) -> None:
+    along = {"vary": "clearance", "range": [clearance, calm], "periods": 10, "transient_periods": 90}
     diagram = whole("bifurcation-diagrams", {**chaos, **along, "policy": "sweep-down"})
     assert diagram["sections"][0]["motion"]["kind"] == "chaotic"
     expected = {"watched": 600, "run_on": 6000, "chaotic": 1, "sampled": 1, "settled": 0, "chance": 0.0, "low": 0.0}
     assert diagram["chance_to_settle"].items() >= expected.items()
     body = {
-        "clearance": 6.2047,
-        "horizontal": {"quantity": "displacement", "values": [-3.0, 3.0]},
+        "clearance": clearance,
+        "horizontal": {"quantity": "displacement", "values": [-0.5 * clearance, 0.5 * clearance]},
         "vertical": {"quantity": "velocity", "values": [0.0, 0.1]},
         "max_periods": 100,
     }
