@@ -19,7 +19,8 @@ TEST_CACHE := $(CURDIR)/.cache/grazemap
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# modules are compiled when they are first imported: most never are
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 # $(call timed,what is done,command): says what is done, then how long it took
 timed = @echo "$(1) ..."; began=$$(date +%s); $(2) && echo "... took $$(($$(date +%s) - $$began)) s"
 # the packages that are installed
@@ -58,15 +59,15 @@ serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
 
 test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-test: $(STAMP)  ## every test that needs only this machine
+test: $(RUN_STAMP)  ## every test that needs only this machine
 	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
 	@$(BIN)/python -m tools.all_checks --age
 
 all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (two hours)
 	$(BIN)/python -m tools.all_checks
 
-# one process, as maps, orbits and trajectories share many kernels
-kernels: $(STAMP)
+# one process, as maps, orbits and trajectories share many kernels; what tests is installed meanwhile
+kernels: $(RUN_STAMP)
 	@mkdir -p -m 700 $(TEST_CACHE)/kernels
 	$(call timed,compiling the kernels (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup)
 
@@ -74,11 +75,11 @@ test-without-kernels: $(STAMP)
 	$(BIN)/python -m pytest $(WITHOUT_KERNELS)
 
 # one process: kernels for other numbers of masses are compiled in the tests, and two processes would do so twice
-test-arithmetic: kernels
+test-arithmetic: kernels $(STAMP)
 	$(BIN)/python -m pytest $(ARITHMETIC)
 
-test-processes: kernels test-without-kernels
-	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC),--ignore=$(folder))
+test-processes: kernels test-without-kernels $(STAMP)
+	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
 digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 digests: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
@@ -117,7 +118,7 @@ latency: $(STAMP)  ## the time of small requests to a service that is started by
 
 thorough: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 thorough: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-thorough: kernels  ## tests that take long, of whose kind `make test` has quicker ones (five minutes)
+thorough: kernels $(STAMP)  ## tests that take long, of whose kind `make test` has quicker ones (five minutes)
 	$(BIN)/python -m pytest -m thorough tests
 
 hardware: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)

@@ -90,6 +90,7 @@ def test_multipliers_along_curves_are_those_of_their_kind():
     assert {count for _, count in seen} == {2, 8}
 
 
+@pytest.mark.thorough  # kernels of the tangent flow are compiled
 def test_the_tangent_flow_has_a_pair_on_the_unit_circle_along_a_neimark_sacker_curve():
     (point,) = [p for p in two_impacts().special_points if p.type == "NS" and p.admissible]
     curve = bifurcation_curve(DEFAULT, point, (0.26, 0.275), (1.4, 1.9))

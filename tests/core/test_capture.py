@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from thorough import only
 
 from grazemap_core.codes import NOT_CAPTURED, RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
@@ -125,7 +124,8 @@ def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[i
     return u, impacts
 
 
-@pytest.mark.parametrize("name", only(["light damping"], SYSTEMS))
+@pytest.mark.thorough  # kernels are compiled by themselves
+@pytest.mark.parametrize("name", SYSTEMS)
 def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
     rng = np.random.default_rng(1)
     for arrival in arrivals(name, 8):
