@@ -8,7 +8,6 @@ from flint import arb
 from numpy.typing import NDArray
 from oracles import digits
 from swift_oracle import SwiftOracle
-from thorough import only
 
 from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
@@ -111,7 +110,7 @@ def test_hardly_any_point_of_the_papers_map_is_sensitive():
     assert (np.isfinite(found["transient_growth"]) == captured).all()
 
 
-@pytest.mark.parametrize("policy", only(["rest"], ["rest", "ensemble"]))
+@pytest.mark.parametrize("policy", ["rest", pytest.param("ensemble", marks=pytest.mark.thorough)])
 def test_where_the_next_double_has_another_motion_neither_is_verified(policy):
     """Between two motions there is a clearance where round-off decides: bisection finds the two doubles beside it."""
     oscillator, omega = default(), 0.275
