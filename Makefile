@@ -6,7 +6,7 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples tools
 
-# tests without kernels, which run while these are compiled; tests of arithmetic alone; the others start workers and
+# tests without kernels, which begin while these are compiled; tests of arithmetic alone; the others start workers and
 # stacks, and mostly wait
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
 ARITHMETIC := tests/core tests/performance
@@ -60,7 +60,7 @@ serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
 test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 test: $(RUN_STAMP)  ## every test that needs only this machine
-	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
+	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 3 test-without-kernels test-arithmetic test-processes)
 	@$(BIN)/python -m tools.all_checks --age
 
 all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (two hours)
@@ -78,7 +78,7 @@ test-without-kernels: $(STAMP)
 test-arithmetic: kernels $(STAMP)
 	$(BIN)/python -m pytest $(ARITHMETIC)
 
-test-processes: kernels test-without-kernels $(STAMP)
+test-processes: kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
 digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
