@@ -59,8 +59,10 @@ serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C
 
 test: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+# threads of small products wait for one another where others compute too
+test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
-	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 3 test-without-kernels test-arithmetic test-processes)
+	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
 	@$(BIN)/python -m tools.all_checks --age
 
 all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (two hours)
@@ -78,7 +80,7 @@ test-without-kernels: $(STAMP)
 test-arithmetic: kernels $(STAMP)
 	$(BIN)/python -m pytest $(ARITHMETIC)
 
-test-processes: kernels $(STAMP)
+test-processes: kernels test-without-kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
 digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
