@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from random_chains import random_oscillator
 from swift_oracle import SwiftOracle
-from verified_points import DIGITS, Point, impacts_in_digits, label_of
+from verified_points import DEFAULT, DIGITS, Point, impacts_in_digits, label_of
 
 from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.maps.kernels import lane_state
@@ -36,6 +36,21 @@ DECIDED = "decided"
 LEAST_SHARE = 0.95  # of points that are decided
 
 Label = tuple[int, int, int, bool]
+
+# after chaotic transients: in double precision to 2-12r-8l, the mirror image, and to 1-2r-1l
+SENSITIVE = Point(DEFAULT, 0.285, 1.375, 2, 8, 12, False, 153, 0.0, 0.0)
+ONE_MASS = Point(
+    Oscillator.create([3.6716448818791587], [0.5817396920408142], [0.06904996083147477], [0.7754822078311886], 0.99),
+    omega=0.8902137294606929,
+    clearance=0.17161008122237378,
+    period=3,
+    right=4,
+    left=4,
+    symmetric=False,
+    settled_after=326,
+    least_velocity=0.0,
+    multiplier=0.0,
+)
 
 
 class Outcome(NamedTuple):

@@ -7,6 +7,9 @@ from typing import Any
 
 import pytest
 
+KERNELS_FIRST = pytest.mark.thorough
+"""For tests that first compile kernels which no test of `make test` uses, as those of maps for one or two masses."""
+
 
 def every_fourth(values: Iterable[Any]) -> list[Any]:
     """Every fourth value, from the first one, is tested by `make test`."""

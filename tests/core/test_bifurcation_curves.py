@@ -10,6 +10,7 @@ import pytest
 from test_one_impact_orbits import random_chain
 from test_orbit_branches import sixteen_impacts, start
 from test_periodic_orbits import DEFAULT, default_orbit
+from thorough import KERNELS_FIRST
 
 from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
@@ -90,7 +91,7 @@ def test_multipliers_along_curves_are_those_of_their_kind():
     assert {count for _, count in seen} == {2, 8}
 
 
-@pytest.mark.thorough  # kernels of the tangent flow are compiled
+@KERNELS_FIRST
 def test_the_tangent_flow_has_a_pair_on_the_unit_circle_along_a_neimark_sacker_curve():
     (point,) = [p for p in two_impacts().special_points if p.type == "NS" and p.admissible]
     curve = bifurcation_curve(DEFAULT, point, (0.26, 0.275), (1.4, 1.9))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from one_impact_orbits import orbits_at_clearance
+from resolved_points import ONE_MASS, SENSITIVE
+from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import ROUNDING_DECIDES, STICKS
 from grazemap_core.errors import ParameterError
@@ -98,16 +100,9 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes():
     assert (motion.period, motion.impacts_right, motion.impacts_left, motion.verified) == (1, 1, 1, True)
 
 
-LIGHT = Oscillator.create([3.6716448818791587], [0.5817396920408142], [0.06904996083147477], [0.7754822078311886], 0.99)
-
-
 @pytest.mark.parametrize(
     ("oscillator", "omega", "clearance"),
-    [
-        (DEFAULT, 0.285, 1.375),
-        # the kernels for one mass are compiled first
-        pytest.param(LIGHT, 0.8902137294606929, 0.17161008122237378, marks=pytest.mark.thorough),
-    ],
+    [SENSITIVE[:3], pytest.param(*ONE_MASS[:3], marks=KERNELS_FIRST)],
     ids=["three masses", "one mass"],
 )
 def test_a_motion_after_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import NOT_CAPTURED, RESOLVED
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
@@ -124,7 +125,7 @@ def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[i
     return u, impacts
 
 
-@pytest.mark.thorough  # kernels are compiled by themselves
+@KERNELS_FIRST
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
     rng = np.random.default_rng(1)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.stats import binomtest
+from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import HIDDEN_BY_ROUNDING
 from grazemap_core.maps import chaotic_transients
@@ -23,7 +24,6 @@ from grazemap_core.simulation.start import State
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 ONE_MASS = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.8)
 CHAOTIC, PERIODIC = KINDS.index("chaotic"), KINDS.index("periodic")
-KERNELS_FIRST = pytest.mark.thorough  # the kernels for one mass are compiled first
 
 
 class Window(NamedTuple):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from impact_accuracy import LOCKSTEP_PERIODS, Accuracy, compare_lockstep, lockstep_amplification, plane_points
 from numpy.typing import NDArray
+from thorough import KERNELS_FIRST
 
 from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
@@ -17,7 +18,7 @@ from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.model.harmonic_response import forced_response
 from grazemap_core.model.oscillator import Oscillator
 
-pytestmark = pytest.mark.thorough  # kernels are compiled by themselves; tests of maps have them in other kernels
+pytestmark = KERNELS_FIRST
 
 Floats = NDArray[np.float64]
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from thorough import KERNELS_FIRST
 from tori import TORI
 
 from grazemap_core.codes import NOT_CLOSED
@@ -129,7 +130,7 @@ def test_a_torus_is_not_chaotic_where_the_growth_of_all_windows_is_the_same() ->
     assert abs(found["lyapunov"][0, 0]) < found["lyapunov_error"][0, 0]
 
 
-@pytest.mark.thorough  # kernels for another number of masses are compiled
+@KERNELS_FIRST
 @pytest.mark.parametrize("numbers", TORI)
 def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[type-arg]
     oscillator, omega, clearance = Oscillator.create(*numbers[:5]), numbers[5], numbers[6]

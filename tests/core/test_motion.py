@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from thorough import KERNELS_FIRST
 
 from grazemap_core import codes
 from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
@@ -136,7 +137,7 @@ def test_an_elastic_mass_between_close_stops_ends_with_too_many_impacts() -> Non
     assert REASONS[result["reason"][0, 0]].startswith("too many impacts")
 
 
-@pytest.mark.thorough  # the kernels for one mass are compiled first
+@KERNELS_FIRST
 @pytest.mark.parametrize(("omega", "clearance", "restitution", "gamma"), [
     # one mass: the return after two halves passes a turning point while that after one still falls
     (3.3736033316809624, 0.12725729995235208, 0.9557123296340648, 0.0011475639376374556),

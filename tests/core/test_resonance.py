@@ -12,6 +12,7 @@ from oracles import digits
 from resonance import compare, exact_impacts, random_case
 from sticking_oracle import StickingOracle
 from tangent_oracle import LandingOracle
+from thorough import KERNELS_FIRST
 
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -26,7 +27,6 @@ from grazemap_core.tolerances import EPSILON
 UNDAMPED = Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8)
 # the second of its frequencies is 1 as well
 CHAIN = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.8)
-KERNELS_FIRST = pytest.mark.thorough  # kernels for one mass, or of lanes alone, are compiled first
 OMEGAS = (1.0, 1.0 + 1e-13, 1.0 + 1e-9, 1.1)
 
 

@@ -6,9 +6,10 @@ import sys
 
 import numpy as np
 import pytest
-from resolved_points import exact_label, label, late_points, resolved_point
+from resolved_points import ONE_MASS, SENSITIVE, exact_label, label, late_points, resolved_point
 from swift_oracle import SwiftOracle
-from verified_points import Point
+from thorough import KERNELS_FIRST
+from verified_points import DEFAULT
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
@@ -20,16 +21,7 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.multiprecision import Impact, MultiprecisionRun, same_impacts
 
-CHAOTIC = Oscillator.create(
-    [3.6716448818791587], [0.5817396920408142], [0.06904996083147477], [0.7754822078311886], 0.99
-)
-OMEGA, CLEARANCE = 0.8902137294606929, 0.17161008122237378
-KERNELS_FIRST = pytest.mark.thorough  # the kernels for one or two masses are compiled first
-EXACT = Point(CHAOTIC, OMEGA, CLEARANCE, 3, 4, 4, False, 326, 0.0, 0.0)
-
-# three masses: sensitive in a map, where double precision finds the mirror image of the exact motion
-DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-SENSITIVE = Point(DEFAULT, 0.285, 1.375, 2, 8, 12, False, 153, 0.0, 0.0)
+CHAOTIC, OMEGA, CLEARANCE = ONE_MASS[:3]
 
 CHAINS = [
     (CHAOTIC, OMEGA, CLEARANCE, [[0.1], [-0.3]], 0.5),
@@ -88,19 +80,24 @@ def counts(found):
     return [found[name][0, 0] for name in ("period", "impacts_right", "impacts_left")]
 
 
-def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
-    grid = np.array([SENSITIVE.omega]), np.array([SENSITIVE.clearance])
-    before, after = (unfolding_map_tile(DEFAULT, *grid, resolve_sensitive=wanted) for wanted in (False, True))
+def resolved_in_map(point):
+    """Check that the map of this point alone has its motion where sensitive points are resolved, and only there."""
+    grid = np.array([point.omega]), np.array([point.clearance])
+    before, after = (unfolding_map_tile(point.oscillator, *grid, resolve_sensitive=wanted) for wanted in (False, True))
     assert before["reason"] == ROUNDING_DECIDES
     assert not before["verified"]
     assert after.keys() == before.keys() | {"resolved"}
     assert after["resolved"]
     assert after["verified"]
     assert after["reason"] == RESOLVED
+    assert counts(after) == [point.period, point.right, point.left]
+
+
+def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
+    resolved_in_map(SENSITIVE)
     resolved, reason, bits = resolved_point(SENSITIVE)
     assert not reason
     assert label(resolved) == label(SENSITIVE) == exact_label(resolved, bits)
-    assert counts(after) == [2, 8, 12]
     assert bits >= 512
 
 
@@ -108,9 +105,9 @@ def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
 def test_the_exact_motion_is_found_where_double_precision_finds_another():
     found = unfolding_map_tile(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE]))
     assert counts(found) != [3, 4, 4]
-    resolved, reason, bits = resolved_point(EXACT)
+    resolved, reason, bits = resolved_point(ONE_MASS)
     assert not reason
-    assert label(resolved) == label(EXACT) == exact_label(resolved, bits)
+    assert label(resolved) == label(ONE_MASS) == exact_label(resolved, bits)
     assert bits >= 512
 
 
@@ -124,7 +121,7 @@ def test_points_after_long_transients_are_resolved_as_exactly(seed):
 
 @pytest.mark.parametrize(
     ("point", "multiplier"),
-    [(SENSITIVE, 0.670477), pytest.param(EXACT, 0.619644, marks=KERNELS_FIRST)],
+    [(SENSITIVE, 0.670477), pytest.param(ONE_MASS, 0.619644, marks=KERNELS_FIRST)],
     ids=["three masses", "one mass"],
 )
 def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplier):
@@ -158,15 +155,7 @@ def all_sensitive(monkeypatch):
 
 @KERNELS_FIRST
 def test_a_map_has_the_motions_of_its_resolved_points(all_sensitive):
-    grid = np.array([OMEGA]), np.array([CLEARANCE])
-    before, after = (unfolding_map_tile(CHAOTIC, *grid, resolve_sensitive=wanted) for wanted in (False, True))
-    assert before["reason"] == ROUNDING_DECIDES
-    assert not before["verified"]
-    assert after.keys() == before.keys() | {"resolved"}
-    assert after["resolved"]
-    assert after["verified"]
-    assert after["reason"] == RESOLVED
-    assert counts(after) == [3, 4, 4]
+    resolved_in_map(ONE_MASS)
 
 
 PLACES = [(DEFAULT, 0.29, 1.6), pytest.param(CHAOTIC, 1.4, CLEARANCE, marks=KERNELS_FIRST)]

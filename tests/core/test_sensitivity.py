@@ -7,7 +7,9 @@ import pytest
 from flint import arb
 from numpy.typing import NDArray
 from oracles import digits
+from resolved_points import ONE_MASS, SENSITIVE
 from swift_oracle import SwiftOracle
+from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.cell_problem import cell_problem, free_state, trajectory_models
@@ -28,12 +30,6 @@ HALVES = 60
 
 def default() -> Oscillator:
     return Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
-
-
-def chaotic_transient() -> Oscillator:
-    return Oscillator.create(
-        [3.6716448818791587], [0.5817396920408142], [0.06904996083147477], [0.7754822078311886], 0.99
-    )
 
 
 def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tuple[Floats, Floats]:
@@ -84,12 +80,7 @@ def test_the_error_is_the_one_estimated(clearance):
 
 @pytest.mark.parametrize(
     ("oscillator", "omega", "clearance"),
-    [
-        # exactly to 2-8r-12l, in double precision to 2-12r-8l
-        (default(), 0.285, 1.375),
-        # in 150 digits to 3-4r-4l, in double precision to 1-2r-1l; the kernels for one mass are compiled first
-        pytest.param(chaotic_transient(), 0.8902137294606929, 0.17161008122237378, marks=pytest.mark.thorough),
-    ],
+    [SENSITIVE[:3], pytest.param(*ONE_MASS[:3], marks=KERNELS_FIRST)],
     ids=["three masses", "one mass"],
 )
 def test_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):

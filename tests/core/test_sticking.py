@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from sticking_oracle import StickingOracle
+from thorough import KERNELS_FIRST
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.contact.cell_problem import trajectory_models
@@ -248,8 +249,7 @@ def test_points_that_chatter_in_their_transient_settle() -> None:
     ("oscillator", "omega", "clearance"),
     [
         (Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.2), 0.28, 0.5),
-        # the kernels for one mass are compiled first
-        pytest.param(Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8), 0.2, 0.3, marks=pytest.mark.thorough),
+        pytest.param(Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8), 0.2, 0.3, marks=KERNELS_FIRST),
     ],
     ids=["three masses", "one mass"],
 )

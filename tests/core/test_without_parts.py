@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from thorough import KERNELS_FIRST
 
 from grazemap_core.grazing.curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
@@ -111,7 +112,7 @@ def test_references_are_counted(tmp_path: Path) -> None:
     run(WARNED.format(change=REMOVED) + COUNTED, tmp_path)
 
 
-@pytest.mark.thorough  # all kernels of a curve are compiled
+@KERNELS_FIRST
 def test_a_curve_has_the_same_bytes_and_references_are_counted(tmp_path: Path) -> None:
     path = tmp_path / "curve.npz"
     run(WARNED.format(change=REMOVED) + COUNTED + COMPUTED.format(path=str(path)), tmp_path)

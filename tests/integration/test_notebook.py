@@ -9,11 +9,12 @@ import nbformat
 import numpy as np
 import pytest
 from nbclient import NotebookClient
+from thorough import KERNELS_FIRST
 
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 
-pytestmark = pytest.mark.thorough  # kernels for the notebook's two masses are compiled first
+pytestmark = KERNELS_FIRST
 
 NOTEBOOK = Path(__file__).parents[2] / "examples" / "first_hour.ipynb"
 

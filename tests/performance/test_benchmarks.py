@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
+from thorough import KERNELS_FIRST
 
 from benchmarks.law import fit
 from benchmarks.near_grazing import OVERSHOOTS, count
@@ -49,7 +50,7 @@ def test_the_stored_page_is_generated_from_the_stored_document() -> None:
     assert (docs / "performance.md").read_text("utf-8") == page(kept, "pictures/cost_against_size.svg")
 
 
-@pytest.mark.thorough  # kernels that repeat each part are compiled
+@KERNELS_FIRST
 def test_the_parts_of_the_time_add_up_to_the_whole() -> None:
     parts = stages(lane_count=128, periods=4, impacts=3.98, rounds=3, progress=lambda _: None)
     assert [part.name.split(",")[0] for part in parts] == ["26 cells", "impacts", "lanes put side by side and back"]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from one_impact_orbits import orbits_at_clearance
+from thorough import KERNELS_FIRST
 
 from grazemap.checker import check
 from grazemap.codec import decode_npz, encode_npz
@@ -399,7 +400,6 @@ CHAIN = {
     "restitution": 0.95,
 }
 LIGHT = {"masses": [1.0], "stiffnesses": [1.0], "damping": 0.01, "forcing": [1.0], "restitution": 0.9}
-KERNELS_FIRST = pytest.mark.thorough  # the kernels for one mass are compiled first
 
 
 @pytest.mark.parametrize(

@@ -242,4 +242,4 @@ def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, 
     assert supervisor.children() == [worker]
     assert list(tmp_path.iterdir()) == []
     until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in hostile), 2)
-    until(lambda: store.redis.llen(queue.intermediate_queue_key) == 0, 2)
+    assert store.redis.llen(queue.intermediate_queue_key) == 0
