@@ -22,7 +22,6 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import GROWTH_UNDECIDED
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.workspace import (
-    HELD,
     HELD_LEFT,
     HELD_RIGHT,
     OK,
@@ -252,11 +251,11 @@ def _carry_alone(
 
 @kernel
 def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
-    """Write `tangents.impacts` of the half period since `save_lane_starts`."""
+    """Write `tangents.impacts` of the half period that `run_half` has run since `save_lane_starts`."""
     before, after, mixed, impacts = tangents.cursor, group.cursor, group.mixed, tangents.impacts
     for lane in range(used):
         rows = after[lane, ROWS]
-        known = before[lane, HELD] == 0 and mixed[lane] == 0 and rows <= group.events.shape[1]
+        known = mixed[lane] == 0 and rows <= group.events.shape[1]
         impacts[lane] = rows - before[lane, ROWS] if known else NOT_ALL
 
 

@@ -90,7 +90,7 @@ class Lanes(NamedTuple):
         Columns as in `workspace`, and CONTACT_ACCELERATION. Events since the start of the trajectory, or since the
         caller emptied them (`cursor`); those beyond the capacity are counted only.
     mixed : (LANES,)
-        1 if the events of the last half period are not all impacts with a speed, or if mass 1 has rested in it.
+        1 if the events of the last half period are not all impacts with a speed, or if mass 1 rested in it.
     deferred, deferred_state, deferred_offset : (LANES,), (LANES, 2 N), (LANES,)
         Lanes that go through the present cell one by one; (u, u') and time in the cell at which they start.
     flags, flagged, not_free, lane_of, active, first_pass, second_pass
@@ -592,6 +592,7 @@ def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u:
     copy_vector(work.near[:3], group.near[lane])
     copy_vector(work.tally, group.tally[:, lane])
     if work.cursor[workspace.HELD] != 0:
+        group.mixed[lane] = 1
         copy_matrix(held.state, group.resting[lane])
         copy_vector(held.since, group.since[lane])
     capacity = group.events.shape[1]
