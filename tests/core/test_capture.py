@@ -32,6 +32,20 @@ BESIDE = 0.2604494382022472, 1.7718524462135552
 # After 75 periods the trajectory from rest is close to an orbit 6-1r-6l, and goes to 4-1r-4l.
 PASSING = 0.2601565557729941, 1.810958904109589
 
+# After 30 periods it is close to an orbit 9-40r-40l, 4e-7 from a border, and leaves for 9-41r-41l.
+BESIDE_ANOTHER = 0.2713332562143301, 1.3185876541199797
+
+# After 30 periods it is close to an orbit 2-11r-10l, also beside a border, and leaves for 6-33r-30l.
+BESIDE_A_THIRD = 0.27808839421168835, 1.3374087498632392
+
+# Trajectories whose returns shrink by 0.4 % or less: within 1000 periods the orbit cannot be shown to capture them.
+SLOW = [
+    ((0.28136986301369865, 1.8589041095890413), [1, 1, 1]),
+    ((0.274144474872202, 1.3638982951649), [1, 4, 4]),  # its leading multipliers are a complex pair
+    ((0.26545234899272124, 1.3286643909943632), [3, 10, 10]),  # its leading multiplier is near -1, as that of the next
+    ((0.279678436255464, 1.323553673257857), [1, 5, 7]),
+]
+
 DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 SYSTEMS = {
     "default": (DEFAULT, (0.26, 0.30), (1.3, 2.0)),
@@ -49,7 +63,10 @@ SYSTEMS = {
 
 
 @pytest.mark.parametrize("preview", [False, True])
-@pytest.mark.parametrize(("place", "motion"), [(BESIDE, [1, 1, 1]), (PASSING, [4, 1, 4])])
+@pytest.mark.parametrize(
+    ("place", "motion"),
+    [(BESIDE, [1, 1, 1]), (PASSING, [4, 1, 4]), (BESIDE_ANOTHER, [9, 41, 41]), (BESIDE_A_THIRD, [6, 33, 30])],
+)
 def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(
     place: tuple[float, float], motion: list[int], preview: bool
 ) -> None:
@@ -155,3 +172,13 @@ def test_what_is_not_captured_says_so() -> None:
     both = slow & late["verified"]
     for name in ("period", "impacts_right", "impacts_left"):
         assert np.array_equal(early[name][both], late[name][both])
+
+
+@pytest.mark.parametrize(("place", "motion"), SLOW)
+def test_a_slow_approach_is_named_after_the_orbit_that_was_verified(
+    place: tuple[float, float], motion: list[int]
+) -> None:
+    point = unfolding_map_tile(DEFAULT, *(np.array([number]) for number in place))
+    assert point["reason"][0, 0] == NOT_CAPTURED
+    assert not point["verified"][0, 0]
+    assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == motion

@@ -27,7 +27,7 @@ SEPARATION: Final = 100.0
 (in units of omega * clearance) is this many times the distance to the limit."""
 
 APPROACH_RATE: Final = 0.99
-"""Contraction per return above which a trajectory does not count as convergent."""
+"""Contraction per return from which on a trajectory does not count as convergent, unless the orbit was verified."""
 
 GRAZE_SPEED_RATIO: Final = 4.0
 """Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which it is

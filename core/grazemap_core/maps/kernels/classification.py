@@ -61,7 +61,14 @@ from grazemap_core.maps.kernels.lane_tangents import (
 )
 from grazemap_core.maps.kernels.lanes import LANES
 from grazemap_core.maps.kernels.lockstep import RESTING
-from grazemap_core.maps.tolerances import APPARENT, APPROACH_RETRY, CAPTURE_RETRY, HALF_PERIOD_EVENTS, SETTLING_IMPACTS
+from grazemap_core.maps.tolerances import (
+    APPARENT,
+    APPROACH,
+    APPROACH_RETRY,
+    CAPTURE_RETRY,
+    HALF_PERIOD_EVENTS,
+    SETTLING_IMPACTS,
+)
 from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain
 from grazemap_core.orbits.kernels.verification import (
     Verification,
@@ -72,7 +79,13 @@ from grazemap_core.orbits.kernels.verification import (
     verify,
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
-from grazemap_core.simulation.kernels.period_detection import detect_period, mean_section, orbit_nearby, separation
+from grazemap_core.simulation.kernels.period_detection import (
+    detect_period,
+    impacts_of_two,
+    mean_section,
+    orbit_nearby,
+    separation,
+)
 from grazemap_core.simulation.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIMIT_DISTANCE
 
 NamedMotion = tuple[int, int, int, int, bool, float, bool]
@@ -166,12 +179,11 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
 @kernel
 def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool:
     """Verify the orbit that a lane approaches, if there is one. Returns whether the lane is captured by it."""
-    problem, group = column.model.problem, column.group
-    sizes = column.records.sizes[lane]
+    group, sizes = column.group, column.records.sizes[lane]
     sought = column.blocks.verifiable and sizes[lane_state.RETURN_GOAL] != CLOSING_GOAL
     if not (sought and returned > 0 and group.regime[lane] != RESTING):
         return False
-    distance = orbit_nearby(problem, column.history, lane, k, returned, column.task.max_period, group.clearance[lane])
+    distance = _distance_of_orbit(column, lane, k, returned)
     if not np.isfinite(distance):
         return False
     verified = _verify(column, lane, k, returned, max(distance, LIMIT_DISTANCE))
@@ -181,6 +193,22 @@ def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool
     return _write_orbit(
         column, lane, k, returned, verified, (k - column.records.counts[lane, lane_state.STARTED] + 1) // 2
     )
+
+
+@kernel
+def _is_near_orbit(column: Column, lane: int, length: int) -> bool:
+    """Return whether `length` half periods are a multiple of the length of the orbit that was verified near a lane."""
+    known = column.records.counts[lane, lane_state.NEAR_ORBIT]
+    return known > 0 and length % known == 0
+
+
+@kernel
+def _distance_of_orbit(column: Column, lane: int, k: int, length: int) -> float:
+    """Return the distance of a lane from the orbit of `length` half periods that it approaches; infinite if none."""
+    if length % 2 == 1 and length > column.task.max_period:
+        return np.inf
+    known, clearance = _is_near_orbit(column, lane, length), column.group.clearance[lane]
+    return orbit_nearby(column.model.problem, column.history, lane, k, length, known, clearance)
 
 
 @kernel
@@ -198,7 +226,7 @@ def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verif
         return True
     codes[lane_state.UNVERIFIED] = NOT_CAPTURED
     codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
-    counts[lane_state.NEAR_ORBIT] = length
+    counts[lane_state.NEAR_ORBIT] = verified.length
     clearance = column.group.clearance[lane]
     now = separation(column.model.problem, column.history, lane, k, length, clearance, np.inf)
     goal = min(CAPTURE_RETRY / verified.ratio, CAPTURE_RETRY) * now
@@ -224,15 +252,11 @@ def _write_captured(column: Column, lane: int) -> None:
 @kernel
 def _classify_near_orbit(column: Column, lane: int, k: int) -> bool:
     """Write the orbit that a lane is near at its end, without being captured. Returns whether there is one."""
-    counts, clearance = column.records.counts[lane], column.group.clearance[lane]
+    counts = column.records.counts[lane]
     length = counts[lane_state.NEAR_ORBIT]
-    if length == 0 or column.group.regime[lane] == RESTING:
+    if length == 0 or column.group.regime[lane] == RESTING or not impacts_of_two(column.history, lane, k, length)[0]:
         return False
-    problem, max_period = column.model.problem, column.task.max_period
-    distance = orbit_nearby(problem, column.history, lane, k, length, max_period, clearance)
-    if not np.isfinite(distance):
-        return False
-    verified = _verify(column, lane, k, length, max(distance, LIMIT_DISTANCE))
+    verified = _verify(column, lane, k, length, APPROACH)
     if verified.reason != RESOLVED:
         return False
     _write_orbit(column, lane, k, length, verified, (k - counts[lane_state.STARTED] + 1) // 2)
@@ -275,8 +299,9 @@ def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion, last
 def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> Verification:
     """Look for the motion near a lane and verify it, as `verification.verify`.
 
-    The shortest time after which the impacts repeat is tried first. They are compared to within about `distance` only,
-    so the orbit must be within that distance.
+    The shortest time after which the impacts repeat is tried first: that of the orbit that was verified near the lane,
+    if there is one. Otherwise they are compared to within about `distance` only, so the orbit must be within that
+    distance.
     """
     problem, blocks, scratch, group = column.model.problem, column.blocks, column.verification, column.group
     clearance, events, rows = group.clearance[lane], group.events[lane], group.cursor[lane, ROWS]
@@ -294,7 +319,10 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
         copy_vector(scratch.replay.cursor, group.cursor[lane])
         copy_vector(scratch.replay.near[:3], group.near[lane])
         count = guess_from_replay(problem, column.model.held, scratch, clearance, k, length)
-    part = apparent_length(scratch, count, length, APPARENT * distance * clearance / unit_of_speeds(problem, clearance))
+    part, nearby = column.records.counts[lane, lane_state.NEAR_ORBIT], distance
+    if not _is_near_orbit(column, lane, length):
+        apart = APPARENT * distance * clearance / unit_of_speeds(problem, clearance)
+        part, nearby = apparent_length(scratch, count, length, apart), APPARENT / ORBIT_NEARBY * distance
     if part < length:
         if recorded:
             _write_arrival(column, lane, k - part)
@@ -303,7 +331,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
             if recorded
             else count * part // length
         )
-        verified = verify(problem, blocks, scratch, clearance, few, part, APPARENT / ORBIT_NEARBY * distance, error)
+        verified = verify(problem, blocks, scratch, clearance, few, part, nearby, error)
         if verified.reason == RESOLVED:
             return verified
         if recorded:

@@ -92,7 +92,7 @@ class LaneTangents(NamedTuple):
         As in `lyapunov.Tangents`.
     errors : LaneErrors
     wanted, impacts, sorted : (LANES,)
-        1 for the lanes that are carried together; number of impacts of every lane in the half period, NOT_ALL with
+        Number of changes that are carried along; number of impacts of every lane in the half period, NOT_ALL with
         others or with a rest; lanes, sorted by it.
     places : (MOST_SORTED + 2,)
         Scratch.
@@ -260,8 +260,8 @@ def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
 
 
 @kernel
-def _sort_by_impacts(tables: LaneTables, tangents: LaneTangents, used: int) -> int:
-    """Write the wanted lanes that can be carried in batches to `tangents.sorted`, those with fewer impacts first.
+def _sort_by_impacts(tables: LaneTables, tangents: LaneTangents, changes: int, used: int) -> int:
+    """Write the lanes with `changes` changes that can be carried in batches to `tangents.sorted`, by number of impacts.
 
     Returns their number.
     """
@@ -272,12 +272,12 @@ def _sort_by_impacts(tables: LaneTables, tangents: LaneTangents, used: int) -> i
     for place in range(last + 1):
         places[place] = 0
     for lane in range(used):
-        if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
+        if wanted[lane] == changes and impacts[lane] != NOT_ALL:
             places[np.uintp(min(impacts[lane], last - 1) + 1)] += 1
     for place in range(last):
         places[place + 1] += places[place]
     for lane in range(used):
-        if wanted[lane] != 0 and impacts[lane] != NOT_ALL:
+        if wanted[lane] == changes and impacts[lane] != NOT_ALL:
             number = np.uintp(min(impacts[lane], last - 1))
             ready[np.uintp(places[number])] = lane
             places[number] += 1
@@ -355,9 +355,20 @@ def carry_changes(model: LaneModel, group: Lanes, tangents: LaneTangents, half: 
             carried[lane] = NOTHING
         if carried[lane] == ALL and _carry_alone(model, group, tangents, lane, half, tangents.full[lane], 0.0) != OK:
             carried[lane] = LOST
-    # pairs first: some of the others become pairs after their half period
-    _carry_lanes((0, 0), model, group, tangents, half, skipped, used)
-    _carry_lanes((0,), model, group, tangents, half, skipped, used)
+    wanted, singles, pairs = tangents.wanted, 0, 0
+    for lane in range(used):
+        if carried[lane] == PAIR:
+            wanted[lane] = 2
+            pairs += 1
+        elif carried[lane] == FIRST or errors.carried[lane] != 0:
+            wanted[lane] = 1
+            singles += 1
+        else:
+            wanted[lane] = 0
+    if pairs > 0:
+        _carry_lanes((0, 0), model, group, tangents, half, skipped, used)
+    if singles > 0:
+        _carry_lanes((0,), model, group, tangents, half, skipped, used)
 
 
 @kernel
@@ -370,18 +381,11 @@ def _carry_lanes(
     skipped: int,
     used: int,
 ) -> None:
-    """Propagate the changes of the lanes with as many of them as `columns` has entries."""
+    """Propagate the changes of the lanes that want as many of them as `columns` has entries."""
     carried, errors, wanted, batch = tangents.carried, tangents.errors, tangents.wanted, tangents.batch
-    found, farthest = 0, largest_reach(model.problem)
+    farthest, count = largest_reach(model.problem), _sort_by_impacts(model.tables, tangents, len(columns), used)
     for lane in range(used):
-        single = carried[lane] == FIRST or (carried[lane] != PAIR and errors.carried[lane] != 0)
-        wanted[lane] = 1 if (carried[lane] == PAIR and len(columns) == 2) or (single and len(columns) == 1) else 0
-        found += wanted[lane]
-    if found == 0:
-        return
-    count = _sort_by_impacts(model.tables, tangents, used)
-    for lane in range(used):
-        if wanted[lane] != 0 and (count == 0 or tangents.impacts[lane] == NOT_ALL):
+        if wanted[lane] == len(columns) and (count == 0 or tangents.impacts[lane] == NOT_ALL):
             _carry_by_itself(model, group, tangents, lane, half, skipped)
     begin = int(np.int64(0))
     while begin < count:

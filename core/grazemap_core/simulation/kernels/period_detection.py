@@ -231,7 +231,7 @@ def nearest_returns(
 
 @kernel
 def orbit_nearby(
-    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, max_period: int, clearance: float
+    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, known: bool, clearance: float
 ) -> float:
     """Return the distance of a lane, one return ago, from the periodic orbit that it converges to; infinite if none.
 
@@ -239,25 +239,27 @@ def orbit_nearby(
     ----------
     m : int
         Half periods after which the lane returns; 4 m of them must be in the ring.
+    known : bool
+        Whether that orbit was verified once. Then the lane may approach it slowly, and it may have slow impacts.
 
     Returns
     -------
     distance : float
         Extrapolated from three windows of returns, in units of the clearance.
     """
-    if m % 2 == 1 and m > max_period:
-        return np.inf
+    slowest = 1.0 if known else tolerances.APPROACH_RATE
     now = _largest_return(problem, ring, lane, k, m, clearance)
     before = _largest_return(problem, ring, lane, k - m, m, clearance)
-    if not now / before <= tolerances.APPROACH_RATE:
+    if not now / before < slowest:
         return np.inf
     rate = max(now / before, before / _largest_return(problem, ring, lane, k - 2 * m, m, clearance))
-    if not rate <= tolerances.APPROACH_RATE:
+    if not rate < slowest:
         return np.inf
     repeats, _, min_unpressed_speed = impacts_of_two(ring, lane, k, m)
     distance = now * rate / (1.0 - rate)
     speed = min_unpressed_speed / (problem.omega * clearance)
-    return now + distance if repeats and speed * speed > tolerances.GRAZE_SPEED_RATIO * distance else np.inf
+    decided = known or speed * speed > tolerances.GRAZE_SPEED_RATIO * distance
+    return now + distance if repeats and decided else np.inf
 
 
 @kernel
