@@ -30,8 +30,8 @@ AT_ONCE: Final = 4
 """Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
 SPARE_PERIODS: Final = 6
 """Forcing periods in addition to these: returns are looked for every few half periods."""
-MOST_WORK: Final = 40_000_000
-"""Limit of the work for a point, in impacts times bits: some twenty seconds."""
+MOST_WORK: Final = 100_000_000
+"""Limit of the work for a point, in impacts times bits: about a minute."""
 IMPACT_BITS: Final = 1000
 """Bits that are counted in addition for every impact, for the work that does not depend on the precision."""
 MODES_PER_IMPACT: Final = 9

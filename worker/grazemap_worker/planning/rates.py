@@ -37,7 +37,7 @@ UNSETTLED = 0.1
 # them is resolved (`make resolve` prints the mean).
 SENSITIVE = 0.02
 RESOLUTION_SECONDS = 3.0
-RESOLUTION_AT_WORST = 30.0
+RESOLUTION_AT_WORST = 90.0
 # The same for the states of a basin, which run side by side and mostly lead to few attractors.
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_UNSETTLED = 0.02
