@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 import numpy as np
@@ -15,11 +16,11 @@ from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.sensitive_points import Resolver, resolution, resolve_grid
+from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
 from grazemap_core.maps.settling import Settling, settle_grid
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.multiprecision import Impact, MultiprecisionRun, same_impacts
+from grazemap_core.simulation.multiprecision import Impact, MultiprecisionRun, known_bits, same_impacts
 
 CHAOTIC, OMEGA, CLEARANCE = ONE_MASS[:3]
 
@@ -199,6 +200,20 @@ def test_a_steady_motion_that_cancels_is_undecided():
     assert not MultiprecisionRun(beside, 1.01, 1.0, np.zeros((2, 1)), 0.0, 128).ended
 
 
+def test_bits_below_the_error_are_not_needed():
+    """A precise run shows the error of two others: that of the one that continues with fewer bits is not larger."""
+    whole, fewer, exact = (MultiprecisionRun(*ONE_MASS[:3], np.zeros((2, 1)), 0.0, bits) for bits in (512, 512, 2048))
+    for periods in range(20, ONE_MASS.settled_after, 20):
+        for run in (whole, fewer, exact):
+            run.run(periods)
+        known = known_bits(fewer, exact)
+        assert known > known_bits(whole, exact) - 2.0
+        fewer.reduce(round(known) + GUARD_BITS)
+    assert known < 256
+    assert fewer.work < 0.95 * whole.work
+    assert known_bits(whole, whole) == math.inf
+
+
 @pytest.mark.parametrize("velocity", [0.0, 0.5])
 def test_a_start_against_a_stop_is_undecided(velocity):
     found = Resolver(CHAOTIC, OMEGA).resolve(CLEARANCE, np.array([[CLEARANCE], [velocity]]))
@@ -211,7 +226,7 @@ def test_runs_that_never_have_the_same_impacts_end():
     class Planted:
         def __init__(self, bits: int) -> None:
             self.bits, self.period, self.ended, self.states = bits, 1.0, "", [np.zeros((2, 1))]
-            self.impacts = [Impact(1, 1.0 / bits)]
+            self.impacts, self.work = [Impact(1, 1.0 / bits)], bits
 
         def run(self, periods: int) -> None:
             pass
@@ -225,7 +240,7 @@ def test_runs_with_different_impacts_decide_nothing():
     class Planted:
         def __init__(self, bits: int) -> None:
             self.bits, self.period, self.ended, self.states = bits, 1.0, "", [np.zeros((2, 1))] * 100
-            self.impacts = [Impact(1, 2.0 ** (-bits // 16))]
+            self.impacts, self.work = [Impact(1, 2.0 ** (-bits // 16))], bits
 
         def run(self, periods: int) -> None:
             pass

@@ -17,7 +17,7 @@ from grazemap_core.codes import RESOLVED
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.multiprecision import MultiprecisionRun, RunError, same_impacts
+from grazemap_core.simulation.multiprecision import MultiprecisionRun, RunError, known_bits, same_impacts
 
 FIRST_BITS: Final = 128
 """Precision of the first run."""
@@ -32,10 +32,8 @@ SPARE_PERIODS: Final = 6
 """Forcing periods in addition to these: returns are looked for every few half periods."""
 MOST_WORK: Final = 100_000_000
 """Limit of the work for a point, in impacts times bits: about a minute."""
-IMPACT_BITS: Final = 1000
-"""Bits that are counted in addition for every impact, for the work that does not depend on the precision."""
-MODES_PER_IMPACT: Final = 9
-"""N^3 over this is the number of impacts that take as long as computing the modes of N masses."""
+GUARD_BITS: Final = 96
+"""Bits that a run continues with in addition to those to which its last impacts are known."""
 MOST_BITS: Final = 2**16
 """Limit of the precision, if few impacts make little work: at a graze of the exact trajectory no precision suffices."""
 
@@ -108,10 +106,10 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
         fine.run(periods)
         coarse.run(periods)
         if not same_impacts(coarse, fine):
-            work += _work(coarse)
+            work += coarse.work + fine.work
             if work > MOST_WORK or fine.bits == MOST_BITS:
                 return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
-            coarse, fine = fine, start(2 * fine.bits)
+            coarse, fine = start(fine.bits), start(2 * fine.bits)
             done, periods = 0, min(FIRST_PERIODS, max_periods)
             continue
         if fine.ended:
@@ -124,8 +122,12 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
             return Resolution("", fine.bits, codes[first], figures[first])
         if periods == max_periods:
             return Resolution("not captured within the periods simulated", fine.bits, *undecided)
-        if work + _work(coarse) + _work(fine) > MOST_WORK:
+        if work + coarse.work + fine.work > MOST_WORK:
             return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
+        known = known_bits(coarse, fine)
+        if known < coarse.bits:
+            coarse.reduce(round(known) + GUARD_BITS)
+            fine.reduce(2 * (round(known) + GUARD_BITS))
         done, periods = periods, min(periods + periods // 4, max_periods)
 
 
@@ -134,11 +136,6 @@ def _at_once(codes: Integers) -> Booleans:
     verified = (codes[:, lane_state.REASON] == RESOLVED) & (codes[:, lane_state.UNVERIFIED] == RESOLVED)
     early = codes[:, lane_state.HALVES_RUN] <= 2 * (AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
     return np.asarray(verified & early)
-
-
-def _work(run: MultiprecisionRun) -> int:
-    masses = len(run.states[0][0])
-    return (len(run.impacts) + masses**3 // MODES_PER_IMPACT) * (run.bits + IMPACT_BITS)
 
 
 def resolve_grid(

@@ -44,6 +44,12 @@ SHORTEST_FLIGHT = 1e-6
 """Time between two impacts on one stop, in forcing periods, below which mass 1 is taken to come to rest on it."""
 SAME_BITS = 60
 """Impacts whose times differ by less than 2^-SAME_BITS forcing periods are the same."""
+LAST_IMPACTS = 8
+"""Number of last impacts that show to how many bits a run is known."""
+IMPACT_BITS = 1000
+"""Bits that count in addition for every impact, for the work that does not depend on the precision."""
+MODES_PER_IMPACT = 9
+"""Number of entries of a cubed matrix of modes that take as long as an impact."""
 
 TOO_SLOW = "an impact is too close to a graze"
 
@@ -89,7 +95,9 @@ class MultiprecisionRun:
     Attributes
     ----------
     bits : int
-        Precision of the arithmetic.
+        Precision of the arithmetic at the start.
+    work : int
+        Impacts times bits so far, a measure of the time that they took.
     period : float
         The forcing period.
     impacts : list of Impact
@@ -105,6 +113,7 @@ class MultiprecisionRun:
     ) -> None:
         """Start from displacements and velocities (2, N) at a phase of the forcing. Raises RunError."""
         self.bits, self.period, self.ended = bits, 2.0 * math.pi / omega, ""
+        self._bits, self.work = bits, oscillator.size**3 // MODES_PER_IMPACT * (bits + IMPACT_BITS)
         self.impacts, self.states = list[Impact](), [state]
         self._clearance = clearance
         if abs(state[0, 0]) >= clearance and state[0, 0] * state[1, 0] >= 0.0:
@@ -141,9 +150,19 @@ class MultiprecisionRun:
         pairs = list(zip(columns, self._exponents, strict=True))
         self._outputs = acb_mat([[c[0] * x**order for c, x in pairs] for order in range(3)]).mid()
 
+    def reduce(self, bits: int) -> None:
+        """Continue with so many bits if these are fewer: what an error has reached need not be computed on."""
+        self._bits = min(bits, self._bits)
+        with ctx.workprec(self._bits):
+            self._exponents, self._kicks = ([(+x).mid() for x in row] for row in (self._exponents, self._kicks))
+            self._vectors, self._outputs = (
+                acb_mat([[(+x).mid() for x in row] for row in table.tolist()])
+                for table in (self._vectors, self._outputs)
+            )
+
     def run(self, periods: int) -> None:
         """Continue until so many forcing periods after the start, if possible."""
-        with ctx.workprec(self.bits):
+        with ctx.workprec(self._bits):
             while len(self.states) <= periods and not self.ended:
                 try:
                     self._go_on()
@@ -191,6 +210,7 @@ class MultiprecisionRun:
         jump = (1 + self._restitution) * speed
         after = [(a - kick * jump).mid() for a, kick in zip(before.entries(), self._kicks, strict=True)]
         self.impacts.append(Impact(stop, (self._time + time).mid()))
+        self.work += self._bits + IMPACT_BITS
         self._begin(self.impacts[-1].time, after, stop, abs(float(self._restitution * speed)))
 
     def _search(self) -> None:
@@ -274,13 +294,13 @@ class MultiprecisionRun:
 
     @property
     def _accuracy(self) -> arb:
-        return arb(2) ** (SPARE_BITS - self.bits) / self._fastest
+        return arb(2) ** (SPARE_BITS - self._bits) / self._fastest
 
     def _solved(self, near: arb, stop: int) -> _Contact:
         """Return the contact at about a time, by Newton's method with more and more bits."""
         time, place = near, stop * arb(self._clearance)
-        for halved in range((self.bits // FIRST_BITS).bit_length() - 1, 0, -1):
-            with ctx.workprec(self.bits >> halved):
+        for halved in range((self._bits // FIRST_BITS).bit_length() - 1, 0, -1):
+            with ctx.workprec(self._bits >> halved):
                 here, speed, _ = self._motion(time)
                 time = (time - (here - place) / speed).mid()
         values = self._exponentials(time)
@@ -303,6 +323,14 @@ def same_impacts(one: MultiprecisionRun, other: MultiprecisionRun) -> bool:
         return False
     apart, pairs = 2.0**-SAME_BITS * one.period, zip(one.impacts, other.impacts, strict=True)
     return all(a.stop == b.stop and bool(abs(a.time - b.time) < apart) for a, b in pairs)
+
+
+def known_bits(one: MultiprecisionRun, other: MultiprecisionRun) -> float:
+    """Return to how many bits of a forcing period the last of the same impacts of two runs agree."""
+    pairs = zip(one.impacts[-LAST_IMPACTS:], other.impacts[-LAST_IMPACTS:], strict=True)
+    with ctx.workprec(FIRST_BITS):
+        apart = [abs(a.time - b.time) / one.period for a, b in pairs]
+        return min((-float(x.log()) / math.log(2.0) for x in apart if x != 0), default=math.inf)
 
 
 def _chain_matrix(links: Sequence[arb]) -> acb_mat:
