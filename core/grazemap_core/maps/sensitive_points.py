@@ -23,15 +23,15 @@ FIRST_BITS: Final = 128
 """Precision of the first run."""
 FIRST_PERIODS: Final = 16
 """Forcing periods after which the runs are compared first; then after 1.25 times as many, again and again."""
-LONGER: Final = 4
+LONGER: Final = 8
 """How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
 ones."""
 AT_ONCE: Final = 4
 """Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
 SPARE_PERIODS: Final = 6
 """Forcing periods in addition to these: returns are looked for every few half periods."""
-MOST_WORK: Final = 100_000_000
-"""Limit of the work for a point, in impacts times bits: about a minute."""
+MOST_WORK: Final = 300_000_000
+"""Limit of the work for a point, in impacts times bits: some two minutes."""
 GUARD_BITS: Final = 96
 """Bits that a run continues with in addition to those to which its last impacts are known."""
 MOST_BITS: Final = 2**16

@@ -36,8 +36,8 @@ UNSETTLED = 0.1
 # The share of sensitive trajectories in a map with chaotic transients, and the mean and maximum seconds in which one of
 # them is resolved (`make resolve` prints the mean).
 SENSITIVE = 0.02
-RESOLUTION_SECONDS = 3.0
-RESOLUTION_AT_WORST = 90.0
+RESOLUTION_SECONDS = 6.0
+RESOLUTION_AT_WORST = 180.0
 # The same for the states of a basin, which run side by side and mostly lead to few attractors.
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_UNSETTLED = 0.02
