@@ -199,7 +199,7 @@ def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool
 def _is_near_orbit(column: Column, lane: int, length: int) -> bool:
     """Return whether `length` half periods are a multiple of the length of the orbit that was verified near a lane."""
     known = column.records.counts[lane, lane_state.NEAR_ORBIT]
-    return known > 0 and length % known == 0
+    return bool(known > 0 and length % known == 0)
 
 
 @kernel
