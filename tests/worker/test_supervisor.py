@@ -25,6 +25,7 @@ from grazemap.wire import Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import entries
+from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, connect, core_version
 
 PLANTED = Path(__file__).with_name("planted.py")
@@ -154,7 +155,7 @@ def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, st
     until(lambda: not living(everything), 1)
     killed = time.monotonic()
     assert_whole(store, job.id)
-    assert time.monotonic() - killed < 8
+    assert time.monotonic() - killed < 3 * LEASE_SECONDS  # a slow machine also takes seconds to compute
 
 
 def test_dismissing_stops_the_work_within_two_seconds(start: Start, store: Store) -> None:
