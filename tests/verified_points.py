@@ -24,7 +24,7 @@ DEFAULT = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0,
 DIGITS = 50
 SETTLED = 1e-5  # relative distance of impacts from those of the motion up to which a run has settled
 REPEATS = 1e-4  # up to which they are the same
-LONGEST = 2000  # forcing periods of a run
+LONGEST = 4000  # forcing periods of a run
 MOST_IMPACTS = 1500  # complete chatter has infinitely many
 MAX_PERIODS = 400
 
