@@ -48,7 +48,7 @@ resonance: export PYTHONPATH = .
 resonance: $(STAMP)  ## the impacts of fifty undamped chains at resonance and beside it, in 60 digits (ten minutes)
 	$(BIN)/python tests/resonance.py 50
 
-borders: $(RUN_STAMP)  ## compute unfolding diagrams with every border explained, into out/ (five minutes)
+borders: $(RUN_STAMP)  ## compute unfolding diagrams with every border explained, into out/ (three minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
 pictures: $(STAMP)  ## make twenty pictures, and a page with the code of each, into out/pictures/ (two minutes)
@@ -62,10 +62,10 @@ test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 # threads of small products wait for one another where others compute too
 test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
-	$(call timed,testing (about eight minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
+	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
 	@$(BIN)/python -m tools.all_checks --age
 
-all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (two hours)
+all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (three hours)
 	$(BIN)/python -m tools.all_checks
 
 # one process, as maps, orbits and trajectories share many kernels; what tests is installed meanwhile
@@ -150,7 +150,7 @@ long-transients: $(STAMP)  ## how many of 500 long transients that double precis
 
 resolve: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 resolve: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
-resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (twenty minutes)
+resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (an hour)
 	$(BIN)/python tests/resolved_points.py 200
 
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
@@ -165,7 +165,7 @@ proofs: $(STAMP)  ## prove orbits, attractions, bifurcations and codimension-two
 bench: $(BENCH_STAMP)  ## compare the speed with scipy and heyoka, into out/bench.json (ten minutes)
 	$(BIN)/python -m benchmarks out/bench.json
 
-bench-quick: $(BENCH_STAMP)  ## the same in a minute with less precise figures, into out/bench-quick.json
+bench-quick: $(BENCH_STAMP)  ## the same in two minutes with less precise figures, into out/bench-quick.json
 	$(BIN)/python -m benchmarks out/bench-quick.json --quick
 
 performance: $(STAMP)  ## write docs/performance.md and its picture from the last out/bench.json

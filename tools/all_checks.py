@@ -107,9 +107,10 @@ def age(page: Path = PAGE, now: datetime | None = None) -> str:
 
 
 def _commit() -> str:
-    """Return the commit that is checked out, and whether files differ from it."""
+    """Return the commit that is checked out, and whether files other than the page differ from it."""
     head = _git("rev-parse", "--short=12", "HEAD") or "unknown"
-    return f"{head} with changes" if _git("status", "--porcelain", "--untracked-files=no") else head
+    changes = _git("status", "--porcelain", "--untracked-files=no", "--", ".", f":!{PAGE.relative_to(ROOT)}")
+    return f"{head} with changes" if changes else head
 
 
 def _git(*arguments: str) -> str:
