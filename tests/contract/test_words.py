@@ -20,7 +20,11 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("core/grazemap_core", "sdk/grazemap", "worker/grazemap_worker", "service/grazemap_service")
-DOCUMENTS = [*sorted((ROOT / "docs").glob("*.md")), *(ROOT / name for name in ("README.md", "CHANGELOG.md"))]
+# the record of the long checks is left out: it has the names of targets only
+DOCUMENTS = [
+    *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name != "checks.md"),
+    *(ROOT / name for name in ("README.md", "CHANGELOG.md")),
+]
 
 OF_PROOFS = r"proven|proofs?|proves?|proved|proving"
 NEVER = re.compile(
