@@ -47,7 +47,7 @@ def platform_key() -> str:
 
 
 def compute() -> dict[str, str]:
-    """Return the digests of four maps, two periodic orbits and a bifurcation diagram, by name."""
+    """Return the digests of five maps, two periodic orbits and a bifurcation diagram, by name."""
     from grazemap_core.maps.bifurcation_diagrams import sections
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.model.oscillator import Oscillator
@@ -70,6 +70,9 @@ def compute() -> dict[str, str]:
         "map in a sweep": digest(unfolding_map_tile(softer, omega[::2], clearance[::2], policy="sweep-down").values()),
         "map of an ensemble": digest(
             unfolding_map_tile(three, omega[::3], clearance[::6], policy="ensemble", initial_conditions=3).values()
+        ),
+        "sensitive point resolved": digest(
+            unfolding_map_tile(three, omega[5:], clearance[6:7], resolve_sensitive=True).values()
         ),
         "preview of a map": digest(unfolding_map_tile(three, omega, clearance, preview=True).values()),
         "periodic orbit of four impacts": digest(orbit(three, 0.27, 1.55, [1, 1, -1, -1])),

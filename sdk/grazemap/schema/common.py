@@ -33,7 +33,7 @@ ADMISSIBLE = field(
 )
 STABLE = field("stable", "bool", "All multipliers are inside the unit circle.")
 VERIFIED = field("verified", "bool", "The orbit is isolated, admissible and stable, and its period is the minimum.")
-SINCE = "since version 0.3.3"
+SINCE = "since version 0.3.4"
 SENSITIVE = field(
     "sensitive",
     "bool",
