@@ -126,8 +126,9 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
             return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
         known = known_bits(coarse, fine)
         if known < coarse.bits:
-            coarse.reduce(round(known) + GUARD_BITS)
-            fine.reduce(2 * (round(known) + GUARD_BITS))
+            enough = round(known) + GUARD_BITS
+            coarse.reduce(enough)
+            fine.reduce(2 * enough)
         done, periods = periods, min(periods + periods // 4, max_periods)
 
 

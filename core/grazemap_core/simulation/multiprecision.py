@@ -49,7 +49,7 @@ LAST_IMPACTS = 8
 IMPACT_BITS = 1000
 """Bits that count in addition for every impact, for the work that does not depend on the precision."""
 MODES_PER_IMPACT = 9
-"""Number of entries of a cubed matrix of modes that take as long as an impact."""
+"""N^3 over this is the number of impacts that take as long as computing the modes of N masses."""
 
 TOO_SLOW = "an impact is too close to a graze"
 
