@@ -28,7 +28,7 @@ SUBMISSION_KINDS = (
 DESCRIPTION = """\
 Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, discontinuity
 mappings, trajectories, bifurcation diagrams, unfolding maps, basins of attraction,
-periodic orbits and their branches.
+periodic orbits and their branches, and proofs with certificates.
 
 1. **Post** a request to a process; the answer is a job, and `Location` is its address.
 2. **Wait** until its `status` is `successful`: request the job again, follow its events, or post with the header
@@ -42,7 +42,8 @@ Equal requests have the same job, also of different clients. Every error is a pr
   in m, and a list of dampings in N s/m. A single `damping` is the factor gamma of C = 2 gamma K, in s.
 - **Motions** n-p_r-q_l repeat after n periods of the forcing, with p impacts on the right stop (A) and q on the left
   one (C). -1: the stop is not touched; 0: the mass rests on it without an impact; -2: infinitely many impacts.
-- **verified**: the periodic orbit is isolated, admissible and stable, and n is its minimum period.
+- **verified**: the periodic orbit is isolated, admissible and stable, and n is its minimum period. Where a trajectory
+  is named after it, as in a map, the orbit also captures the trajectory, which is not sensitive.
 - **Waiting**: `waiting_for` of an unfinished job says why it does not advance.
 
 In Python, `grazemap.Client` has a method for each process, and every result a `plot()`; `help(grazemap.Client)` lists
