@@ -11,7 +11,6 @@ from unittest.mock import patch
 import httpx2
 
 from grazemap import AsyncClient
-from grazemap.wire import Job
 from grazemap_service import jobs
 from grazemap_service.app import create_app
 from grazemap_service.context import Context
@@ -19,15 +18,10 @@ from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker import tasks
 from grazemap_worker.numerics import numerics
-from grazemap_worker.store import Store, connect, core_version
-
-WORKER = "here"
-
-
-def _compute(context: Context, job: Job, tiles: int) -> None:
-    """Compute what would be put into the queue."""
-    for tile in range(tiles):
-        tasks.run_tile(job.id, tile)
+from grazemap_worker.planning import LANE_WEIGHTS
+from grazemap_worker.store import Bell, Store, WorkerInfo, connect, core_version
+from grazemap_worker.store.ledger import LANES
+from grazemap_worker.supervision.kernels import WARM
 
 
 @asynccontextmanager
@@ -36,9 +30,14 @@ async def client() -> AsyncIterator[AsyncClient]:
     with tempfile.TemporaryDirectory() as folder, RedisServer(Path(folder)) as server:
         store = Store(connect(server.url))
         ours = numerics()
-        store.workers.register(WORKER, ours.fingerprint, 600, core_version())
-        tasks.enter(tasks.Context(store, WORKER, ours))
+        worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(WARM), small=True)
+        store.workers.renew(worker, 600)
+
+        def drain(_context: Context, _bell: Bell) -> None:
+            """Compute what a worker would be woken for, as if all of it were small."""
+            tasks.drain(tasks.Context(store, worker, ours))
+
         transport = httpx2.ASGITransport(create_app(Settings(redis_url=server.url, allowed_hosts=("here",))))
-        with patch.object(jobs, "_enqueue", _compute):
+        with patch.object(jobs, "ring", drain), patch.dict(LANES, {True: list(LANE_WEIGHTS)}):
             async with AsyncClient("http://here", transport=transport, timeout=600.0) as made:
                 yield made

@@ -25,7 +25,7 @@ _LOG_LINES_SHOWN = 20
 # Settings of a public service that do not fit a private stack: keys that its client does not have, other hosts,
 # another address to listen at.
 _NOT_INHERITED = frozenset(
-    f"GRAZEMAP_{name}" for name in ("API_KEYS", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
+    f"GRAZEMAP_{name}" for name in ("API_KEYS", "API_KEYS_FILE", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
 )
 
 
@@ -50,8 +50,8 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     The first start compiles the kernels, in about a minute. Meanwhile a line on a terminal or below a notebook's cell
     says what is done, and is removed at the end; elsewhere stderr gets a few lines, unless the start is quick.
 
-    Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_ALLOWED_HOSTS, GRAZEMAP_CORS_ORIGINS,
-    GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
+    Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_API_KEYS_FILE, GRAZEMAP_ALLOWED_HOSTS,
+    GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
 
     Parameters
     ----------
@@ -78,9 +78,14 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
 
 def stack_command(*options: str) -> list[str]:
     """Return the command line of the stack. Raises MissingExtra where its parts are not installed."""
+    return server_command("grazemap_service.stack", *options)
+
+
+def server_command(module: str, *options: str) -> list[str]:
+    """Return the command line of a module of the service. Raises MissingExtra where its parts are not installed."""
     if any(importlib.util.find_spec(part) is None for part in _SERVER_PARTS):
         raise MissingExtra("a stack on this machine", "server")
-    return [sys.executable, "-m", "grazemap_service.stack", *options]
+    return [sys.executable, "-m", module, *options]
 
 
 class Stack:

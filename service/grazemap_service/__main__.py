@@ -1,7 +1,7 @@
 """``python -m grazemap_service``: the HTTP service alone, configured by the environment (see `settings`).
 
 It listens on GRAZEMAP_HOST and GRAZEMAP_PORT, or on a socket that its parent opened (GRAZEMAP_FD), so that a
-restart keeps the address. It refuses to listen on anything but loopback without keys.
+restart keeps the address. Without keys it refuses to be reached from other machines: see `Settings.check_exposed`.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ def main() -> int:
 
 
 def _listener(settings: Settings) -> socket.socket:
-    """Return the listening socket. Raises SettingsError when its address is exposed and there are no keys."""
+    """Return the listening socket. Raises SettingsError when it is exposed and there are no keys."""
     if settings.fd is not None:
         listener = socket.socket(fileno=settings.fd)
-        if listener.family != socket.AF_UNIX:
-            settings.check_exposed(listener.getsockname()[0])
+        # a unix socket is of this machine
+        settings.check_exposed("localhost" if listener.family == socket.AF_UNIX else listener.getsockname()[0])
         return listener
     settings.check_exposed(settings.host)
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET

@@ -9,6 +9,7 @@ from fastapi import FastAPI
 
 from grazemap_service import middleware, openapi, problems
 from grazemap_service.context import Context
+from grazemap_service.hub import Hub
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import HotResults, Renderings
 from grazemap_service.request_log import Observe
@@ -37,11 +38,13 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     connection = settings.connect(socket_timeout=STORE_SECONDS)
     store = Store(connection)
     renderings = Renderings(HotResults(settings.hot_bytes))
-    context = Context(settings, core_version(), store, Metrics(store), renderings)
+    hub = Hub(settings.connect_async)
+    context = Context(settings, core_version(), store, Metrics(store), renderings, hub)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         yield
+        await hub.close()
         connection.close()
 
     app = FastAPI(title="grazemap", version=VERSION, docs_url=None, redoc_url=None, lifespan=lifespan)
@@ -52,5 +55,5 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app)
-    openapi.install(app, keys=bool(settings.api_keys))
+    openapi.install(app, keys=settings.need_keys)
     return app

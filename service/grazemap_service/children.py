@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
@@ -26,11 +28,14 @@ class Child(ABC):
     Attributes
     ----------
     name : str
+    log : Path
+        The file to which it appends what it says; it has at most about `MOST_LOG_BYTES`, and `.1` what was before.
     deaths : int
         Number of recent deaths.
     """
 
     name: str
+    log: Path
     deaths = 0
     _inherited: tuple[int, ...] = ()
     _process: subprocess.Popen[bytes] | None = None
@@ -60,6 +65,7 @@ class Child(ABC):
 
     def look(self) -> bool:
         """Start it again if it ended and its pause is over. Returns whether this call noticed its end."""
+        bound_log(self.log)
         self.end_if_hung()
         if self.running:
             return False
@@ -135,7 +141,7 @@ class PythonChild(Child):
     environment : mapping
         The whole environment of the child.
     log : Path
-        The file for its stdout and stderr; renamed to .1 when it is larger than `MOST_LOG_BYTES`.
+        The file for its stdout and stderr.
     inherited : sequence of int
         Open file descriptors that the child keeps.
     """
@@ -151,7 +157,7 @@ class PythonChild(Child):
         self.name = name
         self._command = list(command)
         self._environment = dict(environment)
-        self._log = log
+        self.log = log
         self._inherited = tuple(inherited)
 
     def end_if_hung(self) -> None:
@@ -159,13 +165,19 @@ class PythonChild(Child):
 
     def last_words(self) -> str:
         """Return the end of its log."""
-        return tail(self._log, 15)
+        return tail(self.log, 15)
 
     def _spawned(self) -> subprocess.Popen[bytes]:
-        if self._log.exists() and self._log.stat().st_size > MOST_LOG_BYTES:
-            self._log.replace(self._log.with_suffix(".log.1"))
-        with self._log.open("ab") as output:
+        with self.log.open("ab") as output:
             return self._popen(self._command, output, signal.SIGKILL, self._environment)
+
+
+def bound_log(log: Path) -> None:
+    """Move what a log has over `MOST_LOG_BYTES` to `.1`; the process that appends to it goes on with the same file."""
+    if log.is_file() and log.stat().st_size > MOST_LOG_BYTES:
+        with suppress(OSError):  # on a full disk the log is emptied all the same
+            shutil.copyfile(log, log.with_suffix(".log.1"))
+        os.truncate(log, 0)
 
 
 def tail(log: Path, lines: int) -> str:

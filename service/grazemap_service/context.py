@@ -8,6 +8,8 @@ from typing import Annotated
 import anyio
 from fastapi import Depends, Request
 
+from grazemap_service.hub import Hub
+from grazemap_service.keys import Key
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import Renderings
 from grazemap_service.settings import Settings
@@ -29,6 +31,7 @@ class Context:
     store: Store
     metrics: Metrics
     renderings: Renderings
+    hub: Hub
     threads: anyio.CapacityLimiter = field(default_factory=lambda: anyio.CapacityLimiter(_STORE_THREADS))
 
 
@@ -39,3 +42,12 @@ async def get_context(request: Request) -> Context:
 
 
 CurrentContext = Annotated[Context, Depends(get_context)]
+
+
+async def get_key(request: Request) -> Key | None:
+    """Return the key that a request was sent with; None where the service needs none."""
+    key: Key | None = getattr(request.state, "key", None)
+    return key
+
+
+CurrentKey = Annotated[Key | None, Depends(get_key)]

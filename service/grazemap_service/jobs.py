@@ -1,7 +1,6 @@
 """Jobs for routes: the job that a path names, the job of a request, and a job as an answer.
 
-The store decides whether a job is new. A job that could not be enqueued is not lost: the workers' reconciler finds it
-in the ledger.
+The store decides whether a job is new.
 """
 
 from __future__ import annotations
@@ -13,20 +12,22 @@ from typing import Annotated
 import redis.exceptions
 import structlog
 from anyio.to_thread import run_sync
-from fastapi import Depends, Path
+from fastapi import Depends, Header, Path
 from pydantic import ValidationError
 from starlette.responses import Response
 
 from grazemap.wire import FINISHED, Job, Link, Note, ProcessRequest, notes_on, parse_request
-from grazemap_service.context import Context, CurrentContext
+from grazemap_service.context import Context, CurrentContext, CurrentKey
 from grazemap_service.limits import checked_plan
-from grazemap_service.problems import ProblemException
+from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
-from grazemap_worker.queue import entries
+from grazemap_worker.queue import bells
+from grazemap_worker.store import Asker, Bell
 
 PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
 RESULTS_RELATION = "http://www.opengis.net/def/rel/ogc/1.0/results"
+ANYBODY = Asker()
 _JOB_ID = re.compile(r"[0-9a-f]{64}")
 # The notes on requests, by the ids of their jobs.
 _NOTES: dict[str, list[Note]] = {}
@@ -34,22 +35,58 @@ _MOST_NOTES = 10_000
 _log = structlog.get_logger("grazemap_service")
 
 
+async def current_asker(
+    key: CurrentKey,
+    client: Annotated[
+        str | None,
+        Header(
+            alias="Grazemap-Client",
+            max_length=64,
+            pattern="^[A-Za-z0-9._-]+$",
+            description="Who asks, where there are no keys: each has its share of the workers.",
+        ),
+    ] = None,
+    priority: Annotated[
+        str | None,
+        Header(
+            description="0 to 9, 5 when left out: each step doubles the share of a new job. No part of its id. What "
+            "browsers send (RFC 9218) is ignored.",
+        ),
+    ] = None,
+) -> Asker:
+    """Return who asks, and how urgently. Raises ProblemException if the priority is not one."""
+    if priority is None or priority.lstrip().startswith(("u=", "i")):
+        level = ANYBODY.priority
+    elif re.fullmatch("[0-9]", priority):
+        level = int(priority)
+    else:
+        raise invalid("?priority", "Not a priority", "0 to 9")
+    if key is not None:
+        return Asker(f"key:{key.name}", level, key.weight, key.quota)
+    return Asker(name=f"client:{client}" if client else ANYBODY.name, priority=level)
+
+
+CurrentAsker = Annotated[Asker, Depends(current_asker)]
+
+
 async def known_job(
-    job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")], context: CurrentContext
+    job_id: Annotated[str, Path(description="The job's id: 64 hexadecimal digits.")],
+    context: CurrentContext,
+    asker: CurrentAsker,
 ) -> Job:
     """Return the job that the path names. Raises ProblemException "unknown-job"."""
     job = None
     if _JOB_ID.fullmatch(job_id):
-        job = await run_sync(stored_job, context, job_id, limiter=context.threads)
+        job = await run_sync(stored_job, context, job_id, asker.name, limiter=context.threads)
     if job is None:
         raise ProblemException("unknown-job")
     structlog.contextvars.bind_contextvars(job_id=job.id)
     return job
 
 
-def stored_job(context: Context, job_id: str) -> Job | None:
+def stored_job(context: Context, job_id: str, asker: str = "") -> Job | None:
     """Return a job with the notes on its request, or None when there is none of this id (blocking)."""
-    job = context.store.jobs.get(job_id)
+    job = context.store.jobs.get(job_id, asker)
     return None if job is None else _with_notes(job)
 
 
@@ -70,7 +107,7 @@ def _with_notes(job: Job, request: ProcessRequest | None = None) -> Job:
 KnownJob = Annotated[Job, Depends(known_job)]
 
 
-def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job, bool]:
+def submit(context: Context, process: str, request: ProcessRequest, asker: Asker) -> tuple[Job, bool]:
     """Start the job of a request; return it, and whether this call started it (blocking).
 
     Raises
@@ -82,17 +119,17 @@ def submit(context: Context, process: str, request: ProcessRequest) -> tuple[Job
     """
     settings = context.settings
     planned = checked_plan(process, request, settings)
-    job, created = context.store.jobs.submit(
-        process, request, context.core_version, planned, settings.max_pending_tiles
+    job, bell = context.store.jobs.submit(
+        process, request, context.core_version, planned, settings.max_pending_tiles, asker
     )
     structlog.contextvars.bind_contextvars(job_id=job.id)
-    if created:
+    if bell is not None:
         _log.info("job accepted", process=process, tiles=planned.count)
-        _enqueue(context, job, planned.count)
-    return _with_notes(job, request), created
+        ring(context, bell)
+    return _with_notes(job, request), bell is not None
 
 
-def submit_again(context: Context, job: Job) -> Job:
+def submit_again(context: Context, job: Job, asker: Asker) -> Job:
     """Start the computation of a finished job's result again; return the job that computes it (blocking).
 
     The result was evicted, or is of another version of the core; in the second case the job is another one.
@@ -106,20 +143,19 @@ def submit_again(context: Context, job: Job) -> Job:
         request = parse_request(job.process, job.request or {})
     except (KeyError, ValidationError):
         raise ProblemException("outdated-job") from None
-    again, _ = submit(context, job.process, request)
+    again, _ = submit(context, job.process, request, asker)
     if again.id != job.id:
         _log.info("result of another version computed anew", core_version=job.core_version, outdated_job=job.id)
     return again
 
 
-def _enqueue(context: Context, job: Job, tiles: int) -> None:
-    try:
-        fingerprint = context.store.jobs.fingerprint_of(job.id)
-        if fingerprint is not None:
-            entries.enqueue(context.store.redis, job.id, range(tiles), fingerprint)
-    except redis.exceptions.RedisError:
-        # the job is stored and a reconciler will enqueue it, so the request does not fail
-        _log.warning("job not enqueued, left to the reconciler", exc_info=True)
+def ring(context: Context, bell: Bell) -> None:
+    """Wake a worker; without one, or without Redis, a reconciler will (blocking)."""
+    if bell.fingerprint:
+        try:
+            bells.ring(context.store.redis, bell.fingerprint, small=bell.small)
+        except redis.exceptions.RedisError:
+            _log.warning("no worker woken, left to the reconciler", exc_info=True)
 
 
 def job_path(job_id: str) -> str:

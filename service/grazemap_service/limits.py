@@ -12,14 +12,13 @@ from grazemap.wire import ProblemError, ProcessRequest
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.settings import Settings
 from grazemap_worker.planning import PLANNING, Limits, Plan
-from grazemap_worker.planning.rates import PERIODS_PER_SECOND
-from grazemap_worker.queue.entries import TILE_TIMEOUT
+from grazemap_worker.planning.rates import MOST_TILE_SECONDS, PERIODS_PER_SECOND
 from grazemap_worker.store import MOST_RESULT_BYTES
 
 # Larger estimates are reported as this number, so that no number that was sent is repeated.
 _MOST_REPORTED = 1e18
-# A tile with a longer estimate might exceed its time limit on a slower machine.
-MOST_TILE_SECONDS = TILE_TIMEOUT / 4
+# Of a step after the tiles of a job, as estimated; it is stopped after an hour of processor time.
+MOST_STEP_SECONDS = 3600.0
 
 
 def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> Plan:
@@ -49,8 +48,8 @@ def checked_plan(process: str, request: ProcessRequest, settings: Settings) -> P
     most_seconds = MOST_TILE_SECONDS * planned.count
     for step in planning.after(request):
         most_seconds += step.seconds
-        if step.timed and step.seconds > TILE_TIMEOUT:
-            raise _too_much(step.pointer, "seconds", step.seconds, TILE_TIMEOUT)
+        if step.timed and step.seconds > MOST_STEP_SECONDS:
+            raise _too_much(step.pointer, "seconds", step.seconds, MOST_STEP_SECONDS)
     most_seconds = min(settings.max_seconds, most_seconds)
     if not planned.estimate.seconds <= most_seconds:
         raise _too_much("", "seconds", planned.estimate.seconds, most_seconds)

@@ -7,7 +7,7 @@ from typing import Any
 
 import redis.exceptions
 from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
-from prometheus_client.core import GaugeMetricFamily
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 from prometheus_client.registry import Collector
 
 from grazemap_worker.store import Store
@@ -23,6 +23,9 @@ class Metrics:
         self.registry = CollectorRegistry()
         self.requests = Counter(
             "grazemap_http_requests", "Requests answered.", ["method", "route", "status"], registry=self.registry
+        )
+        self.of_keys = Counter(
+            "grazemap_http_key_requests", "Requests answered, by the name of the key.", ["key"], registry=self.registry
         )
         self.latency = Histogram(
             "grazemap_http_request_seconds",
@@ -48,7 +51,7 @@ class StoreCollector(Collector):
         """Return nothing: names are fixed, and registering must not contact Redis."""
         return iter(())
 
-    def collect(self) -> Iterator[GaugeMetricFamily]:
+    def collect(self) -> Iterator[GaugeMetricFamily | CounterMetricFamily]:
         """Read the gauges."""
         try:
             counts = self.store.counts()
@@ -59,7 +62,14 @@ class StoreCollector(Collector):
         yield GaugeMetricFamily("grazemap_workers", "Live workers.", value=counts.workers)
         yield GaugeMetricFamily("grazemap_pending_tiles", "Tiles that are not finished.", value=counts.pending_tiles)
         yield GaugeMetricFamily("grazemap_results", "Results that are stored.", value=counts.results)
-        yield GaugeMetricFamily("grazemap_result_bytes", "Size of the stored results.", value=counts.result_bytes)
+        stored = GaugeMetricFamily("grazemap_stored_bytes", "Bytes that are stored.", labels=["kind"])
+        for kind, size in counts.bytes.items():
+            stored.add_metric([kind], size)
+        yield stored
+        happened = CounterMetricFamily("grazemap_events", "What failed, by kind.", labels=["kind"])
+        for kind, number in counts.events.items():
+            happened.add_metric([kind], number)
+        yield happened
         jobs = GaugeMetricFamily("grazemap_jobs", "Jobs by status.", labels=["status"])
         for status, number in counts.jobs.items():
             jobs.add_metric([status], number)

@@ -5,17 +5,16 @@ Plain ASGI classes, outermost first as `install` adds them. A refusal is a probl
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 from collections.abc import Sequence
 
+import structlog
 from fastapi import FastAPI
-from pydantic import SecretStr
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from grazemap_service.keys import Keys
 from grazemap_service.problems import ProblemException, response_of
 from grazemap_service.request_body import BodyLimit
 from grazemap_service.settings import Settings, is_loopback
@@ -35,7 +34,7 @@ _SECURITY_HEADERS = {
 def install(app: FastAPI, settings: Settings) -> None:
     """Give the app its middleware; the last one added is the outermost."""
     app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
-    app.add_middleware(KeyCheck, keys=settings.api_keys)
+    app.add_middleware(KeyCheck, keys=Keys(settings.api_keys, settings.api_keys_file))
     if settings.cors_origins:
         app.add_middleware(
             Cors,
@@ -118,13 +117,13 @@ class HostCheck:
 class KeyCheck:
     """Requires ``Authorization: Bearer <key>`` on every path that is not open.
 
-    Without keys, only addresses of this machine are served, even if a server was started without the check of the
-    settings.
+    What the key grants is `key` in the state of the request. Without keys, only addresses of this machine are served,
+    even if a server was started without the check of the settings.
     """
 
-    def __init__(self, app: ASGIApp, keys: Sequence[SecretStr]) -> None:
+    def __init__(self, app: ASGIApp, keys: Keys) -> None:
         self.app = app
-        self.digests = [_digest(key.get_secret_value().encode()) for key in keys]
+        self.keys = keys
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, or refuse it."""
@@ -139,16 +138,14 @@ class KeyCheck:
         return path in OPEN_PATHS or path.startswith(OPEN_PREFIX)
 
     def _allows(self, scope: Scope) -> bool:
-        if not self.digests:
+        if not self.keys.required:
             server = scope.get("server")
             # no port: a unix socket, which the file system guards
             return server is None or server[1] is None or is_loopback(server[0])
-        scheme, _, key = Headers(scope=scope).get("authorization", "").partition(" ")
-        given = _digest(key.strip().encode("latin-1"))
-        # all keys are compared, each in constant time
-        matches = [hmac.compare_digest(given, digest) for digest in self.digests]
-        return scheme.lower() == "bearer" and any(matches)
-
-
-def _digest(key: bytes) -> bytes:
-    return hashlib.sha256(key).digest()
+        scheme, _, text = Headers(scope=scope).get("authorization", "").partition(" ")
+        key = self.keys.find(text.strip().encode("latin-1"))
+        if scheme.lower() != "bearer" or key is None:
+            return False
+        scope.setdefault("state", {})["key"] = key
+        structlog.contextvars.bind_contextvars(key=key.name)
+        return True

@@ -16,7 +16,7 @@ from grazemap_service.result_schemas import JOB, job_components, job_name, refer
 
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
 # Problems of every operation that uses the store or needs a key.
-_EVERYWHERE = ("key-required", "internal-error", "store-unavailable")
+_EVERYWHERE = ("key-required", "internal-error", "store-unavailable", "storage-full")
 SUBMISSION_KINDS = (
     "malformed-json",
     "body-too-large",

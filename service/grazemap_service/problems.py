@@ -23,7 +23,7 @@ from starlette.routing import Match
 
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
-from grazemap_worker.store import QueueFull, is_away, trouble
+from grazemap_worker.store import QueueFull, QuotaUsed, is_away, is_full, trouble
 
 MEDIA_TYPE = "application/problem+json"
 TYPE_PREFIX = "urn:grazemap:problem:"
@@ -75,7 +75,11 @@ KINDS: dict[str, Kind] = {
     "queue-full": Kind("Queue full", 429, "Too much work is waiting; try again after Retry-After seconds."),
     "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),
     "store-unavailable": Kind("Store unavailable", 503, "Redis is unavailable; try again after Retry-After seconds."),
-    "not-ready": Kind("Not ready", 503, "No worker is alive yet; try again after Retry-After seconds."),
+    "storage-full": Kind(
+        "Storage full",
+        507,
+        "The disk or the memory of Redis is full: nothing new is stored until there is space, and results are served.",
+    ),
 }
 _OF_STATUS = {404: "not-found", 405: "method-not-allowed"}
 
@@ -160,7 +164,12 @@ async def _answer(request: Request, exception: Exception) -> Response:
             errors = errors_of(exception.errors(), PROCESSES.get(process))
             return problem_response(make_problem("invalid-request", errors=errors))
         case QueueFull():
-            return problem_response(make_problem("queue-full"), headers={"Retry-After": str(exception.retry_after)})
+            detail = "This key has its quota of unfinished tiles." if isinstance(exception, QuotaUsed) else ""
+            after = {"Retry-After": str(exception.retry_after)}
+            return problem_response(make_problem("queue-full", detail), headers=after)
+        case redis.exceptions.RedisError() if is_full(exception):
+            structlog.get_logger("grazemap_service").error("Redis refuses writes", reason=str(exception))
+            return problem_response(make_problem("storage-full"))
         case redis.exceptions.RedisError() if is_away(exception):
             if isinstance(exception, redis.exceptions.AuthenticationError):
                 structlog.get_logger("grazemap_service").error(trouble(exception))

@@ -1,13 +1,14 @@
 """The embedded Redis: which program, and how it is started and stopped.
 
 The server listens on a unix socket that only this user can open, and on no TCP port. It keeps an append-only file in
-the data folder, which the next start reads again.
+the data folder, which the next start reads again. If the server refuses that file, its damaged end is cut off.
 """
 
 from __future__ import annotations
 
 import contextlib
 import importlib.util
+import os
 import re
 import shutil
 import signal
@@ -20,6 +21,8 @@ from pathlib import Path
 import redis
 import structlog
 
+from grazemap_service import append_only
+from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, tail
 from grazemap_service.temporary import TemporaryFolder
 from grazemap_worker.store import connect
@@ -91,6 +94,8 @@ class RedisServer(Child):
     most_unanswered : int
         Number of failed checks in a row, after a first answer, until it is killed. It may hang for ever, for example
         while it reports its own crash.
+    most_memory : int
+        Bytes of memory; over them writes are refused. 0: any number.
 
     Attributes
     ----------
@@ -109,10 +114,13 @@ class RedisServer(Child):
         program: Path | None = None,
         inherited: Sequence[int] = (),
         most_unanswered: int = MOST_UNANSWERED,
+        most_memory: int = 0,
     ) -> None:
         self._data_folder = data_folder
+        self.log = data_folder / "redis.log"
         self._program = program or find_redis_server()
         self._most_unanswered = most_unanswered
+        self._most_memory = most_memory
         self._folder = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/redis.sock"))
         self._inherited = (*inherited, self._folder.fileno())
         self.socket = self._folder.path / "redis.sock"
@@ -125,17 +133,40 @@ class RedisServer(Child):
     def start(self) -> None:
         """Start the server; it loads what the data folder has. Does not wait: see `wait`.
 
+        If the last start failed, a damaged end of the append-only file is cut off first.
+
         Raises
         ------
         NoRedisError
             The data folder is of a newer server, and this one cannot read it.
+        StorageError
+            The append-only file is damaged, and cannot be copied or checked.
         """
         self._data_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         if (self._data_folder / "appendonlydir").exists() and _version(str(self._program)) < _PARTS_SINCE:
             oldest = ".".join(map(str, _PARTS_SINCE))
             raise NoRedisError(f"{self._data_folder} is of a Redis {oldest} or newer, and {self._program} is older.")
+        if self._refused:
+            self._repair()
         self.has_answered, self._unanswered = False, 0
         super().start()
+
+    @property
+    def _refused(self) -> bool:
+        """Whether it has ended by itself before it ever answered."""
+        return not self.running and (self.status or 0) > 0 and not self.has_answered
+
+    def _repair(self) -> None:
+        """Cut off the damaged end of the append-only file, after copying it, and log how much that was."""
+        damaged = append_only.damage(self._data_folder, self._program)
+        if damaged:
+            kept = append_only.keep(self._data_folder, damaged)
+            structlog.get_logger("grazemap_service.stack").warning(
+                "the append-only file is damaged, its end is cut off",
+                file=str(next(iter(damaged))),
+                lost_bytes=append_only.cut(damaged),
+                original=str(kept),
+            )
 
     def _spawned(self) -> subprocess.Popen[bytes]:
         settings = {
@@ -147,17 +178,21 @@ class RedisServer(Child):
             "appendfsync": "everysec",
             # a file of commands, which every version reads, instead of snapshots of one version
             "aof-use-rdb-preamble": "no",
+            # half a command at the end is cut off as any other damage is, and not without a word
+            "aof-load-truncated": "no",
             "save": "",
+            "maxmemory": str(self._most_memory),
             "maxmemory-policy": "noeviction",
             "daemonize": "no",
-            "logfile": str(self._log.resolve()),
+            "logfile": str(self.log.resolve()),
         }
         arguments = [part for name, value in settings.items() for part in (f"--{name}", value)]
+        environment = {name: value for name, value in os.environ.items() if not name.upper().startswith("GRAZEMAP_")}
         # SIGTERM, so that it writes its data before it ends when its parent dies.
-        return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM)
+        return self._popen([str(self._program), *arguments], subprocess.DEVNULL, signal.SIGTERM, environment)
 
     def wait(self, timeout: float = START_SECONDS) -> None:
-        """Wait until the server answers.
+        """Wait until the server answers; a start that fails is repeated once, after a repair.
 
         Raises
         ------
@@ -166,12 +201,16 @@ class RedisServer(Child):
         """
         client = connect(self.url)
         deadline = time.monotonic() + timeout
+        repeated = False
         try:
             while True:
                 try:
                     client.ping()
                     return
                 except redis.exceptions.RedisError:
+                    if self._refused and not repeated:
+                        repeated = True
+                        self.start()
                     if not self.running or time.monotonic() > deadline:
                         raise NoRedisError(f"Redis does not start:\n{self.last_words()}") from None
                 time.sleep(0.01)
@@ -220,7 +259,7 @@ class RedisServer(Child):
         try:
             self.start()
             self.wait()
-        except NoRedisError:
+        except (NoRedisError, StorageError):
             self.close()
             raise
         return self
@@ -234,11 +273,7 @@ class RedisServer(Child):
 
     def last_words(self) -> str:
         """Return the end of its log."""
-        return tail(self._log, 5) if self._log.is_file() else "(it wrote no log)"
-
-    @property
-    def _log(self) -> Path:
-        return self._data_folder / "redis.log"
+        return tail(self.log, 5) if self.log.is_file() else "(it wrote no log)"
 
 
 def _version(program: str) -> tuple[int, int]:

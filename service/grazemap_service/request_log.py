@@ -67,6 +67,8 @@ class Observe:
         route = _route(scope)
         self.metrics.requests.labels(method, route, str(status)).inc()
         self.metrics.latency.labels(method, route).observe(seconds)
+        if key := scope.get("state", {}).get("key"):
+            self.metrics.of_keys.labels(key.name).inc()
         log = _log.debug if route in _QUIET else _log.info
         log("request", method=method, route=route, status=status, seconds=round(seconds, 6))
 

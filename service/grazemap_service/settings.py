@@ -1,19 +1,22 @@
 """Settings of the HTTP service: every limit and address, read from the environment under the prefix GRAZEMAP_.
 
-`Settings` is made of environment variables (or keyword arguments, in tests) and never changes. The rule that an address
-other than loopback needs keys is here too, because it is a property of the settings.
+`Settings` is made of environment variables (or keyword arguments, in tests) and never changes. The rule which addresses
+and host names need keys is here too, because it is a property of the settings.
 """
 
 from __future__ import annotations
 
 import ipaddress
 from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import NoDecode
 
+from grazemap_service import keys
 from grazemap_worker.redis_settings import RedisSettings
+from grazemap_worker.settings import WorkerSettings
 
 VERSION = version("grazemap")
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
@@ -31,6 +34,7 @@ class Settings(RedisSettings):
     fd: Annotated[int | None, Field(ge=0, description="An inherited listening socket; overrides host and port.")] = None
 
     api_keys: Annotated[tuple[SecretStr, ...], NoDecode] = ()
+    api_keys_file: Path | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = LOOPBACK_HOSTS
     cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
 
@@ -47,7 +51,6 @@ class Settings(RedisSettings):
     max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
 
     hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's copies of results.")] = 64 << 20
-    poll_seconds: Annotated[float, Field(gt=0, description="Interval at which a waiting answer reads the store.")] = 0.1
 
     @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
     @classmethod
@@ -56,13 +59,56 @@ class Settings(RedisSettings):
             return tuple(item for item in (part.strip() for part in value.split(",")) if item)
         return value
 
+    @field_validator("api_keys")
+    @classmethod
+    def _strong(cls, value: tuple[SecretStr, ...]) -> tuple[SecretStr, ...]:
+        keys.of_setting(value)
+        return value
+
+    @field_validator("api_keys_file")
+    @classmethod
+    def _readable(cls, value: Path | None) -> Path | None:
+        if value is not None:
+            keys.of_file(value)
+        return value
+
+    @property
+    def need_keys(self) -> bool:
+        """Whether requests need a key."""
+        return bool(self.api_keys) or self.api_keys_file is not None
+
     def check_exposed(self, host: str) -> None:
-        """Raise SettingsError when `host`, the address that is listened on, is not loopback and there are no keys."""
-        if not self.api_keys and not is_loopback(host):
+        """Raise SettingsError when the service can be reached from other machines and there are no keys.
+
+        `host` is the address that is listened on. If it is loopback and an allowed host is not, a proxy on this machine
+        passes on requests of others.
+        """
+        if self.need_keys:
+            return
+        remedy = "set GRAZEMAP_API_KEYS or GRAZEMAP_API_KEYS_FILE"
+        if not is_loopback(host):
             raise SettingsError(
-                f"refusing to listen on {host or 'every address'} without keys: set GRAZEMAP_API_KEYS, "
-                "or listen on 127.0.0.1"
+                f"refusing to listen on {host or 'every address'} without keys: {remedy}, or listen on 127.0.0.1"
             )
+        public = [name for name in self.allowed_hosts if not is_loopback(name)]
+        if public:
+            raise SettingsError(
+                f"refusing to serve the hosts {', '.join(public)} of GRAZEMAP_ALLOWED_HOSTS without keys: {remedy}, or "
+                f"allow {', '.join(LOOPBACK_HOSTS)} alone"
+            )
+
+
+class StackSettings(WorkerSettings):
+    """The settings of the Redis that a stack embeds."""
+
+    redis_bytes: Annotated[
+        int | None, Field(ge=64 << 20, description="Memory of an embedded Redis; default: the results and 1 GiB.")
+    ] = None
+
+    @property
+    def most_redis_bytes(self) -> int:
+        """The limit of its memory: what is set, else the budget of results and 1 GiB for all else."""
+        return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + (1 << 30)
 
 
 def is_loopback(host: str) -> bool:

@@ -9,7 +9,6 @@ folder is used and removed at the end.
 from __future__ import annotations
 
 import argparse
-import fcntl
 import http.client
 import json
 import math
@@ -23,15 +22,19 @@ from contextlib import suppress
 from pathlib import Path
 from threading import Event, Thread
 from types import FrameType
-from typing import TextIO
+from typing import Any
 
 import structlog
+from pydantic import ValidationError
 
+from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
 from grazemap_service.redis_server import NoRedisError, RedisServer
+from grazemap_service.settings import StackSettings
+from grazemap_service.storage import REDIS, locked, opened_lock
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
-from grazemap_worker.redis_settings import USAGE_ERROR
+from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
@@ -63,14 +66,16 @@ class Stack:
     Raises
     ------
     StackError
-        The data folder cannot be used, or the address cannot be listened on.
+        The address cannot be listened on, or a setting is invalid.
+    StorageError
+        The data folder cannot be used.
     NoRedisError
         There is no Redis to start and GRAZEMAP_REDIS_URL is not set.
     """
 
     def __init__(self, host: str, port: int, data: Path, workers: int | None = None) -> None:
         self._data = data
-        self._lock = _lock_file(data)
+        self._lock = opened_lock(data)
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             self._listener = socket.create_server((host.strip("[]"), port), family=family)
@@ -82,10 +87,12 @@ class Stack:
         self._answered = False
         self._patient_until = math.inf
 
-        environment = dict(os.environ)
+        # keys of clients are for the service alone; the service reads variables in any case
+        keys = {name: value for name, value in os.environ.items() if name.upper().startswith("GRAZEMAP_API_KEY")}
+        environment = {name: value for name, value in os.environ.items() if name not in keys}
         self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
-            server = RedisServer(data / "redis", inherited=(self._lock.fileno(),))
+            server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), most_memory=_most_redis_bytes(workers))
             environment["GRAZEMAP_REDIS_URL"] = server.url
             environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # the password of another Redis
             self._children.append(server)
@@ -94,8 +101,9 @@ class Stack:
         if workers is not None:
             environment["GRAZEMAP_WORKERS"] = str(workers)
         for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
-            command, inherited = [sys.executable, "-m", module], (listening,) if name == "service" else ()
-            self._children.append(PythonChild(name, command, environment, data / f"{name}.log", inherited))
+            inherited, own = ((listening,), environment | keys) if name == "service" else ((), environment)
+            command = [sys.executable, "-m", module]
+            self._children.append(PythonChild(name, command, own, data / f"{name}.log", inherited))
 
     @property
     def missing(self) -> str:
@@ -139,12 +147,15 @@ class Stack:
             self._log.warning("child ended, starting it again", child=child.name, deaths=child.deaths)
 
     def ready(self) -> bool:
-        """Return whether requests can be answered: the service is healthy, Redis answers and a worker lives."""
-        if not self._ready:
-            self._ready = all(self._answers(path) for path in ("/healthz", "/readyz"))
-            if not self._ready and time.monotonic() > self._patient_until:
-                self._patient_until = math.inf
-                self._log.warning("not ready yet", reason=self._missing, logs=str(self._data))
+        """Return whether requests are answered and computed: the service is healthy, Redis writes, a worker lives."""
+        if not self._ready and self._answer("/healthz") is not None:
+            readiness = self._answer("/readyz")
+            if readiness is not None:
+                self._ready = readiness["workers"] > 0
+                self._missing = readiness["detail"]
+        if not self._ready and time.monotonic() > self._patient_until:
+            self._patient_until = math.inf
+            self._log.warning("not ready yet", reason=self._missing, logs=str(self._data))
         return self._ready
 
     def stop(self) -> None:
@@ -164,22 +175,20 @@ class Stack:
         """
         deadline = time.monotonic() + _LOCK_SECONDS
         while True:
-            try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                self._missing = f"waiting for another stack that uses {self._data}"
-                if time.monotonic() > deadline:
-                    raise StackError(f"another stack runs on the data folder {self._data}") from None
-                time.sleep(_POLL_SECONDS)
-            else:
+            if locked(self._lock):
                 self._missing = ""
                 return
+            self._missing = f"waiting for another stack that uses {self._data}"
+            if time.monotonic() > deadline:
+                raise StackError(f"another stack runs on the data folder {self._data}")
+            time.sleep(_POLL_SECONDS)
 
     def _address(self) -> tuple[str, int]:
         host, port = self._listener.getsockname()[:2]
         return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host), port
 
-    def _answers(self, path: str) -> bool:
+    def _answer(self, path: str) -> dict[str, Any] | None:
+        """Return the object that the service answers with; None, and what is missing, where it is a problem."""
         connection = http.client.HTTPConnection(*self._address(), timeout=2)
         allowed = os.environ.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         try:
@@ -189,26 +198,27 @@ class Stack:
         except (OSError, http.client.HTTPException) as error:
             reason = f"the service does not answer: {error or type(error).__name__}"
             self._missing = reason if self._answered else ""
-            return False
+            return None
         finally:
             connection.close()
         self._answered = True
-        if answer.status == http.HTTPStatus.OK:
-            return True
         try:
-            self._missing = str(json.loads(content)["detail"])
+            answered: dict[str, Any] = json.loads(content)
+            if answer.status == http.HTTPStatus.OK:
+                return answered
+            self._missing = str(answered["detail"])
         except (ValueError, LookupError, TypeError):
             self._missing = f"{path} answers {answer.status}"
-        return False
+        return None
 
 
-def _lock_file(data: Path) -> TextIO:
-    """Make the data folder and return the file in it that its stack keeps locked. Raises StackError."""
+def _most_redis_bytes(workers: int | None) -> int:
+    """Return the limit of the embedded Redis's memory, in bytes. Raises StackError."""
     try:
-        data.mkdir(parents=True, exist_ok=True, mode=0o700)
-        return (data / "lock").open("w")
-    except OSError as error:
-        raise StackError(f"cannot use the data folder {data}: {error.strerror}") from None
+        settings = StackSettings() if workers is None else StackSettings(workers=workers)
+    except ValidationError as error:
+        raise StackError(refusal_text(error)) from None
+    return settings.most_redis_bytes
 
 
 def _end(parent: int | None) -> Callable[[], bool]:
@@ -293,9 +303,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     data = temporary.path if temporary else given.data.resolve()
     try:
         run(Stack(given.host, given.port, data, given.workers), ended, given.ready_file, given.talk)
-    except (StackError, NoRedisError) as error:
-        sys.stderr.write(f"grazemap: {error}\n")
-        return 1
+    except (StackError, StorageError, NoRedisError) as error:
+        if not ended():  # it was asked to end while it waited to start
+            sys.stderr.write(f"grazemap: {error}\n")
+            return 1
     finally:
         if temporary:
             temporary.close()

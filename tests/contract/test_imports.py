@@ -43,7 +43,7 @@ CONTRACTS = (
 PLANTS = [
     ("service/grazemap_service/routers/jobs.py", "import numba", SERVICE),
     ("service/grazemap_service/jobs.py", "def late():\n    import grazemap_core.model.oscillator", SERVICE),
-    ("service/grazemap_service/app.py", "from grazemap_worker.tasks import run_tile", SERVICE),
+    ("service/grazemap_service/app.py", "from grazemap_worker.tasks import drain", SERVICE),
     ("sdk/grazemap/codec.py", "import redis", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap_core import tolerances", SDK),
     ("sdk/grazemap/wire/base.py", "from grazemap.client import arguments", SDK_LAYERS),
@@ -55,7 +55,7 @@ PLANTS = [
     ("core/grazemap_core/codes.py", "from grazemap_core import checks", CORE_LAYERS),
     ("core/grazemap_core/contact/kernels/cells.py", "from grazemap_core.contact import held_problem", KERNELS),
     ("worker/grazemap_worker/tasks.py", "import fastapi", WORKER),
-    ("worker/grazemap_worker/queue/entries.py", "import numba", STORE),
+    ("worker/grazemap_worker/queue/bells.py", "import numba", STORE),
     ("worker/grazemap_worker/queue/rq_keys.py", "import grazemap_worker.tasks", STORE),
     ("worker/grazemap_worker/supervision/reconciler.py", "from rq.job import Job", QUEUE),
     ("service/grazemap_service/jobs.py", "from rq import Queue", QUEUE),

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from grazemap_service.settings import Settings
-from grazemap_worker.settings import WorkerSettings
+from grazemap_service.settings import Settings, StackSettings
 
 ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")]
@@ -20,7 +19,7 @@ DOCUMENTED = {
 }
 FIELDS = {
     f"GRAZEMAP_{name}".upper(): field
-    for model in (Settings, WorkerSettings)
+    for model in (Settings, StackSettings)
     for name, field in model.model_fields.items()
 }
 

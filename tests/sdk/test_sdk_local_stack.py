@@ -108,6 +108,7 @@ def test_without_the_server_extra_the_error_names_what_to_install(monkeypatch):
 def test_settings_of_an_operators_service_do_not_reach_it(stack, tmp_path, monkeypatch):
     foreign = {
         "API_KEYS": "abc",
+        "API_KEYS_FILE": "keys",
         "ALLOWED_HOSTS": "lab",
         "CORS_ORIGINS": "*",
         "HOST": "0.0.0.0",

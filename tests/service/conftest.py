@@ -21,7 +21,7 @@ from grazemap_service.app import create_app
 from grazemap_service.connections import bounded
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
-from grazemap_worker.store import Store, core_version
+from grazemap_worker.store import ASSEMBLY, Finished, Store, WorkerInfo, core_version
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {
@@ -47,7 +47,7 @@ def serve(redis_server: RedisServer, store: Store) -> Iterator[Serve]:
     clients = []
 
     def start(**settings: Any) -> TestClient:
-        app = create_app(Settings(**{"redis_url": redis_server.url, "poll_seconds": 0.01, **settings}))
+        app = create_app(Settings(**{"redis_url": redis_server.url, **settings}))
         client = TestClient(
             app, base_url="http://127.0.0.1", client=("127.0.0.1", 50000), raise_server_exceptions=False
         )
@@ -94,14 +94,14 @@ def live() -> Callable[..., AbstractContextManager[str]]:
 
 @pytest.fixture
 def live_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
-    with running(Settings(redis_url=redis_server.url, poll_seconds=0.01)) as url:
+    with running(Settings(redis_url=redis_server.url)) as url:
         yield url
 
 
 @pytest.fixture
 def impatient_url(redis_server: RedisServer, store: Store) -> Iterator[str]:
     """A service that gives a request one second to arrive, and takes 20 connections."""
-    settings = Settings(redis_url=redis_server.url, poll_seconds=0.01)
+    settings = Settings(redis_url=redis_server.url)
     with running(settings, request_seconds=1.0, most_connections=20) as url:
         yield url
 
@@ -113,10 +113,17 @@ class PlayedWorker:
     store: Store
 
     def register(self) -> None:
-        self.store.workers.register(WORKER, FINGERPRINT, 60, core_version())
+        self.store.workers.renew(WorkerInfo(WORKER, FINGERPRINT, core_version()), 60)
 
     def begin(self, job_id: str, tile: int = 0) -> None:
         assert self.store.tiles.claim(job_id, tile, WORKER, FINGERPRINT, 60) is not None
+
+    def commit(self, job_id: str, data: bytes, tile: int, whole: bool = False, store: Store | None = None) -> None:
+        """Commit a tile, or the result."""
+        claim = self.store.tiles.claim(job_id, tile, WORKER, FINGERPRINT, 60)
+        assert claim is not None
+        finished = Finished(claim, data, 0.0, whole=whole or tile == ASSEMBLY)
+        assert (store or self.store).results.commit([finished])[0] >= 0
 
     def finish(self, job_id: str, document: dict[str, Any] | None = None, meta: dict[str, Any] | None = None) -> bytes:
         numerics = dict.fromkeys(
@@ -124,8 +131,9 @@ class PlayedWorker:
         )
         full = {**meta, "numerics": numerics} if meta else {"process": "grazing-curves"}
         data = encode_npz(document or example_document(), full)
-        self.begin(job_id)
-        assert self.store.results.commit(job_id, data, FINGERPRINT, 0.0)
+        claim = self.store.tiles.claim(job_id, 0, WORKER, FINGERPRINT, 60)
+        assert claim is not None
+        assert self.store.results.commit([Finished(claim, data, 0.0)]) == [0]
         return data
 
 

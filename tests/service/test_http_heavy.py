@@ -15,6 +15,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
+from grazemap.wire import Job
 from grazemap_service import representations
 from grazemap_worker.store import Store
 from grazemap_worker.store.jobs import Jobs
@@ -48,7 +49,13 @@ def test_an_event_stream_does_not_read_the_request_repeatedly(
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     reads = []
     whole = Jobs.get
-    monkeypatch.setattr(Jobs, "get", lambda self, identity: reads.append(identity) or whole(self, identity))
+
+    def get(self: Jobs, identity: str, asker: str = "", *, with_request: bool = True) -> Job | None:
+        if with_request:
+            reads.append(identity)
+        return whole(self, identity, asker, with_request=with_request)
+
+    monkeypatch.setattr(Jobs, "get", get)
     finisher = threading.Thread(target=lambda: (time.sleep(0.5), worker.finish(job["id"])))
     finisher.start()
     assert "event: done" in client.get(f"/v1/jobs/{job['id']}/events").text
@@ -103,8 +110,7 @@ def test_fetching_a_result_delays_its_eviction(client: TestClient, worker: Any) 
     assert 2500 / 3 < min(map(len, data)) <= max(map(len, data)) < 2500 / 2
 
     def finish(place: int) -> None:
-        worker.begin(ids[place])
-        assert small.results.commit(ids[place], data[place], "f00d", 0.0)
+        worker.commit(ids[place], data[place], 0, whole=True, store=small)
 
     finish(0)
     finish(1)

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 import time
+from contextlib import ExitStack
 from threading import Thread
 from typing import Any
 
 import httpx2
 import numpy as np
 import pytest
-from rq import Queue
 from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
 from grazemap_service.routers import events as events_router
-from grazemap_worker.store import Store, queue_name
+from grazemap_worker.store import ASSEMBLY, Store
+from grazemap_worker.store.keys import PREFIX
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -54,13 +55,52 @@ def test_the_list_can_be_filtered(client: TestClient, worker: Any) -> None:
 
 def test_dismissing_frees_the_queue_and_is_idempotent(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
-    queue = Queue(queue_name("f00d"), connection=store.redis)
-    assert queue.count == job["estimate"]["tiles"]
+    assert store.tiles.waiting("f00d") == {("short", "maps-3")}
     for _ in range(2):
         answer = client.delete(f"/v1/jobs/{job['id']}")
         assert (answer.status_code, answer.json()["status"]) == (200, "dismissed")
-    assert queue.count == 0
+    assert store.tiles.waiting("f00d") == set()
     assert store.counts().pending_tiles == 0
+
+
+def test_a_job_goes_on_for_others_who_asked_for_it(client: TestClient, worker: Any) -> None:
+    for asker in ("one", "two"):
+        path = client.post("/v1/unfolding-maps", json=MAP, headers={"Grazemap-Client": asker}).headers["location"]
+    left = client.delete(path, headers={"Grazemap-Client": "one"}).json()
+    assert left["status"] == "accepted"
+    assert [note["code"] for note in left["notes"]] == ["goes-on"]
+    assert client.delete(path, headers={"Grazemap-Client": "two"}).json()["status"] == "dismissed"
+    client.post("/v1/unfolding-maps", json=MAP, headers={"Grazemap-Client": "one"})
+    assert client.delete(f"{path}?for=all", headers={"Grazemap-Client": "two"}).json()["status"] == "dismissed"
+
+
+def test_an_unreadable_record_hides_no_other_job(client: TestClient, store: Store) -> None:
+    good, bad = post(client, 2), post(client, 3)
+    store.redis.hset(f"{PREFIX}job:{bad}", "estimate", "not an estimate")
+    assert [job["id"] for job in client.get("/v1/jobs").json()["jobs"]] == [good]
+    assert client.get(f"/v1/jobs/{bad}").status_code == 404
+    assert 'grazemap_events_total{kind="poisoned:records"} 1.0' in client.get("/metrics").text
+    assert post(client, 3) == bad
+    assert client.get(f"/v1/jobs/{bad}").json()["status"] == "accepted"
+
+
+def test_one_reader_of_redis_feeds_all_streams(live_url: str, store: Store, worker: Any) -> None:
+    job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
+    with ExitStack() as stack:
+        client = stack.enter_context(httpx2.Client(timeout=20, limits=httpx2.Limits(max_connections=100)))
+        streams = [
+            stack.enter_context(client.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events")) for _ in range(30)
+        ]
+        readers = [stream.iter_lines() for stream in streams]
+        for reader in readers:
+            next(reader)
+        store.redis.config_resetstat()
+        worker.commit(job["id"], b"", 0)
+        for reader in readers:
+            assert any(line == "event: tile" for line in reader)
+        assert store.redis.info("commandstats").get("cmdstat_xrange", {"calls": 0})["calls"] < 30
+        httpx2.delete(f"{live_url}/v1/jobs/{job['id']}")
+        assert all("event: done" in list(reader) for reader in readers)
 
 
 def test_a_finished_job_is_left_as_it_is(client: TestClient, worker: Any) -> None:
@@ -92,9 +132,8 @@ def test_events_follow_a_map_to_its_end(client: TestClient, store: Store, worker
     def work() -> None:
         for tile in range(total):
             time.sleep(0.002)
-            worker.begin(job["id"], tile)
-            store.tiles.commit(job["id"], tile, data, "f00d", 0.0)
-        store.results.commit(job["id"], data, "f00d", 0.0)
+            worker.commit(job["id"], data, tile)
+        worker.commit(job["id"], data, ASSEMBLY)
 
     thread = Thread(target=work)
     thread.start()
@@ -125,19 +164,16 @@ def waiting_for(client: TestClient, job_id: str) -> str | None:
 
 def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Store, worker: Any) -> None:
     first, second, third = (post(client, points) for points in (2, 3, 4))
-    assert waiting_for(client, first) is None
-    assert waiting_for(client, second) == "a free worker, after 1 job submitted before"
+    assert waiting_for(client, first) == "a free worker, beside 2 other jobs"
+    assert waiting_for(client, second) == "a free worker, beside 2 other jobs"
     worker.begin(first)
     assert waiting_for(client, first) is None
-    assert waiting_for(client, third) == "a free worker, after 2 jobs submitted before"
-    store.jobs.say_waiting(first, "kernels for 2 masses, compiling for 4 s")
-    assert waiting_for(client, first) == "kernels for 2 masses, compiling for 4 s"
-    store.jobs.say_waiting(first, "")
-    assert waiting_for(client, first) is None
-    store.jobs.say_waiting(first, "the compilation")
+    store.workers.say_compiling("core", "kernels, compiling for 4 s")
+    assert waiting_for(client, third) == "kernels, compiling for 4 s"
+    store.workers.say_compiling("core", "")
     worker.finish(first)
     assert waiting_for(client, first) is None
-    assert waiting_for(client, second) is None
+    assert waiting_for(client, second) == "a free worker, beside 1 other job"
 
 
 def test_a_job_without_workers_says_so(client: TestClient, store: Store) -> None:
@@ -154,16 +190,15 @@ def test_a_job_without_workers_says_so(client: TestClient, store: Store) -> None
 def test_what_a_job_waits_for_is_an_event_without_an_id(
     live_url: str, store: Store, worker: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(events_router, "_WAITING_EVERY", 0.01)
-    job = httpx2.post(f"{live_url}/v1/grazing-curves", json=CURVE).json()
-    worker.begin(job["id"])
+    monkeypatch.setattr(events_router, "_LOOK_SECONDS", 0.01)
+    job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
     found = []
     with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
-        store.jobs.say_waiting(job["id"], "the compilation")
+        store.workers.say_compiling("maps-3", "the compilation")
         for line in stream.iter_lines():
             if line.startswith("data:") and "waiting_for" in line:
                 found.append(json.loads(line.removeprefix("data:"))["waiting_for"])
-                store.jobs.say_waiting(job["id"], "")
+                store.workers.say_compiling("maps-3", "")
             if len(found) == 2:
                 break
     assert found == ["the compilation", None]
@@ -173,7 +208,7 @@ def test_what_a_job_waits_for_is_an_event_without_an_id(
 
 
 def test_events_end_when_the_job_is_dismissed(live_url: str) -> None:
-    job = httpx2.post(f"{live_url}/v1/grazing-curves", json=CURVE).json()
+    job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
     with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
         lines = stream.iter_lines()
         first = next(line for line in lines if line.startswith("event:"))

@@ -13,11 +13,12 @@ from grazemap_service.app import create_app
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.store import Store, connect, core_version
+from grazemap_worker.store import Store, connect, core_version, keys
 from grazemap_worker.supervision.reconciler import Reconciler
 from tests.older_data import BEGUN, DISMISSED, FINISHED, PREFIX, QUEUED, unpack
 from tests.service.conftest import PlayedWorker
 
+NEW = keys.PREFIX
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "f00d")
 
 
@@ -69,7 +70,7 @@ def test_its_result_is_computed_anew(
 ) -> None:
     path = f"/v1/jobs/{FINISHED}/result"
     assert client_of_older.head(path).status_code == 202
-    assert older.jobs.unfinished() == {}
+    assert older.counts().pending_tiles == 0
     answer = client_of_older.get(path, headers={"If-None-Match": "*"})
     assert answer.status_code == 202
     anew = answer.json()
@@ -95,7 +96,7 @@ def test_an_unfinished_job_is_computed_anew_when_it_is_posted_again(client_of_ol
 def test_a_request_that_is_no_longer_accepted_is_a_problem_of_its_own(
     client_of_older: TestClient, older: Store
 ) -> None:
-    older.redis.hset(f"grazemap:2:job:{FINISHED}", "request", '{"a field of then": 1}')
+    older.redis.hset(f"{NEW}job:{FINISHED}", "request", '{"a field of then": 1}')
     answer = client_of_older.get(f"/v1/jobs/{FINISHED}/result")
     assert answer.status_code == 409
     assert answer.json()["type"] == "urn:grazemap:problem:outdated-job"
@@ -103,15 +104,14 @@ def test_a_request_that_is_no_longer_accepted_is_a_problem_of_its_own(
 
 def test_nothing_else_of_it_remains(older: Store, logs: list[MutableMapping[str, Any]]) -> None:
     assert older.redis.llen("rq:queue:grazemap:7d5d23b1059f40d0") == 2
-    queued = Reconciler(older, NUMERICS, "one").reconcile()
-    assert queued == 0
-    keys = [key.decode() for key in older.redis.scan_iter("*")]
-    assert [key for key in keys if not key.startswith("grazemap:2:") and not key.startswith("rq:")] == []
-    assert [key for key in keys if "7d5d23b1059f40d0" in key or key.startswith("rq:job:")] == []
+    assert Reconciler(older, NUMERICS, "one").reconcile() == set()
+    found = [key.decode() for key in older.redis.scan_iter("*")]
+    assert [key for key in found if not key.startswith(NEW) and not key.startswith("rq:")] == []
+    assert [key for key in found if "7d5d23b1059f40d0" in key or key.startswith("rq:job:")] == []
     taken_over = [entry for entry in logs if "taken over" in entry["event"]]
     assert [(entry["jobs"], entry["unfinished"]) for entry in taken_over] == [(4, 2)]
     assert older.counts().results == older.counts().pending_tiles == 0
-    assert Reconciler(older, NUMERICS, "one").reconcile() == 0
+    assert Reconciler(older, NUMERICS, "one").reconcile() == set()
     assert len(older.jobs.page()[0]) == 4
 
 
@@ -130,7 +130,7 @@ def test_it_is_left_alone_while_one_of_its_workers_is_alive(older: Store) -> Non
 def test_taking_over_can_be_interrupted(older: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("grazemap_worker.store.older_layouts._JOBS_A_SCRIPT", 1)
     scripts = older.older_layouts._scripts
-    assert scripts.run("adopt", PREFIX, 1, "{}") == [1, 0, 3]
+    assert scripts.run("adopt", old=PREFIX, most=1, problem="{}") == [1, 0, 3]
     assert older.older_layouts.abandoned() == [PREFIX]
     assert older.older_layouts.adopt(PREFIX) == (3, 2)
     assert older.older_layouts.abandoned() == []

@@ -24,36 +24,33 @@ from starlette.testclient import TestClient
 from grazemap.codec import encode_npz
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
-from grazemap_worker.store import Store
+from grazemap_worker.store import Store, WorkerInfo
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
 
 
-def test_healthy_is_not_ready_without_a_worker(client: TestClient) -> None:
+def test_healthy_and_ready_without_a_worker(client: TestClient) -> None:
     assert client.get("/healthz").json() == {"status": "ok"}
     assert client.head("/healthz").status_code == 200
-    answer = client.get("/readyz")
-    assert answer.status_code == 503
-    assert answer.json()["type"] == "urn:grazemap:problem:not-ready"
-    assert int(answer.headers["retry-after"]) >= 1
+    assert client.get("/readyz").json() == {"status": "ready", "workers": 0, "detail": "No worker is alive yet."}
 
 
-def test_not_ready_says_what_the_workers_are_doing(client: TestClient, store: Store) -> None:
+def test_ready_says_what_the_workers_are_doing_that_are_not(client: TestClient, store: Store) -> None:
     store.workers.say_starting("compiling kernels, step 2 of 4, about 9 s")
     said = client.get("/readyz").json()["detail"]
     assert said == "Compiling kernels, step 2 of 4, about 9 s."
     store.workers.say_starting("")
-    assert client.get("/readyz").json()["detail"].startswith("No worker is alive yet")
+    assert client.get("/readyz").json()["detail"] == "No worker is alive yet."
 
 
-def test_ready_with_a_worker(client: TestClient, worker: Any) -> None:
-    assert client.get("/readyz").json() == {"status": "ready", "workers": 1}
+def test_ready_counts_the_workers(client: TestClient, worker: Any) -> None:
+    assert client.get("/readyz").json() == {"status": "ready", "workers": 1, "detail": ""}
 
 
-def test_workers_of_another_release_do_not_make_it_ready(client: TestClient, store: Store) -> None:
-    store.workers.register("other", "f", 60, "another")
-    assert client.get("/readyz").status_code == 503
+def test_workers_of_another_release_are_not_counted(client: TestClient, store: Store) -> None:
+    store.workers.renew(WorkerInfo("other", "f", "another"), 60)
+    assert client.get("/readyz").json()["workers"] == 0
 
 
 def test_the_root_describes_the_service(client: TestClient) -> None:
@@ -97,8 +94,7 @@ def test_metrics_count_by_route(client: TestClient, worker: Any) -> None:
 def test_every_address_that_accepts_get_accepts_head(client: TestClient, worker: Any, store: Store) -> None:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
     path = f"/v1/jobs/{job['id']}"
-    worker.begin(job["id"], 1)
-    store.tiles.commit(job["id"], 1, encode_npz({"kind": np.zeros((2, 2))}, {"tile": {}}), "f00d", 0.0)
+    worker.commit(job["id"], encode_npz({"kind": np.zeros((2, 2))}, {"tile": {}}), 1)
     for address in ("/v1", "/v1/jobs", path, f"{path}/result/tiles", f"{path}/result/tiles/1", "/metrics", "/healthz"):
         whole, head = client.get(address), client.head(address)
         assert (whole.status_code, head.status_code, head.content) == (200, 200, b""), address
@@ -109,17 +105,31 @@ def test_every_address_that_accepts_get_accepts_head(client: TestClient, worker:
     assert client.head("/v1/jobs/" + "0" * 64 + "/events").status_code == 404
 
 
+AOF = "MISCONF Errors writing to the AOF file"
+RDB = "MISCONF Redis is configured to save RDB snapshots, but it is currently not able to persist on disk."
+
+
 @pytest.mark.parametrize(
-    "code", ["MISCONF", "OOM", "LOADING", "READONLY", "BUSY", "ERR Error running script: @x:1: -OOM"]
+    ("text", "status", "kind"),
+    [
+        *((f"{code} of some reason", 503, "store-unavailable") for code in ("MISCONF", "LOADING", "READONLY", "BUSY")),
+        (f"{AOF}: Input/output error", 503, "store-unavailable"),
+        (f"{AOF}: No space left on device script: 1f, on @user_script:1.", 507, "storage-full"),
+        (f"{AOF}: Disk quota exceeded", 507, "storage-full"),
+        (RDB, 507, "storage-full"),
+        ("ERR Error running script: @x:1: -OOM of some reason", 507, "storage-full"),
+    ],
 )
-def test_a_redis_that_refuses_commands_is_503(client: TestClient, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+def test_a_redis_that_refuses_commands_is_told_from_one_that_is_full(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, text: str, status: int, kind: str
+) -> None:
     def refuse(*_: object) -> None:
-        raise redis.exceptions.ResponseError(f"{code} of some reason")
+        raise redis.exceptions.ResponseError(text)
 
     monkeypatch.setattr(client.app.state.context.store.jobs, "submit", refuse)  # type: ignore[attr-defined]
     answer = client.post("/v1/grazing-curves", json=CURVE)
-    assert answer.status_code == 503
-    assert answer.json()["type"] == "urn:grazemap:problem:store-unavailable"
+    assert answer.status_code == status
+    assert answer.json()["type"] == f"urn:grazemap:problem:{kind}"
 
 
 def test_a_redis_that_refuses_the_password_is_named_in_the_log(
@@ -282,6 +292,9 @@ def test_starting_is_cheap(redis_server: RedisServer) -> None:
     ("environment", "message"),
     [
         ({"GRAZEMAP_HOST": "0.0.0.0"}, "GRAZEMAP_API_KEYS"),
+        ({"GRAZEMAP_ALLOWED_HOSTS": "maps.example.org"}, "GRAZEMAP_ALLOWED_HOSTS"),
+        ({"GRAZEMAP_API_KEYS": "short"}, "GRAZEMAP_API_KEYS"),
+        ({"GRAZEMAP_API_KEYS_FILE": "/nowhere/keys"}, "GRAZEMAP_API_KEYS_FILE"),
         ({"GRAZEMAP_PORT": "high"}, "GRAZEMAP_PORT"),
         ({"GRAZEMAP_LOG_LEVEL": "loud"}, "GRAZEMAP_LOG_LEVEL"),
     ],

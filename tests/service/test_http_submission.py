@@ -10,13 +10,14 @@ from typing import Any
 
 import httpx2
 import pytest
-from rq import Queue
 from starlette.testclient import TestClient
 
 from grazemap.wire import UnfoldingDiagramsRequest, canonical
 from grazemap_service.request_body import JsonRequest
-from grazemap_worker.store import Store, jobs, queue_name
+from grazemap_worker.queue import bells
+from grazemap_worker.store import Store, WorkerInfo, core_version, jobs
 from grazemap_worker.store.jobs import Jobs
+from grazemap_worker.store.keys import job_key
 from tests import parsing
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
@@ -108,15 +109,14 @@ def test_fifty_at_once_are_one_computation(live_url: str, store: Store, worker: 
     assert sorted(answer.status_code for answer in answers) == [200] * 49 + [201]
     assert len({answer.json()["id"] for answer in answers}) == 1
     tiles = answers[0].json()["estimate"]["tiles"]
-    queue = Queue(queue_name("f00d"), connection=store.redis)
     assert tiles > 1
-    assert queue.count == tiles
+    assert store.counts().pending_tiles == tiles
     assert len(store.jobs.page()[0]) == 1
 
 
 def test_without_a_worker_a_job_waits_unbound(client: TestClient, store: Store) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
-    assert store.jobs.fingerprint_of(job["id"]) is None
+    assert store.redis.hget(job_key(job["id"]), "fingerprint") == b""
     assert not store.redis.keys("rq:queue:*")
 
 
@@ -134,9 +134,44 @@ def test_a_job_has_notes_on_what_is_probably_not_meant(client: TestClient) -> No
 
 def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
-    assert store.jobs.fingerprint_of(job["id"]) == "f00d"
-    entries = Queue(queue_name("f00d"), connection=store.redis).get_job_ids()
-    assert [entry.rpartition("-")[0] for entry in entries] == [f"{job['id']}-0"]
+    assert store.redis.hget(job_key(job["id"]), "fingerprint") == b"f00d"
+    assert store.tiles.waiting("f00d") == {("small", "core")}
+    assert bells.queue(store.redis, "f00d", small=True).count == 1
+    client.post("/v1/unfolding-maps", json=MAP)
+    assert bells.queue(store.redis, "f00d", small=False).count == 1
+
+
+def test_the_result_itself_is_the_answer_where_it_is_preferred(client: TestClient, worker: Any) -> None:
+    path = client.post("/v1/grazing-curves", json=CURVE).headers["location"]
+    data = worker.finish(path.rpartition("/")[2])
+    prefer = {"Prefer": "return=representation, wait=5"}
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={**prefer, "Accept": "application/x-npz"})
+    assert (answer.status_code, answer.content) == (200, data)
+    assert answer.headers["preference-applied"] == "wait=5, return=representation"
+    assert (answer.headers["location"], answer.headers["content-location"]) == (path, f"{path}/result")
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers=prefer)
+    assert answer.json() == client.get(f"{path}/result").json()
+
+
+def test_without_a_result_in_time_the_job_is_the_answer(client: TestClient, worker: Any) -> None:
+    answer = client.post("/v1/unfolding-maps", json=MAP, headers={"Prefer": "return=representation, wait=0"})
+    assert (answer.status_code, answer.json()["status"]) == (201, "accepted")
+    assert answer.headers["preference-applied"] == "wait=0"
+
+
+@pytest.mark.parametrize(("priority", "status"), [("0", 201), ("9", 200), ("10", 422), ("-1", 422), ("high", 422)])
+def test_a_priority_is_no_part_of_the_id(client: TestClient, worker: Any, priority: str, status: int) -> None:
+    if status == 200:
+        client.post("/v1/grazing-curves", json=CURVE)
+    answer = client.post("/v1/grazing-curves", json=CURVE, headers={"Priority": priority})
+    assert answer.status_code == status
+    if status == 422:
+        (error,) = answer.json()["errors"]
+        assert (error["pointer"], error["allowed"]) == ("?priority", "0 to 9")
+
+
+def test_the_priority_that_browsers_send_is_ignored(client: TestClient) -> None:
+    assert client.post("/v1/grazing-curves", json=CURVE, headers={"Priority": "u=1, i"}).status_code == 201
 
 
 def test_prefer_wait_answers_at_the_end(client: TestClient, worker: Any) -> None:
@@ -250,20 +285,19 @@ def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
     assert request == UnfoldingDiagramsRequest.model_validate(window)
 
 
-def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, store: Store, worker: Any) -> None:
+def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, store: Store) -> None:
     chain = {"masses": [1, 2], "stiffnesses": [1, 2], "forcing": [1, 0]}
 
     def noted(process: str, body: dict[str, Any]) -> list[str]:
         notes = client.post(f"/v1/{process}/estimate", json=body).json()["notes"]
         return [note["detail"] for note in notes if note["code"] == "compiles-first"]
 
-    assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []  # nothing is known of the worker
-    store.workers.say_compiled("f00d", [3])
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"core", "maps-3"})), 60)
     (detail,) = noted("unfolding-maps", MAP | {"oscillator": chain})
     assert detail.startswith("the first map of a chain of 2 masses compiles kernels first, usually in about 30 s")
     assert noted("unfolding-maps", MAP) == []
     assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
-    store.workers.say_compiled("f00d", [2])
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"core", "maps-3", "maps-2"})), 60)
     assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
 
 

@@ -10,7 +10,7 @@ from rq import Queue
 from rq.job import Job
 from rq.webhook import Webhook
 
-from grazemap_worker.queue.entries import RUN_TILE
+from grazemap_worker.queue.bells import DRAIN
 
 # Attributes of an entry that make RQ act, at its end or when it fails, and the field that tells of each.
 ACTING: list[tuple[dict[str, Any], str]] = [
@@ -31,6 +31,7 @@ ACTING: list[tuple[dict[str, Any], str]] = [
     ({"allow_dependency_failures": True}, "allow_dependency_failures"),
     ({"group_id": "of somebody else"}, "group_id"),
     ({"ttl": 5}, "ttl"),
+    ({"failure_ttl": 60}, "failure_ttl"),
     ({"meta": {"a": 1}}, "meta"),
 ]
 
@@ -39,22 +40,21 @@ def hostile_entries(folder: Path, queue: Queue) -> list[tuple[Job, str]]:
     """Entries that would make a folder, post something, or have RQ do more than once what they say; and the refusal."""
 
     def entry(**changes: object) -> Job:
-        job = queue.create_job(RUN_TILE, args=("x", 0), result_ttl=0)
+        job = queue.create_job(DRAIN, args=(), result_ttl=0, timeout=-1)
         for name, value in changes.items():
             setattr(job, name, value)
         return job
 
-    arguments = "not the arguments of a tile"
+    arguments = "not the arguments of a bell"
     return [
         (queue.create_job("os.mkdir", args=(str(folder / "function"),)), "not a function of ours"),
         (queue.create_job("os.mkdir", args=(str(folder / "k"),), kwargs={"mode": 0o700}), "not a function of ours"),
         (entry(data=b'["mkdir", "os", ["x"], {}]'), "not a function of ours"),
         (entry(data=b"not JSON"), "unreadable"),
-        (entry(data=json.dumps([RUN_TILE, None, [["x"], 0], {}]).encode()), arguments),
-        (entry(data=json.dumps([RUN_TILE, None, ["x", 0], {"tile": 1}]).encode()), arguments),
+        (entry(data=json.dumps([DRAIN, None, [["x"], 0], {}]).encode()), arguments),
+        (entry(data=json.dumps([DRAIN, None, [], {"tile": 1}]).encode()), arguments),
         *((entry(**changes), f"carries {fields}") for changes, fields in ACTING),
         (entry(result_ttl=-1), "is kept after its end"),
-        (entry(failure_ttl=-1), "is kept after its end"),
-        (entry(timeout=-1), "has another time limit"),
+        (entry(timeout=60), "has another time limit"),
         (entry(timeout=10**6), "has another time limit"),
     ]

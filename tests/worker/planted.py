@@ -14,7 +14,8 @@ import time
 
 import numba.core.event  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
 
-import grazemap_core.errors  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
+import grazemap_core.errors
+import grazemap_core.maps.chaotic_transients  # noqa: F401
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
 from grazemap_worker import logs, tasks
@@ -23,14 +24,17 @@ from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.processes.unfolding_maps import assemble
-from grazemap_worker.queue import leased_worker  # noqa: F401
+from grazemap_worker.queue import drainer  # noqa: F401
 from grazemap_worker.settings import WorkerSettings
+from grazemap_worker.store import WorkerInfo, core_version
+from grazemap_worker.supervision.kernels import WARM, Kernels
 from grazemap_worker.supervision.supervisor import Supervisor
 
 BUSY_SECONDS = 0.1
 LONG_SECONDS = 3.5
 
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
+INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset(WARM))
 
 
 def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
@@ -81,7 +85,7 @@ def main() -> None:
     logs.configure("INFO")
     tasks.PROCESSES = {"unfolding-maps": planted(mode)}
     settings = WorkerSettings(redis_url=redis_url, workers=int(workers), result_bytes=1 << 20)
-    Supervisor(settings, NUMERICS).run()
+    Supervisor(settings, NUMERICS, Kernels()).run()
 
 
 if __name__ == "__main__":

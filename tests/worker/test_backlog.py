@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from steps import commit_result, commit_tile, fingerprint_of, pending, register
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan
-from grazemap_worker.queue import entries
-from grazemap_worker.store import QueueFull, Store
+from grazemap_worker.queue import bells
+from grazemap_worker.store import QueueFull, Store, WorkerInfo
 from grazemap_worker.supervision.reconciler import Reconciler
 
 LEASE = 5.0
@@ -36,7 +37,7 @@ def commands(store: Store, step: Callable[[], object]) -> int:
 @pytest.fixture
 def backlog(store: Store) -> list[Job]:
     """Some hundred jobs that wait, a few of them claimed."""
-    store.workers.register("w", "f", LEASE, "1")
+    register(store, "w", "f", LEASE, "1")
     jobs = [submit(store, number) for number in range(300)]
     for job in jobs[:3]:
         store.tiles.claim(job.id, 0, "w", "f", LEASE)
@@ -49,13 +50,13 @@ def test_the_claims_of_one_holder_are_found_without_asking_every_job(store: Stor
     assert commands(store, lambda: store.tiles.claims_of("w")) < 20
     assert commands(store, store.tiles.lost_claims) < 20
     store.tiles.record_failure(backlog[0].id, 0, "exception", "w")
-    store.results.commit(backlog[1].id, b"", "f", 0.0)
+    commit_result(store, backlog[1].id, b"", "f", 0.0)
     assert store.tiles.claims_of("w") == [(backlog[2].id, 0, "w")]
     store.workers.remove("w")
     assert store.tiles.lost_claims() == [(backlog[2].id, 0, "w")]
     store.tiles.record_failure(backlog[2].id, 0, "lost", holder="w")
     assert store.tiles.lost_claims() == []
-    assert list(store.redis.scan_iter("grazemap:2:held*")) == []
+    assert list(store.redis.scan_iter("grazemap:3:held*")) == []
 
 
 def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
@@ -67,17 +68,17 @@ def test_a_claim_taken_over_by_another_worker_is_lost(store: Store) -> None:
     assert store.tiles.claims_of("two") == [(job.id, 0, "two")]
     store.workers.remove("two", return_claims=True)
     assert store.tiles.claims_of("two") == store.tiles.lost_claims() == []
-    assert list(store.redis.scan_iter("grazemap:2:held*")) == []
+    assert list(store.redis.scan_iter("grazemap:3:held*")) == []
 
 
 def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> None:
-    store.workers.register("w", "f", LEASE, "1")
+    register(store, "w", "f", LEASE, "1")
     job = submit_map(store)
     submit_map(store, 1)
     submit(store, 0)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    store.tiles.commit(job.id, 0, b"", "f", 0.0)
-    store.tiles.commit(job.id, 0, b"", "f", 0.0)
+    commit_tile(store, job.id, 0, b"", "f", 0.0)
+    commit_tile(store, job.id, 0, b"", "f", 0.0)
     assert store.counts().pending_tiles == 3 + 4 + 1
     for _ in range(3):
         store.tiles.claim(job.id, 3, "w", "f", LEASE)
@@ -85,8 +86,8 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
     assert store.counts().pending_tiles == 4 + 1
     assert submit_map(store).status == "accepted"  # goes on from the tile that it has
     assert store.counts().pending_tiles == 3 + 4 + 1
-    store.redis.delete("grazemap:2:fingerprint:f")
-    assert job.id in store.jobs.bind("g", "1")  # and starts over with other numerics
+    store.redis.delete("grazemap:3:fingerprint:f")
+    assert job.id in store.jobs.bind("g", "1", [job.id])  # and starts over with other numerics
     assert store.counts().pending_tiles == 4 + 4 + 1
     with pytest.raises(QueueFull):
         submit(store, 1, most=9)
@@ -100,43 +101,54 @@ def test_removing_old_records_does_not_scan_the_waiting_ones(
     store: Store, backlog: list[Job], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = commands(store, lambda: submit(store, 999))
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORDS", 100)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_SMALL_RECORDS", 0)
     assert commands(store, lambda: submit(store, 1000)) < before + 10
     store.jobs.dismiss(backlog[0].id)
     submit(store, 1001)
     assert store.jobs.get(backlog[0].id) is None
 
 
+def test_a_claim_costs_the_same_however_many_jobs_wait(store: Store, backlog: list[Job]) -> None:
+    worker = WorkerInfo("w", "f", "1", frozenset({"core"}), small=True)
+    assert commands(store, lambda: store.tiles.claim_next(worker, LEASE)) < 16 * 60
+
+
+@pytest.fixture
+def reconciler(store: Store, monkeypatch: pytest.MonkeyPatch) -> Reconciler:
+    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
+    return Reconciler(store, Numerics("0", "0", "0", "0", "planted", "none", "f"), "me")
+
+
 def test_a_round_checks_some_of_the_jobs_and_the_next_rounds_check_the_others(
-    store: Store, monkeypatch: pytest.MonkeyPatch
+    store: Store, reconciler: Reconciler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("grazemap_worker.supervision.reconciler.JOBS_A_ROUND", 300)
-    monkeypatch.setattr("grazemap_worker.supervision.reconciler.ROUND_SECONDS", 60.0)  # on a busy machine too
-    for number in range(1500):
-        submit(store, number)
-    numerics = Numerics("0", "0", "0", "0", "planted", "none", "f")
-    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
-    reconciler = Reconciler(store, numerics, "me")
-    assert 0 < reconciler.reconcile() < 1500
+    jobs = [submit(store, number) for number in range(1500)]
+    reconciler.reconcile()
+    bound = [fingerprint_of(store, job.id) == "f" for job in jobs]
+    assert 0 < sum(bound) < 1500
     for _ in range(8):
         reconciler.reconcile()
-    assert len(entries.queued(store.redis, "f")) == 1500
+    assert all(fingerprint_of(store, job.id) == "f" for job in jobs)
 
 
-def test_a_lost_tile_is_queued_in_the_same_round(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
-    monkeypatch.setattr(store.jobs, "some_unfinished", lambda cursor, about: (cursor, []))  # before its turn comes
-    job = submit(store, 0)
-    store.tiles.claim(job.id, 0, "dead", "f", LEASE)
+def test_a_lost_tile_can_be_claimed_after_a_round(store: Store, reconciler: Reconciler) -> None:
+    job = submit_map(store)
+    store.tiles.claim(job.id, 1, "dead", "f", LEASE)
+    assert (job.id, 1) not in pending(store, "f")
     store.workers.remove("dead")
-    Reconciler(store, Numerics("0", "0", "0", "0", "planted", "none", "f"), "me").reconcile()
-    assert entries.queued(store.redis, "f") == {(job.id, 0)}
+    reconciler.reconcile()
+    assert (job.id, 1) in pending(store, "f")
 
 
-def test_a_round_ends_when_its_time_is_over(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.supervision.reconciler.core_version", lambda: "1")
-    monkeypatch.setattr("grazemap_worker.supervision.reconciler.ROUND_SECONDS", 0.0)
-    for number in range(3):
-        submit(store, number)
-    reconciler = Reconciler(store, Numerics("0", "0", "0", "0", "planted", "none", "f"), "me")
-    assert [reconciler.reconcile() for _ in range(4)] == [1, 1, 1, 0]
+def test_a_round_rings_where_tiles_wait_and_says_for_which_kernels(store: Store, reconciler: Reconciler) -> None:
+    assert reconciler.reconcile() == set()
+    register(store, "w", "f", LEASE, "1")
+    submit(store, 0)
+    assert reconciler.reconcile() == {"core"}
+    queues = [bells.queue(store.redis, "f", small=small) for small in (False, True)]
+    assert [queue.count for queue in queues] == [0, 1]
+    submit_map(store)
+    for _ in range(5):
+        assert reconciler.reconcile() == {"core", "maps-3"}
+    assert [queue.count for queue in queues] == [bells.MOST_WAITING] * 2

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from planted import NUMERICS
-from rq.timeouts import JobTimeoutException
+from planted import INFO, NUMERICS
+from steps import commit_result, commit_tile
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_worker import tasks
 from grazemap_worker.planning import PLANNING, Plan
 from grazemap_worker.processes import Process
-from grazemap_worker.queue import entries, leased_worker
 from grazemap_worker.store import QueueFull, ResultTooLarge, Store, core_version
 
 LEASE = 5.0
@@ -30,14 +29,20 @@ def submit(store: Store, request: GrazingCurvesRequest | None = None) -> Job:
 
 def finish(store: Store, job: Job, data: bytes = b"12") -> None:
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    assert store.results.commit(job.id, data, "f", 0.0)
+    assert commit_result(store, job.id, data, "f", 0.0)
 
 
 @pytest.fixture
 def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """This process as a worker."""
-    monkeypatch.setattr(tasks, "_context", tasks.Context(store, "w", NUMERICS))
+    store.workers.renew(INFO, 60)
     return monkeypatch
+
+
+def drain(store: Store) -> None:
+    """Compute what is to be computed, small or not."""
+    for small in (True, False):
+        tasks.drain(tasks.Context(store, replace(INFO, small=small), NUMERICS))
 
 
 def problem_of(store: Store, job: Job) -> tuple[str, int]:
@@ -48,21 +53,21 @@ def problem_of(store: Store, job: Job) -> tuple[str, int]:
 
 
 def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.ledger.MOST_RESULT_BYTES", 10)
+    monkeypatch.setattr("grazemap_worker.store.records.MOST_RESULT_BYTES", 10)
     job = submit(store)
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
-        store.results.commit(job.id, bytes(11), "f", 0.0)
+        commit_result(store, job.id, bytes(11), "f", 0.0)
     with pytest.raises(ResultTooLarge, match="11 bytes"):
-        store.tiles.commit(job.id, 0, bytes(11), "f", 0.0)
-    assert store.results.commit(job.id, bytes(10), "f", 0.0)
+        commit_tile(store, job.id, 0, bytes(11), "f", 0.0)
+    assert commit_result(store, job.id, bytes(10), "f", 0.0)
 
 
 def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr("grazemap_worker.store.ledger.MOST_RESULT_BYTES", 10)
+    worker.setattr("grazemap_worker.store.records.MOST_RESULT_BYTES", 10)
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
-    tasks.run_tile(job.id, 0)
+    drain(store)
     assert problem_of(store, job) == ("computation-refused", 422)
 
 
@@ -70,41 +75,11 @@ def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatc
 def test_an_error_of_redis_that_will_come_back_is_counted(worker: pytest.MonkeyPatch, store: Store) -> None:
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
-    store.redis.set(f"grazemap:2:result:{job.id}:planted", "1")
-    store.redis.set("grazemap:2:results", "not a sorted set")
+    store.redis.set("grazemap:3:results:small", "not a sorted set")
+    store.redis.set("grazemap:3:results:large", "not a sorted set")
     for _ in range(3):
-        tasks.run_tile(job.id, 0)
+        drain(store)
     assert problem_of(store, job) == ("computation-failed", 500)
-
-
-def test_a_computation_that_takes_too_long_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
-    def endless(*_: object) -> Any:
-        raise JobTimeoutException("over")
-
-    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=endless)})
-    job = submit(store)
-    tasks.run_tile(job.id, 0)
-    assert problem_of(store, job) == ("computation-too-long", 500)
-
-
-def test_a_work_horse_that_had_to_be_killed_at_its_time_limit_is_not_lost(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    worker = leased_worker.LeasedWorker(store, NUMERICS, "w")
-    job = submit(store)
-    assert store.tiles.claim(job.id, 0, "w", NUMERICS.fingerprint, LEASE)
-    queue = entries.queue(store.redis, NUMERICS.fingerprint)
-    entry = queue.create_job(entries.RUN_TILE, args=(job.id, 0), timeout=1)
-
-    def killed(self: object, *_: object) -> None:
-        """Like compiled code, which no signal interrupts: RQ kills it a minute after its time."""
-        clock[0] += 61.0
-
-    clock = [0.0]
-    monkeypatch.setattr(leased_worker, "monotonic", lambda: clock[0])
-    monkeypatch.setattr("rq.Worker.execute_job", killed)
-    worker.execute_job(entry, queue)
-    assert problem_of(store, job) == ("computation-too-long", 500)
 
 
 def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
@@ -117,7 +92,7 @@ def test_a_tile_of_a_map_ends_in_time_even_if_nothing_settles() -> None:
     )
     cut = PLANNING["unfolding-maps"].plan(request)
     seconds = cut.tile_rows * cut.tile_columns * request.max_periods / 1e5
-    assert seconds <= entries.TILE_TIMEOUT / 2
+    assert seconds <= tasks.CPU_MOST / 2
 
 
 def test_records_are_under_a_byte_budget(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,7 +105,7 @@ def test_records_are_under_a_byte_budget(store: Store, monkeypatch: pytest.Monke
     kept = [job.id for job in store.jobs.page()[0]]
     assert 2 <= len(kept) <= 4
     assert waiting.id in kept  # what is unfinished is not forgotten
-    assert store.counts().result_bytes == 2 * (len(kept) - 1)
+    assert store.counts().bytes["results:small"] == 2 * (len(kept) - 1)
 
 
 def test_unfinished_requests_over_the_byte_budget_are_refused(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -188,7 +163,7 @@ def test_the_etag_of_an_evicted_result_is_remembered(store: Store) -> None:
     finish(store, job)
     info = store.results.info(job.id)
     assert info is not None
-    store.redis.delete(*store.redis.keys("grazemap:2:result:*"))
+    store.redis.delete(*store.redis.keys("grazemap:3:result:*"))
     assert store.results.info(job.id) is None
     assert store.results.etag(job.id) == info.etag
     assert store.jobs.status(job.id) == "successful"

@@ -5,29 +5,31 @@ from __future__ import annotations
 from dataclasses import asdict
 
 import pytest
+from steps import commit_result, commit_tile, register
 
-from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
+from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
-from grazemap_worker.queue import entries, leftovers
+from grazemap_worker.queue import bells, leftovers
 from grazemap_worker.store import Store, WorkerInfo, connect
 
 LEASE = 5.0
-ID = "a" * 64
+# a job whose events are kept
+LONG = Plan(estimate=Estimate(seconds=1.0))
 
 
 def submit(store: Store, number: int = 0) -> Job:
-    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", Plan(), 1000)[0]
+    return store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2 + number]), "1", LONG, 1000)[0]
 
 
 @pytest.mark.parametrize("end", ["successful", "dismissed"])
 def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
     job = submit(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    events = f"grazemap:2:job:{job.id}:events"
+    events = f"grazemap:3:job:{job.id}:events"
     assert store.redis.ttl(events) == -1
     if end == "successful":
-        store.results.commit(job.id, b"", "f", 0.0)
+        commit_result(store, job.id, b"", "f", 0.0)
     else:
         store.jobs.dismiss(job.id)
     assert 3500 < store.redis.ttl(events) <= 3600
@@ -38,37 +40,39 @@ def test_the_events_of_a_finished_job_expire(store: Store, end: str) -> None:
 
 
 def test_workers_that_are_gone_are_removed_from_the_lists_of_rq(store: Store) -> None:
-    for name in ("rq:workers", "rq:workers:grazemap:2:f", "rq:workers:grazemap:2:g"):
+    for name in ("rq:workers", "rq:workers:grazemap:3:f", "rq:workers:grazemap:3:g"):
         store.redis.sadd(name, "rq:worker:gone", "rq:worker:here")
     store.redis.hset("rq:worker:here", "birth", "now")
-    store.redis.sadd("rq:queues", "rq:queue:grazemap:2:g", "rq:queue:of somebody else")
+    store.redis.sadd("rq:queues", "rq:queue:grazemap:3:g", "rq:queue:of somebody else")
     store.redis.sadd("rq:workers:of somebody else", "rq:worker:gone")
-    store.workers.register("w", "g", LEASE, "1")
-    leftovers.sweep(store.redis, "f")
-    for name in ("rq:workers", "rq:workers:grazemap:2:f", "rq:workers:grazemap:2:g"):
+    register(store, "w", "g", LEASE, "1")
+    leftovers.Leftovers("f").sweep(store.redis)
+    for name in ("rq:workers", "rq:workers:grazemap:3:f", "rq:workers:grazemap:3:g"):
         assert store.redis.smembers(name) == {b"rq:worker:here"}
     assert store.redis.scard("rq:workers:of somebody else") == 1
 
 
 def test_the_queue_of_numerics_that_are_gone_is_removed(store: Store) -> None:
-    store.workers.register("w", "here", LEASE, "1")
+    register(store, "w", "here", LEASE, "1")
     for fingerprint in ("here", "gone", "f"):
-        entries.enqueue(store.redis, ID, range(3), fingerprint)
-    entries.enqueue(store.redis, ID, [0], "gone")
+        for small in (False, True):
+            bells.ring(store.redis, fingerprint, small=small)
     store.redis.sadd("rq:queues", "rq:queue:of somebody else")
-    leftovers.sweep(store.redis, "f")
-    assert len(list(store.redis.scan_iter("rq:job:*"))) == 6
+    leftovers.Leftovers("f").sweep(store.redis)
+    assert len(list(store.redis.scan_iter("rq:job:*"))) == 4
     assert store.redis.smembers("rq:queues") == {
-        b"rq:queue:grazemap:2:here",
-        b"rq:queue:grazemap:2:f",
+        b"rq:queue:grazemap:3:here",
+        b"rq:queue:grazemap:3:here:small",
+        b"rq:queue:grazemap:3:f",
+        b"rq:queue:grazemap:3:f:small",
         b"rq:queue:of somebody else",
     }
     assert list(store.redis.scan_iter("*gone*")) == []
 
 
 def test_a_worker_of_a_later_release_may_have_more_fields(store: Store) -> None:
-    store.workers.register("w", "f", LEASE, "1")
-    store.redis.hset("grazemap:2:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
+    register(store, "w", "f", LEASE, "1")
+    store.redis.hset("grazemap:3:workers", "w", '{"fingerprint": "f", "core_version": "2", "cores": 3}')
     assert [asdict(worker) for worker in store.workers.live()] == [asdict(WorkerInfo("w", "f", "2"))]
 
 
@@ -81,12 +85,12 @@ def test_memory_is_freed_before_a_result_is_stored(own_redis_server: RedisServer
         job = submit(store, number)
         store.tiles.claim(job.id, 0, "w", "f", LEASE)
         client.config_resetstat()
-        assert store.results.commit(job.id, bytes(size), "f", 0.0)
+        assert commit_result(store, job.id, bytes(size), "f", 0.0)
         return int(client.info("memory")["used_memory_peak"])
 
     alone = peak(0)
     assert peak(1) < alone + size / 2
-    assert store.counts().result_bytes == size
+    assert store.counts().bytes["results:large"] == size
     client.close()
 
 
@@ -96,7 +100,7 @@ def test_the_tiles_of_a_map_are_read_in_a_few_steps(store: Store) -> None:
     job, _ = store.jobs.submit("unfolding-maps", request, "1", cut, 1000)
     for tile in (*range(15), 19):
         store.tiles.claim(job.id, tile, "w", "f", LEASE)
-        store.tiles.commit(job.id, tile, b"%d" % tile, "f", 0.0)
+        commit_tile(store, job.id, tile, b"%d" % tile, "f", 0.0)
     store.redis.config_resetstat()
     assert list(store.tiles.many(job.id, range(15))) == [b"%d" % tile for tile in range(15)]
     assert list(store.tiles.many(job.id, [19, 15, 3])) == [b"19", None, b"3"]

@@ -1,77 +1,60 @@
-"""Entries in RQ's queues: queueing, finding, removing and cleaning up."""
+"""Bells in RQ's queues: ringing, taking, and cleaning up after workers that were killed."""
 
 from __future__ import annotations
 
-import pytest
+import os
 
-from grazemap_worker.queue import entries, leftovers
+import pytest
+from planted import INFO
+from rq.exceptions import StopRequested
+
+from grazemap_worker.queue import bells, leftovers
+from grazemap_worker.queue.drainer import Drainer
 from grazemap_worker.store import Store
 
-ID, OTHER = "a" * 64, "b" * 64
+
+def test_a_few_bells_wait_at_a_time(store: Store) -> None:
+    for _ in range(10):
+        bells.ring(store.redis, "f", small=False)
+    assert bells.queue(store.redis, "f", small=False).count == bells.MOST_WAITING
+    assert bells.queue(store.redis, "f", small=True).count == 0
 
 
-def test_queued_entries_are_found_and_removed(store: Store) -> None:
-    assert entries.enqueue(store.redis, ID, [0, 5, -1], "f") == 3
-    assert entries.enqueue(store.redis, OTHER, [7], "f") == 1
-    assert entries.queued(store.redis, "f") == {(ID, 0), (ID, 5), (ID, -1), (OTHER, 7)}
-    assert entries.queued(store.redis, "g") == set()
-    assert entries.cancel(store.redis, ID, "f") == 3
-    assert entries.queued(store.redis, "f") == {(OTHER, 7)}
+def test_the_cleanup_removes_what_killed_workers_took(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    queue = bells.queue(store.redis, "f", small=True)
+    for _ in range(2):
+        bells.ring(store.redis, "f", small=True)
+    _, waiting = queue.get_job_ids()
+    store.redis.lmove(queue.key, queue.intermediate_queue_key, "LEFT", "RIGHT")
+    store.redis.lpush(queue.intermediate_queue_key, b"\xff\xfe")
+    swept = leftovers.Leftovers("f")
+    swept.sweep(store.redis)
+    assert store.redis.llen(queue.intermediate_queue_key) == 2  # a worker may be about to drop it
+    monkeypatch.setattr(leftovers, "TAKEN_SECONDS", -1.0)
+    swept.sweep(store.redis)
+    assert store.redis.llen(queue.intermediate_queue_key) == 0
+    assert queue.get_job_ids() == [waiting]
     assert len(list(store.redis.scan_iter("rq:job:*"))) == 1
 
 
-def test_a_single_tile_goes_before_a_map(store: Store) -> None:
-    entries.enqueue(store.redis, ID, range(3), "f")
-    entries.enqueue(store.redis, OTHER, [0], "f")
-    assert entries.parse_entry(entries.queue(store.redis, "f").get_job_ids()[0]) == (OTHER, 0)
+@pytest.mark.parametrize("entry", [b"\xff\xfe", b"", b"of another program", b"a" * 100_000])
+def test_entries_that_are_no_bells_end_no_worker(store: Store, entry: bytes) -> None:
+    drained: list[int] = []
+
+    def drain() -> None:
+        drained.append(os.getpid())
+        raise StopRequested
+
+    queue = bells.queue(store.redis, INFO.fingerprint, small=False)
+    store.redis.rpush(queue.key, entry)
+    bells.ring(store.redis, INFO.fingerprint, small=False)
+    Drainer(store, INFO, drain).work(logging_level=None, burst=True)
+    assert len(drained) == 1
+    assert store.redis.llen(queue.key) == 0
+    assert store.workers.live() == []
 
 
-def test_single_tiles_do_not_starve_each_other_or_a_map(store: Store) -> None:
-    queue = entries.queue(store.redis, "f")
-    entries.enqueue(store.redis, ID, range(3), "f")
-    for number in range(2 * entries.MOST_OVERTAKING):
-        entries.enqueue(store.redis, f"{number:064}", [0], "f")
-    waiting = [entries.parse_entry(entry) for entry in queue.get_job_ids()]
-    assert waiting[entries.MOST_OVERTAKING] == (ID, 0)
-    assert waiting[-1] == (f"{2 * entries.MOST_OVERTAKING - 1:064}", 0)
-    # under a load that never lets up, whatever waits is reached all the same
-    target = f"{2 * entries.MOST_OVERTAKING - 1:064}"
-    for taken in range(10 * len(waiting)):
-        entry = entries.parse_entry(str(queue.pop_job_id()))
-        assert entry is not None
-        if entry[0] == target:
-            break
-        entries.enqueue(store.redis, f"{1000 + taken:064}", [0], "f")
-    else:
-        raise AssertionError("never reached")
-
-
-def test_the_assembly_goes_first(store: Store) -> None:
-    for number in range(2 * entries.MOST_OVERTAKING):
-        entries.enqueue(store.redis, f"{number:064}", [0], "f")
-    entries.enqueue(store.redis, ID, [-1], "f")
-    assert entries.parse_entry(entries.queue(store.redis, "f").get_job_ids()[0]) == (ID, -1)
-
-
-def test_a_huge_map_is_queued_piece_by_piece(store: Store) -> None:
-    assert entries.enqueue(store.redis, ID, range(10**6), "f") == entries.QUEUED_AHEAD
-
-
-@pytest.mark.parametrize("entry", ["", "x", "-", "a-b", "a-b-c", "a-1.5-c"])
-def test_entries_of_other_programs_are_not_taken_for_tiles(entry: str) -> None:
-    assert entries.parse_entry(entry) is None
-
-
-def test_the_cleanup_removes_what_killed_workers_left(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    queue = entries.queue(store.redis, "f")
-    entries.enqueue(store.redis, ID, [0, 1], "f")
-    taken, waiting = queue.get_job_ids()
-    store.redis.lmove(queue.key, queue.intermediate_queue_key, "LEFT", "RIGHT")
-    store.redis.zadd(queue.started_job_registry.key, {f"{taken}:execution": 1.0})
-    leftovers.sweep(store.redis, "f")
-    assert store.redis.zcard(queue.started_job_registry.key) == 0
-    assert store.redis.llen(queue.intermediate_queue_key) == 1  # a worker may be about to begin it
-    monkeypatch.setattr(leftovers, "TAKEN_SECONDS", 0.0)
-    leftovers.sweep(store.redis, "f")
-    assert store.redis.llen(queue.intermediate_queue_key) == 0
-    assert queue.get_job_ids() == [waiting]
+def test_an_entry_that_cannot_be_read_is_counted(store: Store) -> None:
+    store.redis.rpush(bells.queue(store.redis, INFO.fingerprint, small=False).key, b"\xff\xfe")
+    Drainer(store, INFO, lambda: None).work(logging_level=None, burst=True)
+    assert store.counts().events == {"poisoned:entries": 1}

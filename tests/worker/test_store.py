@@ -11,8 +11,10 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from steps import commit_result, commit_tile, fingerprint_of, pending, register, unfinished
 
 from grazemap.wire import (
+    Estimate,
     GrazingCurvesRequest,
     Job,
     Problem,
@@ -77,7 +79,7 @@ def test_same_request_is_one_job(store: Store) -> None:
     cut = PLANNING["grazing-curves"].plan(request)
     first, created = store.jobs.submit("grazing-curves", request, "1", cut, 10)
     second, again = store.jobs.submit("grazing-curves", same, "1", cut, 10)
-    assert (created, again) == (True, False)
+    assert (created is None, again is None) == (False, True)
     assert first == second
     assert first.id == canonical_id("grazing-curves", canonical(request), "1")
     assert first.status == "accepted"
@@ -88,16 +90,16 @@ def test_fifty_at_once_start_one_computation(redis_server: object, store: Store)
     request = map_request()
     with ThreadPoolExecutor(20) as pool:
         answers = list(pool.map(lambda _: store.jobs.submit("unfolding-maps", request, "1", FOUR, 1000), range(50)))
-    assert sum(created for _, created in answers) == 1
+    assert sum(created is not None for _, created in answers) == 1
     assert len({job.id for job, _ in answers}) == 1
-    assert store.jobs.unfinished() == {answers[0][0].id: 4}
+    assert unfinished(store) == {answers[0][0].id: 4}
 
 
 def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
-    store.workers.register("w", "f", LEASE, "1")
+    register(store, "w", "f", LEASE, "1")
     job = submit_map(store)
-    assert store.jobs.fingerprint_of(job.id) == "f"
-    assert list(store.tiles.pending("f")) == [(job.id, tile) for tile in range(4)]
+    assert fingerprint_of(store, job.id) == "f"
+    assert pending(store, "f") == [(job.id, tile) for tile in range(4)]
     assert store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE) is None  # not before the tiles
     for tile in range(4):
         claim = store.tiles.claim(job.id, tile, "w", "f", LEASE)
@@ -107,17 +109,17 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
         running = store.jobs.get(job.id)
         assert running is not None
         assert running.status == "running"
-        assert store.tiles.commit(job.id, tile, b"tile %d" % tile, "f", 0.5) == 3 - tile
+        assert commit_tile(store, job.id, tile, b"tile %d" % tile, "f", 0.5) == 3 - tile
         assert store.tiles.finished(job.id) == list(range(tile + 1))
     assert store.tiles.data(job.id, 2) == b"tile 2"
     assert store.results.data(job.id) is None
-    assert list(store.tiles.pending("f")) == [(job.id, ASSEMBLY)]
+    assert pending(store, "f") == [(job.id, ASSEMBLY)]
     claim = store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE)
     assert claim is not None
     assert claim.assembly
-    assert list(store.tiles.pending("f")) == []
-    assert store.results.commit(job.id, b"whole", "f", 0.25)
-    assert not store.results.commit(job.id, b"other", "f", 8.0)
+    assert pending(store, "f") == []
+    assert commit_result(store, job.id, b"whole", "f", 0.25)
+    assert not commit_result(store, job.id, b"other", "f", 8.0)
     done = store.jobs.get(job.id)
     assert done is not None
     assert done.status == "successful"
@@ -143,14 +145,14 @@ def test_a_map_goes_from_accepted_to_successful(store: Store) -> None:
     assert events[3].data["eta_seconds"] >= 0
     assert [event.id for event in store.jobs.events(job.id, after=events[4].id)] == [event.id for event in events[5:]]
     assert len(store.jobs.events(job.id, limit=3)) == 3
-    assert store.jobs.unfinished() == {}
+    assert unfinished(store) == {}
 
 
 def test_first_writer_of_a_tile_wins(store: Store) -> None:
     job = submit_map(store)
     assert store.tiles.claim(job.id, 0, "one", "f", LEASE)
-    assert store.tiles.commit(job.id, 0, b"first", "f", 1.0) == 3
-    assert store.tiles.commit(job.id, 0, b"second", "f", 8.0) == 3
+    assert commit_tile(store, job.id, 0, b"first", "f", 1.0) == 3
+    assert commit_tile(store, job.id, 0, b"second", "f", 8.0) == 3
     assert store.tiles.data(job.id, 0) == b"first"
     found = store.jobs.get(job.id)
     assert found is not None
@@ -161,69 +163,68 @@ def test_first_writer_of_a_tile_wins(store: Store) -> None:
 
 def test_no_other_worker_gets_a_claimed_tile_before_the_lease_expires(store: Store) -> None:
     job = submit_map(store)
-    store.workers.register("one", "f", LEASE, "1")
+    register(store, "one", "f", LEASE, "1")
     assert store.tiles.claim(job.id, 0, "one", "f", 0.15)
     assert store.tiles.claim(job.id, 0, "two", "f", LEASE) is None
-    assert (job.id, 0) not in list(store.tiles.pending("f"))
-    assert store.workers.renew("one", 0.15)
-    time.sleep(0.25)
-    assert not store.workers.renew("one", LEASE)
+    assert (job.id, 0) not in pending(store, "f")
+    register(store, "one", "f", 0.15, "1")
+    time.sleep(0.1)
+    assert store.tiles.lost_claims() == []
+    time.sleep(0.15)
     assert store.tiles.lost_claims() == [(job.id, 0, "one")]
-    assert (job.id, 0) in list(store.tiles.pending("f"))
     assert store.tiles.claim(job.id, 0, "two", "f", LEASE)
     assert store.tiles.lost_claims() == []
 
 
 def test_other_numerics_take_no_tiles(store: Store) -> None:
     job = submit_map(store)
-    assert store.jobs.fingerprint_of(job.id) is None
-    assert list(store.tiles.pending("f")) == []
-    assert store.jobs.bind("f", "another core") == []
-    assert store.jobs.bind("f", "1") == [job.id]
+    assert fingerprint_of(store, job.id) is None
+    assert pending(store, "f") == []
+    assert store.jobs.bind("f", "another core", [job.id]) == []
+    assert store.jobs.bind("f", "1", [job.id]) == [job.id]
     assert store.tiles.claim(job.id, 0, "w", "g", LEASE) is None
-    assert store.tiles.commit(job.id, 0, b"", "g", 0.0) == -1
+    assert commit_tile(store, job.id, 0, b"", "g", 0.0) == -1
     assert store.tiles.claim(job.id, 0, "w", "f", LEASE)
 
 
 def test_a_job_goes_to_the_numerics_that_most_workers_have(store: Store) -> None:
     for name, fingerprint, version in [("a", "x", "1"), ("b", "y", "1"), ("c", "y", "1"), ("d", "z", "2")]:
-        store.workers.register(name, fingerprint, LEASE, version)
+        register(store, name, fingerprint, LEASE, version)
     assert [worker.name for worker in store.workers.live()] == ["a", "b", "c", "d"]
-    assert store.jobs.fingerprint_of(submit_curve(store).id) == "y"
+    assert fingerprint_of(store, submit_curve(store).id) == "y"
     store.workers.remove("b")
     assert [worker.name for worker in store.workers.live()] == ["a", "c", "d"]
 
 
 def test_a_job_whose_numerics_are_gone_starts_again_with_others(store: Store) -> None:
-    store.workers.register("old", "x", LEASE, "1")
+    register(store, "old", "x", LEASE, "1")
     job = submit_map(store)
     store.tiles.claim(job.id, 0, "old", "x", LEASE)
-    store.tiles.commit(job.id, 0, b"from x", "x", 2.0)
-    assert store.jobs.bind("y", "1") == []
-    store.redis.delete("grazemap:2:fingerprint:x")  # a minute later
-    assert store.jobs.bind("y", "1") == [job.id]
+    commit_tile(store, job.id, 0, b"from x", "x", 2.0)
+    assert store.jobs.bind("y", "1", [job.id]) == []
+    store.redis.delete("grazemap:3:fingerprint:x")  # a minute later
+    assert store.jobs.bind("y", "1", [job.id]) == [job.id]
     assert store.tiles.finished(job.id) == []
     again = store.jobs.get(job.id)
     assert again is not None
     assert again.cpu_seconds == 0.0
-    assert list(store.tiles.pending("y")) == [(job.id, tile) for tile in range(4)]
+    assert pending(store, "y") == [(job.id, tile) for tile in range(4)]
 
 
 def test_dismissing_frees_everything_and_is_idempotent(store: Store) -> None:
     job = submit_map(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    store.tiles.commit(job.id, 0, b"", "f", 0.0)
+    commit_tile(store, job.id, 0, b"", "f", 0.0)
     for _ in range(2):
-        dismissed = store.jobs.dismiss(job.id)
-        assert dismissed is not None
-        assert dismissed.status == "dismissed"
+        assert not store.jobs.dismiss(job.id)
+        assert store.jobs.status(job.id) == "dismissed"
     assert names(store, job.id).count("done") == 1
-    assert store.tiles.commit(job.id, 1, b"", "f", 0.0) == -1
+    assert commit_tile(store, job.id, 1, b"", "f", 0.0) == -1
     assert store.tiles.claim(job.id, 1, "w", "f", LEASE) is None
-    assert not store.results.commit(job.id, b"", "f", 0.0)
+    assert not commit_result(store, job.id, b"", "f", 0.0)
     assert store.tiles.finished(job.id) == []
-    assert store.jobs.unfinished() == {}
-    assert store.jobs.dismiss("0" * 64) is None
+    assert unfinished(store) == {}
+    assert not store.jobs.dismiss("0" * 64)
     submit_map(store)
     assert names(store, job.id) == ["progress"]
 
@@ -231,17 +232,16 @@ def test_dismissing_frees_everything_and_is_idempotent(store: Store) -> None:
 def test_a_finished_job_is_not_dismissed(store: Store) -> None:
     job = submit_curve(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    store.results.commit(job.id, b"r", "f", 0.0)
-    left = store.jobs.dismiss(job.id)
-    assert left is not None
-    assert left.status == "successful"
+    commit_result(store, job.id, b"r", "f", 0.0)
+    assert not store.jobs.dismiss(job.id)
+    assert store.jobs.status(job.id) == "successful"
     assert store.results.data(job.id) == b"r"
 
 
 def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> None:
     job = submit_map(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    store.tiles.commit(job.id, 0, b"kept", "f", 2.0)
+    commit_tile(store, job.id, 0, b"kept", "f", 2.0)
     verdicts = []
     for _ in range(3):
         assert store.tiles.claim(job.id, 3, "w", "f", LEASE)
@@ -255,9 +255,9 @@ def test_three_exceptions_fail_the_job_with_its_coordinates(store: Store) -> Non
     assert "secret" not in failed.problem.model_dump_json()
     assert store.tiles.data(job.id, 0) == b"kept"
     # Asked again, with the same numerics alive: it goes on from what it has.
-    store.workers.register("w", "f", LEASE, "1")
+    register(store, "w", "f", LEASE, "1")
     submit_map(store)
-    assert [tile for _, tile in store.tiles.pending("f")] == [1, 2, 3]
+    assert [tile for _, tile in pending(store, "f")] == [1, 2, 3]
     again = store.jobs.get(job.id)
     assert again is not None
     assert again.cpu_seconds == 2.0
@@ -302,13 +302,13 @@ def test_least_recently_used_results_are_evicted_first(redis_server: object, sto
     jobs = [submit_curve(small, points) for points in (5, 6, 7)]
     for job in jobs[:2]:
         small.tiles.claim(job.id, 0, "w", "f", LEASE)
-        assert small.results.commit(job.id, bytes(100), "f", 0.0)
+        assert commit_result(small, job.id, bytes(100), "f", 0.0)
     assert small.results.data(jobs[0].id)  # now the second one is the older
     small.tiles.claim(jobs[2].id, 0, "w", "f", LEASE)
-    assert small.results.commit(jobs[2].id, bytes(100), "f", 0.0)
+    assert commit_result(small, jobs[2].id, bytes(100), "f", 0.0)
     assert [small.results.info(job.id) is not None for job in jobs] == [True, False, True]
     assert small.results.data(jobs[1].id) is None
-    assert small.counts().result_bytes == 200
+    assert small.counts().bytes["results:small"] == 200
     submit_curve(small, 6)  # evicted: started again
     again = small.jobs.get(jobs[1].id)
     assert again is not None
@@ -339,14 +339,15 @@ def test_pages_of_jobs_are_newest_first_and_do_not_shift(store: Store) -> None:
 
 
 def test_progress_of_steps_reaches_job_and_stream(store: Store) -> None:
-    job = submit_curve(store)
+    long = Plan(estimate=Estimate(seconds=10.0))
+    job, _ = store.jobs.submit("grazing-curves", curve_request(), "1", long, 1000)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
     assert store.jobs.progress(job.id, 3, 12)
     running = store.jobs.get(job.id)
     assert running is not None
     assert (running.progress.done, running.progress.total, running.progress.unit) == (3, 12, "steps")
     assert store.jobs.events(job.id)[-1].data["done"] == 3
-    store.results.commit(job.id, b"", "f", 0.0)
+    commit_result(store, job.id, b"", "f", 0.0)
     assert store.jobs.events(job.id)[-2].data == {"done": 12, "total": 12, "unit": "steps", "eta_seconds": None}
     assert not store.jobs.progress(job.id, 4, 12)
     with pytest.raises(ValueError, match="event"):
@@ -359,7 +360,7 @@ def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: S
     assert (job.progress.done, job.progress.total, job.progress.unit) == (0, 14, "steps")
     for tile in range(4):
         store.tiles.claim(job.id, tile, "w", "f", LEASE)
-        store.tiles.commit(job.id, tile, b"tile", "f", 0.0)
+        commit_tile(store, job.id, tile, b"tile", "f", 0.0)
         assert store.jobs.events(job.id)[-1].data["done"] == tile + 1
     assert store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE)
     time.sleep(0.02)
@@ -369,23 +370,23 @@ def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: S
         assert running is not None
         assert (running.progress.done, running.progress.total) == (seen, 14)
     assert running.progress.eta_seconds == pytest.approx(0.0, abs=5.0)
-    store.results.commit(job.id, b"", "f", 0.0)
+    commit_result(store, job.id, b"", "f", 0.0)
     told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
     assert told == sorted(told)
     assert told[-2:] == [13, 14]
 
 
 def test_the_record_of_old_finished_jobs_is_bounded(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_RECORDS", 3)
+    monkeypatch.setattr("grazemap_worker.store.jobs.MOST_SMALL_RECORDS", 1)
     first = submit_map(store)  # unfinished: never forgotten
     for points in range(5, 10):
         job = submit_curve(store, points)
         store.tiles.claim(job.id, 0, "w", "f", LEASE)
-        store.results.commit(job.id, b"12", "f", 0.0)
+        commit_result(store, job.id, b"12", "f", 0.0)
     kept = [job.id for job in store.jobs.page()[0]]
     assert len(kept) == 3
     assert first.id in kept
-    assert store.counts().result_bytes == 4
+    assert store.counts().bytes["results:small"] == 4
 
 
 def test_a_restarted_redis_has_kept_everything(own_redis_server: object) -> None:
@@ -396,10 +397,10 @@ def test_a_restarted_redis_has_kept_everything(own_redis_server: object) -> None
     store = Store(client)
     job = submit_map(store)
     store.tiles.claim(job.id, 0, "w", "f", LEASE)
-    store.tiles.commit(job.id, 0, b"\x00\xff", "f", 0.0)
+    commit_tile(store, job.id, 0, b"\x00\xff", "f", 0.0)
     own_redis_server.stop()
     own_redis_server.start()
     own_redis_server.wait()
     assert store.tiles.data(job.id, 0) == b"\x00\xff"
-    assert store.tiles.commit(job.id, 1, b"", "f", 0.0) == 2  # the scripts are loaded again by themselves
+    assert commit_tile(store, job.id, 1, b"", "f", 0.0) == 2  # the scripts are loaded again by themselves
     client.close()

@@ -18,29 +18,32 @@ import numpy as np
 import psutil
 import pytest
 from hostile import hostile_entries
+from steps import pending
 from watching import living, until
 
 from grazemap.codec import decode_npz
-from grazemap.wire import Job, UnfoldingMapsRequest, grid_values
+from grazemap.wire import Estimate, Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
-from grazemap_worker.queue import entries
+from grazemap_worker.queue import bells
+from grazemap_worker.queue.horse import HUNG_SECONDS
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, connect, core_version
+from grazemap_worker.supervision.supervisor import SMALL_TILE_SECONDS
 
 PLANTED = Path(__file__).with_name("planted.py")
 REQUEST = UnfoldingMapsRequest.model_validate(
     {"omega": {"start": 1, "stop": 2, "points": 6}, "clearance": {"start": 1, "stop": 3, "points": 4}}
 )
-SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2)
-ONE = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
+SIX = Plan(rows=4, columns=6, tile_rows=2, tile_columns=2, estimate=Estimate(seconds=3.0))
+ONE = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6, estimate=Estimate(seconds=3.0))
 
 Start = Callable[..., psutil.Process]
 
 
 def horses(supervisor: psutil.Process) -> list[psutil.Process]:
-    """The work-horses that run: grandchildren of the supervisor."""
-    found = []
+    """The processes that compute tiles: grandchildren of the supervisor."""
+    found: list[psutil.Process] = []
     for worker in supervisor.children():
         try:
             found += worker.children()
@@ -57,7 +60,8 @@ def start(redis_server: RedisServer, store: Store) -> Iterator[Start]:
     def begin(mode: str, workers: int = 2, url: str = redis_server.url, log: IO[bytes] | None = None) -> psutil.Process:
         process = subprocess.Popen([sys.executable, str(PLANTED), url, str(workers), mode], stderr=log)
         started.append(process)
-        until(lambda: len(psutil.Process(process.pid).children()) == workers, 15)
+        # as many for small tiles
+        until(lambda: len(psutil.Process(process.pid).children()) == 2 * workers, 15)
         return psutil.Process(process.pid)
 
     yield begin
@@ -74,11 +78,10 @@ def descendants(pid: int) -> list[psutil.Process]:
 
 
 def submit(store: Store, plan: Plan = SIX) -> Job:
-    job, created = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
-    assert created
-    fingerprint = store.jobs.fingerprint_of(job.id)
-    if fingerprint:
-        entries.enqueue(store.redis, job.id, range(plan.count), fingerprint)
+    job, bell = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 1000)
+    assert bell is not None
+    if bell.fingerprint:
+        bells.ring(store.redis, bell.fingerprint, small=bell.small)
     return job
 
 
@@ -106,18 +109,17 @@ def test_a_job_submitted_before_any_worker_is_found(start: Start, store: Store) 
     job = submit(store)
     start("fast")
     assert_whole(store, job.id)
-    assert entries.queued(store.redis, "planted") == set()
 
 
 def test_a_tile_of_seconds_is_computed_at_the_first_attempt(start: Start, store: Store, tmp_path: Path) -> None:
-    """RQ calls the worker every second meanwhile; an exception there would kill it, and the tile would run again."""
+    """The worker renews its lease meanwhile."""
     with (tmp_path / "log").open("wb") as log:
         supervisor = start("long", workers=1, log=log)
-        (worker,) = supervisor.children()
+        workers = supervisor.children()
         job = submit(store, ONE)
         assert_whole(store, job.id, ONE.count)
-    assert supervisor.children() == [worker]
-    assert store.redis.exists(f"grazemap:job:{job.id}:failures") == 0
+    assert supervisor.children() == workers
+    assert store.counts().events == {}
     records = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert [record["event"] for record in records] == ["supervisor started"]
 
@@ -139,7 +141,7 @@ def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: S
     assert worker is not None
     worker.kill()
     until(lambda: not living([horse]), 1)
-    until(lambda: len(supervisor.children()) == 2, 5)
+    until(lambda: len(supervisor.children()) == 4, 5)
     assert_whole(store, job.id)
 
 
@@ -151,7 +153,7 @@ def test_tiles_of_a_machine_that_is_lost_are_computed_elsewhere(start: Start, st
     until(lambda: len(store.tiles.finished(job.id)) == SIX.count - 2, 15)
     everything = descendants(first.pid)
     first.kill()  # and with it, at once, all that it started
-    assert len(everything) == 4
+    assert len(everything) == 6
     until(lambda: not living(everything), 1)
     killed = time.monotonic()
     assert_whole(store, job.id)
@@ -163,18 +165,41 @@ def test_dismissing_stops_the_work_within_two_seconds(start: Start, store: Store
     job = submit(store)
     until(lambda: len(horses(supervisor)) == 2, 5)
     store.jobs.dismiss(job.id)
-    entries.cancel(store.redis, job.id, "planted")
     assert until(lambda: not horses(supervisor), 2) < 2
-    assert entries.queued(store.redis, "planted") == set()
-    assert len(supervisor.children()) == 2
+    assert len(supervisor.children()) == 4
+    assert store.counts().events == {}
 
 
-def test_a_dismissed_job_stops_without_the_stop_command_too(start: Start, store: Store) -> None:
-    supervisor = start("endless")
+def test_a_stopped_process_hands_its_tile_to_another(start: Start, store: Store) -> None:
+    supervisor = start("slow")
     job = submit(store)
-    until(lambda: len(horses(supervisor)) == 2, 5)
-    store.jobs.dismiss(job.id)
-    until(lambda: not horses(supervisor), 3)
+    until(lambda: horses(supervisor), 5)
+    stopped = horses(supervisor)[0]
+    stopped.suspend()
+    assert until(lambda: not living([stopped]), HUNG_SECONDS + 5) >= HUNG_SECONDS - 1
+    assert_whole(store, job.id)
+    assert store.counts().events == {"failures:hung": 1}
+
+
+def test_stopped_workers_are_replaced(start: Start, store: Store) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    stopped = [supervisor.children()[place] for place in (0, 2)]  # for small tiles, and for others
+    for worker in stopped:
+        worker.suspend()
+    until(lambda: not living(stopped), HUNG_SECONDS + 5)
+    until(lambda: len(supervisor.children()) == 4, 5)
+    assert_whole(store, job.id)
+
+
+def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(start: Start, store: Store) -> None:
+    start("endless", workers=1)
+    small = Plan(rows=4, columns=6, tile_rows=4, tile_columns=6)
+    assert small.lane == "small"
+    submit(store, small)
+    until(lambda: store.counts().events == {"failures:lost": 1}, SMALL_TILE_SECONDS + 10)
+    assert store.tiles.waiting("planted") <= {("short", "maps-3")}
 
 
 def test_a_tile_that_raises_fails_the_job_after_three_tries(start: Start, store: Store) -> None:
@@ -193,7 +218,7 @@ def test_a_tile_that_kills_its_worker_is_tried_again_and_counted_as_lost(start: 
     job = submit(store)
 
     def lost() -> int:
-        failures = store.redis.hgetall(f"grazemap:2:job:{job.id}:failures")
+        failures = store.redis.hgetall(f"grazemap:3:job:{job.id}:failures")
         assert isinstance(failures, dict)
         assert not any(b"exception" in name for name in failures)
         return max((int(count) for count in failures.values()), default=0)
@@ -227,21 +252,21 @@ def test_a_supervisor_that_is_stopped_gives_its_tiles_back(start: Start, store: 
     assert supervisor.wait(4) == 0
     assert living(everything) == []
     assert store.workers.live() == []
-    assert len(list(store.tiles.pending("planted"))) == SIX.count
-    assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
+    assert len(pending(store, "planted")) == SIX.count
+    assert store.redis.exists(f"grazemap:3:job:{job.id}:failures") == 0
 
 
 def test_entries_of_other_programs_are_not_executed(start: Start, store: Store, tmp_path: Path) -> None:
-    queue = entries.queue(store.redis, "planted")
+    queue = bells.queue(store.redis, "planted", small=False)
     hostile = [entry for entry, _ in hostile_entries(tmp_path, queue)]
     for entry in hostile:
         queue.enqueue_job(entry)
     store.redis.hset(f"rq:job:{hostile[-1].id}", "rate_limit_concurrency", "not a number")
     supervisor = start("fast", workers=1)
-    (worker,) = supervisor.children()
+    workers = supervisor.children()
     job = submit(store)
     assert_whole(store, job.id)
-    assert supervisor.children() == [worker]
+    assert supervisor.children() == workers
     assert list(tmp_path.iterdir()) == []
     until(lambda: not any(store.redis.exists(f"rq:job:{entry.id}") for entry in hostile), 2)
     taken = {entry.decode() for entry in store.redis.lrange(queue.intermediate_queue_key, 0, -1)}

@@ -1,36 +1,60 @@
-"""`run_tile` with planted processes: which worker computes what, and the problem when that fails."""
+"""`drain` with planted processes: what a worker computes when a bell rings, and the problem when that fails."""
 
 from __future__ import annotations
 
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
-from planted import BUSY_SECONDS, NUMERICS, planted
+from planted import BUSY_SECONDS, INFO, NUMERICS, compute_for, planted
+from steps import commit_tile
 
 from grazemap.codec import Document, decode_npz
-from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical
+from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical, grid_values
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
-from grazemap_worker.store import ASSEMBLY, Store, core_version
+from grazemap_worker.queue import horse
+from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
 from tests import parsing
 
 REQUEST = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
-TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3)
-ONE = Plan(rows=2, columns=3, tile_rows=2, tile_columns=3)
+LONG = Plan(estimate=Estimate(seconds=1.0))
+TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3, estimate=Estimate(seconds=1.0))
+ONE = Plan(rows=2, columns=3, tile_rows=2, tile_columns=3, estimate=Estimate(seconds=1.0))
+
+
+SMALL = replace(INFO, name="s", small=True)
 
 
 @pytest.fixture
 def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """This process as a worker of planted maps."""
-    monkeypatch.setattr(tasks, "_context", tasks.Context(store, "w", NUMERICS))
+    store.workers.renew(INFO, 60)
     monkeypatch.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("fast")})
     return monkeypatch
 
 
+def drain(store: Store, info: WorkerInfo = INFO, tiles: int = 1000) -> None:
+    """Compute what is to be claimed, or a number of tiles of it."""
+    left = iter([False] * tiles)
+    tasks.drain(tasks.Context(store, info, NUMERICS, stopping=lambda: next(left, True)))
+
+
 def submit(store: Store, plan: Plan = TWO) -> Job:
     return store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100)[0]
+
+
+def submit_curve(store: Store, number: int = 0, plan: Plan = Plan()) -> Job:  # noqa: B008
+    request = GrazingCurvesRequest(omega=[1, 2 + number])
+    return store.jobs.submit("grazing-curves", request, core_version(), plan, 100)[0]
 
 
 def whole(store: Store, identity: str) -> bytes:
@@ -41,12 +65,12 @@ def whole(store: Store, identity: str) -> bytes:
 
 def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Store) -> None:
     job = submit(store)
-    tasks.run_tile(job.id, 1)
+    drain(store, tiles=1)
     assert store.results.data(job.id) is None
-    tile, meta = decode_npz(store.tiles.data(job.id, 1) or b"")
-    np.testing.assert_array_equal(tile["product"], [[2, 4, 6]])
-    assert meta["tile"] == {"index": 1, "rows": [1, 2], "columns": [0, 3]}
-    tasks.run_tile(job.id, 0)
+    tile, meta = decode_npz(store.tiles.data(job.id, 0) or b"")
+    np.testing.assert_array_equal(tile["product"], [[1, 2, 3]])
+    assert meta["tile"] == {"index": 0, "rows": [0, 1], "columns": [0, 3]}
+    drain(store, tiles=1)
     document, meta = decode_npz(whole(store, job.id))
     np.testing.assert_array_equal(document["product"], [[1, 2, 3], [2, 4, 6]])
     assert meta["request"]["max_periods"] == 1000
@@ -59,7 +83,7 @@ def test_a_result_has_the_deprecated_names_of_its_fields_too(worker: pytest.Monk
 
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": Process(whole=whole_map)})
     job = submit(store, ONE)
-    tasks.run_tile(job.id, 0)
+    drain(store)
     document, _ = decode_npz(whole(store, job.id))
     assert set(document) == {"verified", "certified", "period"}
     np.testing.assert_array_equal(document["certified"], document["verified"])
@@ -69,8 +93,7 @@ def test_a_result_has_the_deprecated_names_of_its_fields_too(worker: pytest.Monk
 def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPatch, store: Store, mode: str) -> None:
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted(mode)})
     job = submit(store)
-    for tile in (0, 1):
-        tasks.run_tile(job.id, tile)
+    drain(store)
     done = store.jobs.get(job.id)
     assert done is not None
     assert done.status == "successful"
@@ -81,36 +104,126 @@ def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPa
 
 def test_the_bytes_do_not_depend_on_the_cut(worker: object, store: Store) -> None:
     job = submit(store)
-    for tile in (0, 1):
-        tasks.run_tile(job.id, tile)
+    drain(store)
     cut_in_two = whole(store, job.id)
     store.redis.flushall()
+    store.workers.renew(INFO, 60)
     assert submit(store, ONE).id == job.id
-    tasks.run_tile(job.id, 0)
+    drain(store)
     assert whole(store, job.id) == cut_in_two
 
 
 def test_when_the_assembling_worker_dies_another_assembles(worker: object, store: Store) -> None:
     job = submit(store)
-    tasks.run_tile(job.id, 0)
+    drain(store, tiles=1)
     assert store.tiles.claim(job.id, 1, "dead", "planted", 5)
-    assert store.tiles.commit(job.id, 1, store.tiles.data(job.id, 0) or b"", "planted", 0.0) == 0
+    assert commit_tile(store, job.id, 1, store.tiles.data(job.id, 0) or b"", "planted", 0.0) == 0
     assert store.tiles.claim(job.id, ASSEMBLY, "dead", "planted", 5)
-    tasks.run_tile(job.id, ASSEMBLY)
+    drain(store)
     assert store.results.data(job.id) is None  # it is held
     store.workers.remove("dead")
     assert store.tiles.lost_claims() == [(job.id, ASSEMBLY, "dead")]
-    tasks.run_tile(job.id, ASSEMBLY)
+    store.tiles.record_failure(job.id, ASSEMBLY, "lost", "dead")
+    drain(store)
     assert whole(store, job.id)
 
 
-def test_a_duplicate_entry_does_nothing(worker: pytest.MonkeyPatch, store: Store) -> None:
-    job = submit(store)
-    tasks.run_tile(job.id, 0)
-    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("raises")})
-    tasks.run_tile(job.id, 0)
-    tasks.run_tile("0" * 64, 0)
-    assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
+def test_small_tiles_are_computed_in_the_worker_and_committed_together(
+    worker: pytest.MonkeyPatch, store: Store
+) -> None:
+    processes = []
+
+    def compute(request: GrazingCurvesRequest, report: object) -> Document:
+        processes.append(os.getpid())
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
+    jobs = [submit_curve(store, number) for number in range(20)]
+    store.redis.config_resetstat()
+    watched: list[bool] = []
+    tasks.drain(tasks.Context(store, SMALL, NUMERICS, watched=watched.append))
+    assert processes == [os.getpid()] * 20
+    assert watched == [True, False] * 20
+    assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 20
+    calls = store.redis.info("commandstats")["cmdstat_evalsha"]["calls"]
+    assert calls < 20  # two commits, three visits for claims, renewals
+
+
+def test_one_that_fails_among_small_tiles_fails_alone(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def compute(request: GrazingCurvesRequest, report: object) -> Document:
+        if float(np.max(grid_values(request.omega))) == 4.0:
+            raise ZeroDivisionError
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=compute)})
+    jobs = [submit_curve(store, number) for number in range(5)]
+    drain(store, SMALL)
+    assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 2 + ["running"] + ["successful"] * 2
+    drain(store)  # in a process of its own
+    assert store.jobs.status(jobs[2].id) == "failed"
+
+
+def large(store: Store, compute: Callable[[], None], worker: pytest.MonkeyPatch, megabytes: int = 200) -> Job:
+    """The end of a job that is computed in a process of its own."""
+
+    def whole_map(request: UnfoldingMapsRequest, report: Report) -> Document:
+        compute()
+        return {"x": np.zeros(1)}
+
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": Process(whole=whole_map)})
+    job = submit(store, ONE)
+    tasks.drain(tasks.Context(store, INFO, NUMERICS, megabytes << 20))
+    found = store.jobs.get(job.id)
+    assert found is not None
+    return found
+
+
+def test_too_much_memory_is_a_problem_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
+    found = large(store, lambda: bytearray(300 << 20) and None, worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:too-much-memory"
+    assert "200 MiB" in found.problem.detail
+    assert store.counts().events == {"failures:memory": 1}
+
+
+def test_an_abort_near_the_limit_of_memory_is_too_much_memory(worker: pytest.MonkeyPatch, store: Store) -> None:
+    def compute() -> None:
+        keep = bytearray(b"1" * (160 << 20))
+        os.abort()
+        del keep
+
+    found = large(store, compute, worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:too-much-memory"
+
+
+def test_an_abort_with_little_memory_is_a_lost_attempt(worker: pytest.MonkeyPatch, store: Store) -> None:
+    found = large(store, os.abort, worker, megabytes=4000)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:worker-lost"
+    assert store.counts().events == {"failures:lost": 10}
+
+
+def test_a_tile_over_its_processor_time_ends_with_a_problem(worker: pytest.MonkeyPatch, store: Store) -> None:
+    worker.setattr(tasks, "CPU_MORE", 0.3)
+    found = large(store, lambda: compute_for(30.0), worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-too-long"
+
+
+def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.MonkeyPatch, store: Store) -> None:
+    worker.setattr(horse, "HUNG_SECONDS", 0.5)
+    found = large(store, lambda: os.kill(os.getpid(), signal.SIGSTOP), worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-hung"
+    assert store.counts().events == {"failures:hung": 3}
+
+
+def test_a_process_that_waits_for_ever_is_hung_too(worker: pytest.MonkeyPatch, store: Store) -> None:
+    worker.setattr(horse, "HUNG_SECONDS", 0.5)
+    found = large(store, lambda: time.sleep(60), worker)
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:computation-hung"
 
 
 def test_an_error_of_the_core_is_a_problem_of_the_request(worker: pytest.MonkeyPatch, store: Store) -> None:
@@ -118,8 +231,8 @@ def test_an_error_of_the_core_is_a_problem_of_the_request(worker: pytest.MonkeyP
         raise ParameterError("damping", "must be greater than 0 at a resonance")
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=refuse)})
-    job, _ = store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
-    tasks.run_tile(job.id, 0)
+    job = submit_curve(store)
+    drain(store, SMALL)
     failed = store.jobs.get(job.id)
     assert failed is not None
     assert failed.status == "failed"
@@ -135,8 +248,8 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
         return {"x": np.zeros(1)}
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
-    job, _ = store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
-    tasks.run_tile(job.id, 0)
+    job = submit_curve(store, plan=LONG)
+    drain(store)
     reported = [event.data for event in store.jobs.events(job.id) if event.name == "progress"]
     assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
 
@@ -158,48 +271,38 @@ def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPa
     said = [(k, 1000) for k in range(1000)]
     worker.setattr(tasks, "PROCESSES", {"unfolding-maps": counting(*said)})
     job = submit(store, TWO.model_copy(update={"after": 10}))
-    for tile in (0, 1):
-        tasks.run_tile(job.id, tile)
+    drain(store)
     told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
     assert [one for one in told if one > 2] == list(range(3, 13))
     assert told == sorted(told)
     # whose plan has none is told of tiles alone
     store.redis.flushall()
     job = submit(store)
-    for tile in (0, 1):
-        tasks.run_tile(job.id, tile)
+    drain(store)
     units = {event.data["unit"] for event in store.jobs.events(job.id) if event.name == "progress"}
     assert units == {"tiles"}
 
 
-def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store) -> None:
-    reached: list[str] = []
-
+def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store, tmp_path: Path) -> None:
     def steps(request: GrazingCurvesRequest, report: Report) -> Document:
         store.jobs.dismiss(job.id)
         report(1, 4)
-        reached.append("behind")
+        (tmp_path / "reached").touch()
         return {"x": np.zeros(1)}
 
     worker.setattr(tasks, "PROCESSES", {"grazing-curves": Process(whole=steps)})
-    job, _ = store.jobs.submit("grazing-curves", GrazingCurvesRequest(omega=[1, 2]), core_version(), Plan(), 100)
-    tasks.run_tile(job.id, 0)
-    assert reached == []
+    job = submit_curve(store, plan=LONG)
+    drain(store)
+    assert list(tmp_path.iterdir()) == []
     assert store.jobs.status(job.id) == "dismissed"
-    assert store.redis.exists(f"grazemap:2:job:{job.id}:failures") == 0
-
-
-def test_no_tile_without_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tasks, "_context", None)
-    with pytest.raises(RuntimeError, match="worker"):
-        tasks.run_tile("0" * 64, 0)
+    assert store.redis.exists(f"grazemap:3:job:{job.id}:failures") == 0
 
 
 def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pytest.MonkeyPatch, store: Store) -> None:
     job = submit(store)
     counts = parsing.count(worker)
-    tasks.run_tile(job.id, 1)
+    drain(store, tiles=1)
     assert counts == {"parsed": 1, "canonicalised": 0}
-    tasks.run_tile(job.id, 0)  # and the assembly
+    drain(store, tiles=1)  # and the assembly
     assert counts == {"parsed": 3, "canonicalised": 0}
     assert decode_npz(whole(store, job.id))[1]["request"] == canonical(REQUEST)

@@ -37,10 +37,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
+    from grazemap_worker import tasks  # noqa: F401 - what the workers need is loaded before they are forked
     from grazemap_worker.numerics import numerics
-    from grazemap_worker.queue import leased_worker  # noqa: F401 - what the workers need is loaded before they are forked
+    from grazemap_worker.queue import drainer  # noqa: F401
     from grazemap_worker.said import said
     from grazemap_worker.store import Store
+    from grazemap_worker.supervision.kernels import Kernels
     from grazemap_worker.supervision.supervisor import Supervisor
 
     # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
@@ -48,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     progress = kernel_cache.WarmUp()
     with said(Store(settings.connect()).workers.say_starting, progress.text):
         kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder, progress), progress)
-    Supervisor(settings, numerics()).run()
+    Supervisor(settings, numerics(), Kernels()).run()
 
 
 def _refuse(reason: str) -> NoReturn:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import redis.asyncio
 from pydantic import SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 from redis import Redis
@@ -19,7 +20,7 @@ _LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL")
 class RedisSettings(BaseSettings):
     """Where Redis is, and how much is logged."""
 
-    model_config = SettingsConfigDict(env_prefix="GRAZEMAP_", frozen=True, extra="ignore")
+    model_config = SettingsConfigDict(env_prefix="GRAZEMAP_", frozen=True, extra="ignore", hide_input_in_errors=True)
 
     redis_url: str = "redis://127.0.0.1:6379/0"
     redis_password: SecretStr | None = None
@@ -49,6 +50,11 @@ class RedisSettings(BaseSettings):
         """Return a client; nothing is sent yet. `tries` and `socket_timeout` as in `store.connect`."""
         password = self.redis_password.get_secret_value() if self.redis_password else None
         return connect(self.redis_url, socket_timeout, tries, password=password or None)
+
+    def connect_async(self) -> redis.asyncio.Redis:
+        """Return a client for an event loop; nothing is sent yet."""
+        password = self.redis_password.get_secret_value() if self.redis_password else None
+        return redis.asyncio.Redis.from_url(self.redis_url, password=password or None, health_check_interval=10)
 
 
 def refusal_text(error: ValidationError) -> str:

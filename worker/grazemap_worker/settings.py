@@ -35,3 +35,4 @@ class WorkerSettings(RedisSettings):
         default_factory=default_cache_dir
     )
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
+    memory_bytes: Annotated[int, Field(ge=1 << 26, description="Memory for the computation of a tile.")] = 2 << 30

@@ -1,97 +1,178 @@
-"""The task that RQ runs: one tile of a job.
+"""What a worker does when a bell rings: it claims tiles, computes and commits them, until there are none to claim.
 
-Its input is a job's id and the number of a tile, from a queue; its output, in the store, the finished tile, the result
-or the failure. An entry of the queue holds no data: it is a hint that the tile may be worth claiming.
+A tile's input is a request from the store, and its output, in the store, the finished tile, the result or the failure.
+Small tiles are computed in the worker, several between two visits to the store; others in a process of their own.
 """
 
 from __future__ import annotations
 
 import time
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import structlog
 from redis.exceptions import RedisError
-from rq.timeouts import JobTimeoutException
 
 from grazemap.codec import Document, decode_npz, encode_npz
 from grazemap.schema import VERSION, schema_of
 from grazemap.schema.documents import add_deprecated
 from grazemap.wire import notes_on
-from grazemap_worker.compiling import compiling_said, remember_compiled
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.planning import PLANNING
 from grazemap_worker.processes import PROCESSES
 from grazemap_worker.processes.conversion import Report, request_pointer
+from grazemap_worker.queue import bells
+from grazemap_worker.queue.horse import Horse, memory_text
 from grazemap_worker.settings import LEASE_SECONDS
-from grazemap_worker.store import ASSEMBLY, Claim, ResultTooLarge, Store, core_version, is_away, refused_problem
+from grazemap_worker.store import (
+    ASSEMBLY,
+    Claim,
+    Finished,
+    ResultTooLarge,
+    Store,
+    WorkerInfo,
+    full_problem,
+    is_away,
+    refused_problem,
+)
+
+# Limits of the processor time of a tile: so many times its estimate, and some seconds more, but never over the last.
+# Estimates are true within a factor of 20.
+CPU_FACTOR = 20.0
+CPU_MORE = 60.0
+CPU_MOST = 3600.0
+# Seconds between renewals of the lease while a process computes.
+_RENEW_SECONDS = 0.5
+# What a commit answers to what does not fit into the store.
+_NO_SPACE = -2
+# Exit status of a process after which the assembly is to be claimed.
+_ASSEMBLY_NEXT = 10
 
 
 @dataclass(frozen=True)
 class Context:
-    """The store, the name under which this process holds tiles, and its numerics."""
+    """The store, this worker, its numerics, and what its tiles may allocate.
+
+    `beat` is called every second or so, `watched` with True before a tile is computed in this process, and with False
+    after; `stopping` says whether no further tile is to be claimed.
+    """
 
     store: Store
-    holder: str
+    worker: WorkerInfo
     numerics: Numerics
+    memory_bytes: int = 2 << 30
+    watched: Callable[[bool], None] = lambda _: None
+    beat: Callable[[], None] = lambda: None
+    stopping: Callable[[], bool] = lambda: False
 
 
 class NotWanted(Exception):
     """The job that is being computed was dismissed, or has ended."""
 
 
-_context: Context | None = None
-
-
-def enter(context: Context) -> None:
-    """Set the context of this process, before the first `run_tile`."""
-    global _context
-    _context = context
-
-
-def run_tile(job_id: str, tile: int) -> None:
-    """Compute a tile if it is still wanted and free, and the whole map after the last one.
+def drain(context: Context) -> None:
+    """Claim and compute tiles until none are left for this worker.
 
     Raises
     ------
-    RuntimeError
-        `enter` was not called.
     redis.exceptions.RedisError
-        Redis is unavailable; the reconciler will queue the tile again.
+        Redis is unavailable; what is claimed is given back when the lease runs out.
     """
-    if _context is None:
-        raise RuntimeError("run_tile runs in a worker only")
-    context: Context = _context
-    number: int | None = tile
-    while number is not None:
-        claim = context.store.tiles.claim(
-            job_id, number, context.holder, context.numerics.fingerprint, LEASE_SECONDS, core_version()
-        )
-        if claim is None:
+    store, worker = context.store, context.worker
+    while not context.stopping():
+        context.beat()
+        claims, more = store.tiles.claim_next(worker, LEASE_SECONDS)
+        if more:
+            bells.ring(store.redis, worker.fingerprint, small=worker.small)
+        if not claims:
             return
-        structlog.contextvars.bind_contextvars(job_id=job_id, tile=number)
-        number = _run(claim, context)
+        if worker.small:
+            _compute_here(claims, context)
+        else:
+            claim: Claim | None = claims[0]
+            while claim is not None:
+                claim = _compute_apart(claim, context)
 
 
-def _run(claim: Claim, context: Context) -> int | None:
-    """Compute what was claimed; return the number to claim next (the assembly, after the last tile), if any."""
+def _compute_here(claims: list[Claim], context: Context) -> None:
+    """Compute small tiles and commit them together."""
+    finished = []
+    for claim in claims:
+        context.watched(True)
+        done = _compute(claim, context)
+        context.watched(False)
+        if done is not None:
+            finished.append(done)
+    if finished:
+        _commit(finished, context)
+    context.store.workers.renew(context.worker, LEASE_SECONDS)
+
+
+def _compute_apart(claim: Claim, context: Context) -> Claim | None:
+    """Compute and commit a tile in a process of its own; return the claim of the assembly after the last one."""
+    store, worker = context.store, context.worker
+
+    def run(computed: Callable[[], None]) -> int:
+        done = _compute(claim, context)
+        computed()
+        last = done is not None and _commit([done], context)[0] == 0 and not done.whole
+        return _ASSEMBLY_NEXT if last else 0
+
+    renewed = 0.0
+
+    def wanted() -> bool:
+        nonlocal renewed
+        if time.monotonic() - renewed < _RENEW_SECONDS:
+            return True
+        renewed = time.monotonic()
+        context.beat()
+        try:
+            return store.workers.renew(worker, LEASE_SECONDS, claim.job_id)
+        except RedisError:
+            return True  # it goes on, and commits when Redis is back
+
+    limit = CPU_MOST if claim.assembly else min(CPU_MOST, CPU_MORE + CPU_FACTOR * claim.seconds)
+    ended = Horse(run, context.memory_bytes, limit).watch(wanted)
+    if ended.kind is not None:
+        structlog.get_logger("grazemap_worker").warning(
+            "process of a tile ended", job_id=claim.job_id, tile=claim.tile, status=ended.status, kind=ended.kind
+        )
+    for job_id, tile, holder in store.tiles.claims_of(worker.name):
+        store.tiles.record_failure(job_id, tile, ended.kind or "lost", holder, ended.limit)
+    if ended.status != _ASSEMBLY_NEXT:
+        return None
+    return store.tiles.claim(claim.job_id, ASSEMBLY, worker.name, worker.fingerprint, LEASE_SECONDS)
+
+
+def _commit(finished: list[Finished], context: Context) -> list[int]:
+    """Commit what was computed; return the tiles that remain of each job, or -1.
+
+    A job whose result does not fit into the store fails.
+    """
+    try:
+        answers = context.store.results.commit(finished)
+    except RedisError as error:
+        if is_away(error):
+            raise
+        for done in finished:
+            _failed(done.claim, context)
+        return [-1] * len(finished)
+    for done, remaining in zip(finished, answers, strict=True):
+        if remaining == _NO_SPACE:
+            context.store.jobs.fail(done.claim.job_id, full_problem())
+    return answers
+
+
+def _compute(claim: Claim, context: Context) -> Finished | None:
+    """Compute what was claimed; return None, with the failure stored, when that is not possible."""
     from grazemap_core.errors import CoreError
 
     store = context.store
+    structlog.contextvars.bind_contextvars(job_id=claim.job_id, tile=claim.tile)
     try:
-        masses = claim.request.oscillator.size
-        with compiling_said(partial(store.jobs.say_waiting, claim.job_id), masses):
-            remaining = _compute(claim, context)
-        if PLANNING[claim.process].compiles:
-            with suppress(OSError, RedisError):  # the tile is stored; only an estimate's note needs this
-                if remember_compiled(masses):
-                    store.workers.say_compiled(context.numerics.fingerprint, [masses])
+        return _computed(claim, context)
     except NotWanted:
-        return None
-    except JobTimeoutException:
-        store.tiles.record_failure(claim.job_id, claim.tile, "timeout", claim.holder)
         return None
     except ResultTooLarge as error:
         store.jobs.fail(claim.job_id, refused_problem(str(error)))
@@ -100,25 +181,31 @@ def _run(claim: Claim, context: Context) -> int | None:
         pointer = request_pointer(claim.request, getattr(error, "name", None))
         store.jobs.fail(claim.job_id, refused_problem(str(error), pointer))
         return None
+    except MemoryError:
+        store.tiles.record_failure(claim.job_id, claim.tile, "memory", claim.holder, memory_text(context.memory_bytes))
+        return None
     except Exception as error:
         if isinstance(error, RedisError) and is_away(error):
             raise
-        log = structlog.get_logger("grazemap_worker")
-        verdict = store.tiles.record_failure(claim.job_id, claim.tile, "exception", claim.holder)
-        log.exception("tile failed", process=claim.process, verdict=verdict)
+        _failed(claim, context)
         return None
-    return ASSEMBLY if remaining == 0 and not claim.assembly else None
 
 
-def _compute(claim: Claim, context: Context) -> int:
-    """Compute and commit; return how many tiles remain (-1: nothing more is wanted)."""
+def _failed(claim: Claim, context: Context) -> None:
+    """Count and log the exception that is handled now."""
+    verdict = context.store.tiles.record_failure(claim.job_id, claim.tile, "exception", claim.holder)
+    structlog.get_logger("grazemap_worker").exception("tile failed", process=claim.process, verdict=verdict)
+
+
+def _computed(claim: Claim, context: Context) -> Finished:
+    """Return what was computed, and the processor time that it took."""
     process, store = PROCESSES[claim.process], context.store
     if process.tile is not None and not claim.assembly:
         began = time.thread_time()
         document = process.tile(claim.request, claim.rectangle)
         took = time.thread_time() - began
         data = encode_npz(document, {**_meta(claim, context), "tile": claim.plan.place(claim.tile)})
-        return store.tiles.commit(claim.job_id, claim.tile, data, claim.fingerprint, took)
+        return Finished(claim, data, took, whole=False)
     if process.assembled is not None:
         tiles, report = _finished_tiles(claim, store), _counted_after_tiles(claim, store)
         compute = partial(process.assembled, claim.request, claim.plan, tiles, report)
@@ -131,16 +218,17 @@ def _compute(claim: Claim, context: Context) -> int:
     took = time.thread_time() - began
     add_deprecated(schema_of(claim.process, document), document)
     notes = [note.model_dump() for note in notes_on(claim.request)]
-    data = encode_npz(document, {**_meta(claim, context), "notes": notes})
-    store.results.commit(claim.job_id, data, claim.fingerprint, took)
-    return -1
+    return Finished(claim, encode_npz(document, {**_meta(claim, context), "notes": notes}), took)
 
 
 def _counted(claim: Claim, store: Store) -> Report:
-    """Return a function that stores the completed steps of a job; it raises NotWanted when the job has ended."""
+    """Return a function that stores the completed steps of a job; it raises NotWanted when the job has ended.
+
+    Those of small jobs are over before anyone could read them.
+    """
 
     def report(done: int, total: int) -> None:
-        if not store.jobs.progress(claim.job_id, done, total):
+        if claim.plan.lane != "small" and not store.jobs.progress(claim.job_id, done, total):
             raise NotWanted(claim.job_id)
 
     return report

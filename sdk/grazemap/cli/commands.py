@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from grazemap.cli import checking, completion, computing, saved, stack
+from grazemap.cli import checking, completion, computing, saved, stack, storage
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES, ProblemError
 from grazemap.wire.error_texts import suggestion
@@ -46,6 +46,7 @@ def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentPa
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
     computing.add_processes(commands, processes)
     stack.add_commands(commands)
+    storage.add_commands(commands)
     saved.add_commands(commands)
     checking.add_command(commands)
     completion.add_command(commands, parser)

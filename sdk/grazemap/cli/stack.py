@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -97,6 +98,7 @@ def _up(options: argparse.Namespace) -> int:
         if getattr(options, name) is not None:
             command += [f"--{name}", str(getattr(options, name))]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as stack:
+        before = signal.signal(signal.SIGTERM, lambda *_: stack.terminate())
         try:
             assert stack.stdout is not None
             line = ready_line(stack.stdout, shown)
@@ -108,7 +110,9 @@ def _up(options: argparse.Namespace) -> int:
             # The terminal sends the signal to the stack too, which then stops by itself.
             stack.wait()
             return DONE
-    return DONE if code == 0 else FAILED
+        finally:
+            signal.signal(signal.SIGTERM, before)
+    return DONE if code in (0, -signal.SIGTERM) else FAILED
 
 
 def _addresses(line: bytes) -> str:

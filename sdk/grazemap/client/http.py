@@ -7,6 +7,7 @@ import json
 import os
 import random
 import re
+import secrets
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
 from typing import Any
@@ -26,6 +27,8 @@ _ADDRESS = "base_url must look like http://host:port or https://host"
 _HEADER_TEXT = re.compile(r"[!-~]*")
 # Job ids become parts of addresses and of file names in the cache.
 JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
+# Who asks, for a service without keys: its workers are shared by those who ask.
+_ASKER = secrets.token_hex(8)
 # The title and the detail of the service's problem.
 _UNKNOWN_JOB = Problem(
     type="urn:grazemap:problem:unknown-job",
@@ -66,7 +69,7 @@ class Settings:
     @property
     def headers(self) -> dict[str, str]:
         """Headers of every request."""
-        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json"}
+        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json", "grazemap-client": _ASKER}
         return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
 
     @property

@@ -14,8 +14,8 @@ from fastapi import APIRouter, Depends, Header, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from grazemap.wire import FINISHED
-from grazemap_service.context import CurrentContext
-from grazemap_service.jobs import KnownJob
+from grazemap_service.context import Context, CurrentContext
+from grazemap_service.jobs import CurrentAsker, KnownJob
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
 
@@ -24,8 +24,8 @@ _BEGINNING = "0"
 _EVENT_ID = re.compile(r"\d{1,19}(?:-\d{1,19})?", re.ASCII)
 # Seconds between attempts while the store is unavailable.
 _AWAY_SECONDS = 1.0
-# Seconds between looks at what a job waits for.
-_WAITING_EVERY = 1.0
+# Seconds without events after which the store is looked at: at what the job waits for, and for events that were missed.
+_LOOK_SECONDS = 2.0
 
 router = APIRouter(tags=["jobs"])
 
@@ -60,42 +60,51 @@ async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_poi
     },
 )
 async def get_events(
-    job: KnownJob, context: CurrentContext, after: Annotated[str, Depends(resume_point)]
+    job: KnownJob, context: CurrentContext, asker: CurrentAsker, after: Annotated[str, Depends(resume_point)]
 ) -> AsyncIterator[ServerSentEvent]:
     """Stream the events of a job to its end, from its beginning or after the last event that arrived."""
-    store, pause = context.store, context.settings.poll_seconds
-    ending = False
-    waiting_for, looked = None, 0.0
-    while True:
-        try:
-            # the status is read before the events, so that these include the event of an end that is seen here
-            status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
-            events = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
-            said = waiting_for
-            if not events and anyio.current_time() - looked >= _WAITING_EVERY:
-                said = await run_sync(store.jobs.waiting_for, job.id, limiter=context.threads)
-                looked = anyio.current_time()
-        except redis.exceptions.RedisError:
-            structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
-            await anyio.sleep(_AWAY_SECONDS)
-            continue
-        for event in events:
-            yield ServerSentEvent(event=event.name, id=event.id, data=event.data)
-            after = event.id
-            if event.name == "done":
-                return
-        if events:
-            continue
-        if status is None or status in FINISHED:
-            if ending:
+    store = context.store
+    waiting_for = None
+    with context.hub.listen(job.id) as listener:
+        while True:
+            try:
+                # the status is read before the events, so that these include the event of an end that is seen here
+                status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
+                stored = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
+                said = await run_sync(_waiting_for, context, job.id, asker.name, limiter=context.threads)
+            except redis.exceptions.RedisError:
+                structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
+                await anyio.sleep(_AWAY_SECONDS)
+                continue
+            for event in stored:
+                yield ServerSentEvent(event=event.name, id=event.id, data=event.data)
+                after = event.id
+                if event.name == "done":
+                    return
+            if status is None or status in FINISHED:
                 # resumed after the last event, or the events were removed: the end is sent anyway
                 yield ServerSentEvent(event="done", data={"status": status or "dismissed"})
                 return
-            ending = True
-            continue
-        ending = False
-        if said != waiting_for:
-            # without an id, as it is not stored: the stream is resumed after the last event that is
-            yield ServerSentEvent(event="waiting", data={"waiting_for": said})
-            waiting_for = said
-        await anyio.sleep(pause)
+            if said != waiting_for:
+                # without an id, as it is not stored: the stream is resumed after the last event that is
+                yield ServerSentEvent(event="waiting", data={"waiting_for": said})
+                waiting_for = said
+            while (live := await listener.next(_LOOK_SECONDS)) is not None:
+                if live.id and _order(live.id) <= _order(after):
+                    continue
+                yield ServerSentEvent(event=live.name, id=live.id or None, data=live.data)
+                after = live.id or after
+                if live.name == "done":
+                    return
+
+
+def _waiting_for(context: Context, job_id: str, asker: str) -> str | None:
+    """Return what a job waits for (blocking); the interest of who follows it goes on."""
+    job = context.store.jobs.get(job_id, asker, with_request=False)
+    return None if job is None else job.waiting_for
+
+
+def _order(event_id: str) -> tuple[int, int]:
+    """Return by what the ids of events are ordered."""
+    time, _, number = event_id.partition("-")
+    return int(time), int(number or 0)

@@ -5,14 +5,10 @@ from __future__ import annotations
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Response
 from prometheus_client import CONTENT_TYPE_LATEST
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
-from grazemap_service.context import CurrentContext
+from grazemap_service.context import Context, CurrentContext
 from grazemap_service.openapi import problem_responses
-from grazemap_service.problems import ProblemException
-
-# A worker's first start compiles for some seconds.
-_RETRY_SECONDS = 2
 
 router = APIRouter(tags=["operations"])
 
@@ -24,10 +20,11 @@ class Health(BaseModel):
 
 
 class Readiness(BaseModel):
-    """Jobs will be computed."""
+    """Requests are taken, and results served; they are computed when there are workers."""
 
     status: str = "ready"
-    workers: int
+    workers: int = Field(description="Live workers of this release.")
+    detail: str = Field(default="", description="What the workers do while none is alive yet.")
 
 
 @router.get("/healthz", operation_id="get_health", summary="Liveness")
@@ -41,18 +38,25 @@ async def get_health() -> Health:
     "/readyz",
     operation_id="get_readiness",
     summary="Readiness",
-    responses=problem_responses("store-unavailable", "not-ready"),
+    responses=problem_responses("store-unavailable", "storage-full"),
 )
 @router.head("/readyz", include_in_schema=False)
 async def get_readiness(context: CurrentContext) -> Readiness:
-    """Answer 200 when Redis answers and at least one worker of this release is alive."""
-    live = await run_sync(context.store.workers.live, limiter=context.threads)
-    workers = [worker for worker in live if worker.core_version == context.core_version]
-    if not workers:
-        starting = await run_sync(context.store.workers.starting, limiter=context.threads)
-        detail = f"{starting[0].upper()}{starting[1:]}." if starting else ""
-        raise ProblemException("not-ready", detail, headers={"Retry-After": str(_RETRY_SECONDS)})
-    return Readiness(workers=len(workers))
+    """Answer 200 when Redis takes a write; `workers` says how many compute."""
+    return await run_sync(_readiness, context, limiter=context.threads)
+
+
+def _readiness(context: Context) -> Readiness:
+    """Write to the store, and return what there is of workers (blocking)."""
+    context.store.try_write()
+    live = context.store.workers.live()
+    workers = [worker for worker in live if worker.core_version == context.core_version and not worker.small]
+    if workers:
+        return Readiness(workers=len(workers))
+    starting = context.store.workers.starting()
+    return Readiness(
+        workers=0, detail=f"{starting[0].upper()}{starting[1:]}." if starting else "No worker is alive yet."
+    )
 
 
 @router.get(

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Response
 
-from grazemap.wire import PROCESSES, Job, JobList, Link, Status
+from grazemap.wire import PROCESSES, Job, JobList, Link, Note, Status
 from grazemap_service.context import CurrentContext
-from grazemap_service.jobs import PREFIX, KnownJob, job_response, with_links
+from grazemap_service.jobs import PREFIX, CurrentAsker, KnownJob, job_response, stored_job, with_links
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
-from grazemap_worker.queue import entries
 
 router = APIRouter(tags=["jobs"])
+GOES_ON = Note(code="goes-on", detail="others asked for the job too, so it goes on; DELETE with ?for=all stops it")
 
 
 @router.get(
@@ -81,15 +81,23 @@ async def get_job(job: KnownJob) -> Response:
     response_model=Job,
     responses=problem_responses("unknown-job"),
 )
-async def dismiss_job(job: KnownJob, context: CurrentContext) -> Response:
-    """Stop an unfinished job; a finished one is not changed. The request is idempotent."""
+async def dismiss_job(
+    job: KnownJob,
+    context: CurrentContext,
+    asker: CurrentAsker,
+    whose: Annotated[
+        Literal["me", "all"], Query(alias="for", description="`all` stops it for everybody who asked for it.")
+    ] = "me",
+) -> Response:
+    """Take back the interest in an unfinished job, and stop it when nobody else's is left.
+
+    A finished job is not changed. The request is idempotent.
+    """
 
     def dismiss() -> Job | None:
-        dismissed = context.store.jobs.dismiss(job.id)
-        fingerprint = context.store.jobs.fingerprint_of(job.id)
-        if dismissed is not None and dismissed.status == "dismissed" and fingerprint is not None:
-            entries.cancel(context.store.redis, job.id, fingerprint)
-        return dismissed
+        goes_on = context.store.jobs.dismiss(job.id, asker.name, everyone=whose == "all")
+        found = stored_job(context, job.id)
+        return found.model_copy(update={"notes": [*found.notes, GOES_ON]}) if found is not None and goes_on else found
 
     dismissed = await run_sync(dismiss, limiter=context.threads)
     return job_response(dismissed or job, 200)

@@ -5,66 +5,98 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-import anyio
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Body, Depends, Header, Request, Response
 
 from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, Note, ProcessRequest, Status, notes_on, unstated
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, job_response, stored_job, submit
+from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, job_response, stored_job, submit
 from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
-from grazemap_worker.planning import COMPILING_SECONDS, PLANNING
+from grazemap_service.routers.results import result_response
+from grazemap_worker.planning import COMPILING_SECONDS, kernels_of
+from grazemap_worker.store import Asker
 
+# Seconds without news after which the status of a job is read.
+_LOOK_SECONDS = 2.0
+_REPRESENTATION = re.compile(r'(?:^|[,;\s])return\s*=\s*"?representation"?(?=$|[,;\s])', re.IGNORECASE)
 _WAIT = re.compile(r'(?:^|[,;\s])wait\s*=\s*"?(\d{1,9})"?(?=$|[,;\s])', re.IGNORECASE)
 
 
-def waiting_time(
+class Preferences(NamedTuple):
+    """What a client prefers (RFC 7240): seconds to wait for the end of the job; its result as the answer."""
+
+    wait: int | None
+    representation: bool
+
+
+def preferences(
     context: CurrentContext,
     request: Request,
     prefer: Annotated[
         str | None,
-        Header(description="`wait=5` lets the answer wait up to 5 seconds (at most 30) for the end of the job."),
+        Header(
+            description="`wait=5` lets the answer wait up to 5 seconds (at most 30) for the end of the job; with "
+            "`return=representation` the answer is then the result itself, 200, by Accept."
+        ),
     ] = None,
-) -> int | None:
-    """Return the seconds that the Prefer header (RFC 7240) asks to wait, at most the limit."""
+) -> Preferences:
+    """Return what the Prefer header asks for; the time to wait is at most the limit."""
     # the parameter is for the OpenAPI document; the header itself may be repeated
-    match = _WAIT.search(", ".join(request.headers.getlist("prefer")))
-    return min(int(match[1]), int(context.settings.max_wait_seconds)) if match else None
+    text = ", ".join(request.headers.getlist("prefer"))
+    match = _WAIT.search(text)
+    wait = min(int(match[1]), int(context.settings.max_wait_seconds)) if match else None
+    return Preferences(wait, _REPRESENTATION.search(text) is not None)
 
 
-async def _finished(context: Context, job: Job, seconds: float) -> Job:
+async def _finished(context: Context, job: Job, seconds: float, asker: Asker) -> Job:
     """Return the job when it has ended, or when the time is over."""
     jobs, deadline = context.store.jobs, time.monotonic() + seconds
-    status: Status | None = job.status
-    while status is not None and status not in FINISHED and time.monotonic() < deadline:
-        await anyio.sleep(context.settings.poll_seconds)
-        # the status alone, as a request may be a megabyte long
-        status = await run_sync(jobs.status, job.id, limiter=context.threads)
     if job.status in FINISHED:
         return job
-    return await run_sync(stored_job, context, job.id, limiter=context.threads) or job
+    with context.hub.listen(job.id) as listener:
+        await context.hub.subscribed(_LOOK_SECONDS)
+        # the status alone, as a request may be a megabyte long
+        status: Status | None = await run_sync(jobs.status, job.id, limiter=context.threads)
+        while status is not None and status not in FINISHED and (left := deadline - time.monotonic()) > 0:
+            event = await listener.next(min(_LOOK_SECONDS, left))
+            if event is None:
+                status = await run_sync(jobs.status, job.id, limiter=context.threads)
+            elif event.name == "done":
+                break
+    return await run_sync(stored_job, context, job.id, asker.name, limiter=context.threads) or job
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
     operation = model.operation
 
-    async def post(body: ProcessRequest, context: Context, wait: int | None) -> Response:
-        job, created = await run_sync(submit, context, operation.process, body, limiter=context.threads)
+    async def post(
+        request: Request, body: ProcessRequest, context: Context, asker: Asker, preferred: Preferences
+    ) -> Response:
+        job, created = await run_sync(submit, context, operation.process, body, asker, limiter=context.threads)
         headers = {}
-        if wait is not None:
-            job = await _finished(context, job, wait)
-            headers["Preference-Applied"] = f"wait={wait}"
+        if preferred.wait is not None:
+            job = await _finished(context, job, preferred.wait, asker)
+            headers["Preference-Applied"] = f"wait={preferred.wait}"
+        if preferred.representation and job.status in FINISHED:
+            answer = await result_response(request, context, job, asker)
+            applied = [value for value in (headers.get("Preference-Applied"), "return=representation") if value]
+            answer.headers["Preference-Applied"] = ", ".join(applied)
+            answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
+            answer.headers["Location"] = job_path(job.id)
+            return answer
         return job_response(job, 201 if created else 200, headers)
 
     examples: Any = {name: {"value": value} for name, value in operation.examples.items()}
     post.__annotations__ = {
         "body": Annotated[model, Body(openapi_examples=examples)],
         "context": CurrentContext,
-        "wait": Annotated[int | None, Depends(waiting_time)],
+        "request": Request,
+        "asker": CurrentAsker,
+        "preferred": Annotated[Preferences, Depends(preferences)],
         "return": Response,
     }
     post.__name__, post.__doc__ = operation.operation_id, operation.description
@@ -90,7 +122,7 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
 def _compiled_first(context: Context, process: str, request: ProcessRequest) -> list[Note]:
     """Return a note on kernels that the job would compile first (blocking)."""
     masses = request.oscillator.size
-    if not PLANNING[process].compiles or not context.store.workers.compiles_first(masses, context.core_version):
+    if not context.store.workers.compiles_first(kernels_of(process, request), context.core_version):
         return []
     detail = (
         f"the first map of a chain of {masses} mass{'' if masses == 1 else 'es'} compiles kernels first, usually in "

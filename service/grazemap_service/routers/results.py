@@ -6,6 +6,7 @@ again when it is asked for: 202 and the job.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
@@ -16,12 +17,12 @@ from pydantic import BaseModel
 
 from grazemap.wire import FINISHED, Job, Link
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import KnownJob, job_path, job_response, submit_again
+from grazemap_service.jobs import CurrentAsker, KnownJob, job_path, job_response, submit_again
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException, problem_response
 from grazemap_service.representations import MEDIA_TYPES, NPZ_TYPE, cache_headers, is_fresh, negotiate, render
 from grazemap_service.result_schemas import RESULT, TILE, reference
-from grazemap_worker.store import ResultInfo
+from grazemap_worker.store import Asker, ResultInfo
 
 router = APIRouter(tags=["results"])
 
@@ -86,18 +87,31 @@ async def get_result(
     request: Request,
     job: KnownJob,
     context: CurrentContext,
+    asker: CurrentAsker,
     form: Form = None,
     accept: Accept = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the whole result; for a failed job, the problem that it failed with."""
-    name = negotiate(", ".join(accept or ()), form)
+    return await result_response(request, context, job, asker, form, if_none_match)
+
+
+async def result_response(
+    request: Request,
+    context: Context,
+    job: Job,
+    asker: Asker,
+    form: str | None = None,
+    if_none_match: Sequence[str] | None = None,
+) -> Response:
+    """Return a job's result as an answer, in the form that the request accepts."""
+    name = negotiate(", ".join(request.headers.getlist("accept")), form)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
     if job.status != "successful":
         raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     if job.core_version != context.core_version:
-        return await _computed_again(request, context, job)
+        return await _computed_again(request, context, job, asker)
     results = context.store.results
     info = await run_sync(results.info, job.id, limiter=context.threads)
     # the job keeps the tag of a result that was evicted, so a client with a copy needs no other
@@ -106,13 +120,13 @@ async def get_result(
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if info is None:
-        return await _computed_again(request, context, job)
+        return await _computed_again(request, context, job, asker)
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
     content = await context.renderings.give(headers["ETag"], name, info.size, lambda: results.data(job.id))
     if content is None:
-        return await _computed_again(request, context, job)
+        return await _computed_again(request, context, job, asker)
     if isinstance(content, bytes):
         return Response(content, media_type=MEDIA_TYPES[name], headers=headers)
     return StreamingResponse(content, media_type=MEDIA_TYPES[name], headers=headers)
@@ -168,11 +182,11 @@ async def get_tile(
     return Response(data, media_type=MEDIA_TYPES[name], headers={"Vary": "Accept", "Cache-Control": "private"})
 
 
-async def _computed_again(request: Request, context: Context, job: Job) -> Response:
+async def _computed_again(request: Request, context: Context, job: Job, asker: Asker) -> Response:
     """Return 202 and the job that computes a result again; a HEAD starts nothing."""
     if request.method == "HEAD":
         return Response(status_code=202, media_type="application/json", headers={"Cache-Control": "no-store"})
-    return job_response(await run_sync(submit_again, context, job, limiter=context.threads), 202)
+    return job_response(await run_sync(submit_again, context, job, asker, limiter=context.threads), 202)
 
 
 def _head(info: ResultInfo, name: str, headers: dict[str, str]) -> Response:

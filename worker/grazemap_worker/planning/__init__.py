@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 
-from grazemap.wire import PROCESSES
-from grazemap_worker.planning.plan import Plan, Tile
+from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap_worker.planning.plan import LANE_WEIGHTS, Plan, Tile
 from grazemap_worker.planning.planning import COMPILING_SECONDS, Limits, Planning
 from grazemap_worker.planning.rates import TILE_SECONDS
 
@@ -18,4 +18,10 @@ PLANNING: Mapping[str, Planning] = {
     process: import_module(f"{__name__}.{process.replace('-', '_')}").PLANNING for process in PROCESSES
 }
 
-__all__ = ["COMPILING_SECONDS", "PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile"]
+
+def kernels_of(process: str, request: ProcessRequest) -> str:
+    """Return the name of the kernels that a request needs: those of maps depend on the number of masses."""
+    return f"maps-{request.oscillator.size}" if PLANNING[process].compiles else "core"
+
+
+__all__ = ["COMPILING_SECONDS", "LANE_WEIGHTS", "PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile", "kernels_of"]

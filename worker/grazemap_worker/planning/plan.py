@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
 from grazemap.wire import Estimate
 from grazemap_worker.planning.rates import TILE_SECONDS, WORST_TILE_SECONDS
+
+Lane = Literal["small", "short", "long"]
+# Estimated seconds up to which a job of one tile is small, which workers of its own compute many at a time, and up to
+# which a job is short, which gets most of the time of the other workers.
+SMALL_SECONDS = 0.05
+SHORT_SECONDS = 30.0
+LANE_WEIGHTS: dict[Lane, float] = {"small": 1.0, "short": 8.0, "long": 1.0}
 
 
 class Tile(NamedTuple):
@@ -44,6 +51,13 @@ class Plan(BaseModel):
     tile_columns: int = 1
     after: int = 0
     estimate: Estimate = Estimate()
+
+    @property
+    def lane(self) -> Lane:
+        """The lane in which its tiles wait."""
+        if self.count == 1 and self.after == 0 and self.estimate.seconds < SMALL_SECONDS:
+            return "small"
+        return "short" if self.estimate.seconds < SHORT_SECONDS else "long"
 
     @property
     def across(self) -> int:

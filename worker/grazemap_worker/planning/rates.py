@@ -45,6 +45,8 @@ BASIN_UNSETTLED = 0.02
 REFERENCE_STIFFNESS = 33.0
 # Seconds of a tile: short enough for a small map to keep all workers busy; starting a tile takes 1/30 s.
 TILE_SECONDS = 0.6
+# Maximum estimate of a tile: one that takes four times as long is stopped after an hour.
+MOST_TILE_SECONDS = 900.0
 # Maximum seconds of a tile when none of its pixels settles before max_periods, because a tile has a time limit.
 # Machines differ, so a quarter of a map's speed is assumed.
 WORST_TILE_SECONDS = 900.0

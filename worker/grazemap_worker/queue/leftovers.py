@@ -6,62 +6,52 @@ import time
 from typing import Any
 
 from redis import Redis
-from rq.utils import as_text
 
 from grazemap_worker.queue import rq_keys
-from grazemap_worker.queue.entries import drop, named_queue, overtaken_key, queue
-from grazemap_worker.store.keys import PREFIX, queue_name
+from grazemap_worker.queue.bells import SMALL, drop, named_queue, queue
+from grazemap_worker.store.keys import PREFIX, QUEUE_PREFIX, queue_name
 
-# Seconds from taking an entry to starting it; in between, a worker only forks.
+# Seconds from taking an entry to dropping it; in between, a worker only reads it.
 TAKEN_SECONDS = 30.0
+_MOST_TAKEN = 1000
 
 
-def sweep(connection: Redis, fingerprint: str) -> None:
-    """Remove what killed workers leave in RQ's registries.
+class Leftovers:
+    """Remembers the entries that workers have taken, to remove those that were not dropped in time."""
 
-    An entry that a worker took and did not start within `TAKEN_SECONDS` is removed, and so is one that its worker no
-    longer renews. The ledger has the tiles of these entries.
-    """
-    redis: Any = connection  # redis-py's types allow bytes and text
-    target = queue(connection, fingerprint)
-    now = time.time()
-    started = rq_keys.started_key(target)
-    for member in redis.zrangebyscore(started, 0, now):
-        composite = as_text(member)
-        entry, keys = rq_keys.execution_keys(connection, composite)
-        pipeline = redis.pipeline(transaction=False)
-        pipeline.zrem(started, composite)
-        pipeline.delete(*keys, rq_keys.entry_key(entry))
-        pipeline.execute()
-    redis.zremrangebyscore(rq_keys.failed_key(target), 0, now)
-    _sweep_taken(redis, fingerprint, now)
-    _sweep_queues(redis, fingerprint)
+    def __init__(self, fingerprint: str) -> None:
+        self._fingerprint = fingerprint
+        self._taken: dict[bytes, float] = {}
 
-
-def _sweep_taken(redis: Any, fingerprint: str, now: float) -> None:
-    """Remove entries that were taken `TAKEN_SECONDS` ago and not started; note when others were first seen."""
-    taken_key = rq_keys.taken_key(queue(redis, fingerprint))
-    seen_key = _seen_key(taken_key)
-    taken = {as_text(member) for member in redis.lrange(taken_key, 0, -1)}
-    seen = {as_text(member): float(score) for member, score in redis.zrange(seen_key, 0, -1, withscores=True)}
-    for entry, since in seen.items():
-        if entry not in taken:
-            redis.zrem(seen_key, entry)
-        elif now - since > TAKEN_SECONDS:
-            redis.zrem(seen_key, entry)
-            drop(redis, entry, fingerprint)
-    if fresh := dict.fromkeys(taken - seen.keys(), now):
-        redis.zadd(seen_key, fresh, nx=True)
+    def sweep(self, connection: Redis) -> None:
+        """Remove what killed workers leave: entries that were taken `TAKEN_SECONDS` ago, names, and unused queues."""
+        redis: Any = connection  # redis-py's types allow bytes and text
+        now, taken = time.monotonic(), {}
+        for small in (False, True):
+            target = queue(connection, self._fingerprint, small=small)
+            for entry in redis.lrange(rq_keys.taken_key(target), 0, _MOST_TAKEN):
+                taken[entry] = self._taken.get(entry, now)
+                if now - taken[entry] > TAKEN_SECONDS:
+                    drop(connection, target, entry)
+        self._taken = taken
+        _sweep_queues(redis, self._fingerprint)
 
 
 def _sweep_queues(redis: Any, fingerprint: str) -> None:
     """Remove the names of ended workers, and the queues of numerics that no worker has had for some time."""
-    known = {rq_keys.fingerprint_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)}
-    for found in sorted({fingerprint, *(one for one in known if one is not None)}):
-        _remove_gone(redis, rq_keys.listeners_key(queue_name(found)))
+    own = queue_name(fingerprint)
+    for name in {own, own + SMALL, *_queues_below(redis, QUEUE_PREFIX)}:
+        _remove_gone(redis, rq_keys.listeners_key(name))
+        found = name.removeprefix(QUEUE_PREFIX).removesuffix(SMALL)
         if found != fingerprint and not redis.exists(f"{PREFIX}fingerprint:{found}"):
-            _remove_queue(redis, queue_name(found))
+            _remove_queue(redis, name)
     _remove_gone(redis, rq_keys.ALL_WORKERS)
+
+
+def _queues_below(redis: Any, prefix: str) -> list[str]:
+    """Return the names of RQ's queues that begin with a prefix; others may have any bytes as names."""
+    names = (rq_keys.queue_of(key.decode("utf-8", "replace")) for key in redis.smembers(rq_keys.ALL_QUEUES))
+    return sorted(name for name in names if name.startswith(prefix))
 
 
 def forget_queues(connection: Redis, prefix: str) -> None:
@@ -69,27 +59,24 @@ def forget_queues(connection: Redis, prefix: str) -> None:
 
     `prefix` is that of the layout's keys; its queues have it and a fingerprint as names.
     """
-    redis: Any = connection
-    for name in sorted(rq_keys.queue_of(as_text(key)) for key in redis.smembers(rq_keys.ALL_QUEUES)):
-        if name.startswith(prefix) and ":" not in name.removeprefix(prefix):
+    redis: Any = connection  # redis-py's types allow bytes and text
+    for name in _queues_below(redis, prefix):
+        if ":" not in name.removeprefix(prefix):
             _remove_queue(redis, name)
 
 
 def _remove_queue(redis: Any, name: str) -> None:
+    """Remove a queue and RQ's registries of it, with what is in them."""
     target = named_queue(redis, name)
-    started, taken_key = rq_keys.started_key(target), rq_keys.taken_key(target)
-    for member in redis.zrange(started, 0, -1):
-        entry, keys = rq_keys.execution_keys(redis, as_text(member))
-        redis.delete(*keys, rq_keys.entry_key(entry))
-    for entry in redis.lrange(taken_key, 0, -1):
-        redis.delete(rq_keys.entry_key(as_text(entry)))
-    registries = (started, rq_keys.failed_key(target), rq_keys.listeners_key(name))
-    redis.delete(taken_key, _seen_key(taken_key), overtaken_key(target), *registries)
-    target.delete()
-
-
-def _seen_key(taken_key: str) -> str:
-    return f"{taken_key}:seen"
+    for key in (rq_keys.waiting_key(target), rq_keys.taken_key(target)):
+        for entry in redis.lrange(key, 0, -1):
+            redis.delete(rq_keys.entry_key(entry.decode("utf-8", "replace")))
+        redis.delete(key)
+    for key in (rq_keys.started_key(target), rq_keys.failed_key(target), rq_keys.listeners_key(name)):
+        redis.delete(key)
+    # names that earlier layouts had
+    redis.delete(f"{rq_keys.waiting_key(target)}:overtaken", f"{rq_keys.taken_key(target)}:seen")
+    redis.srem(rq_keys.ALL_QUEUES, target.key)
 
 
 def _remove_gone(redis: Any, members: str) -> None:
@@ -108,6 +95,7 @@ def forget_worker(redis: Redis, name: str, fingerprint: str) -> None:
     description, executions = rq_keys.worker_keys(name)
     pipeline = redis.pipeline(transaction=False)
     pipeline.srem(rq_keys.ALL_WORKERS, description)
-    pipeline.srem(rq_keys.listeners_key(queue_name(fingerprint)), description)
+    for name in (queue_name(fingerprint), queue_name(fingerprint) + SMALL):
+        pipeline.srem(rq_keys.listeners_key(name), description)
     pipeline.delete(description, executions)
     pipeline.execute()

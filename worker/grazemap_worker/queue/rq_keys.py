@@ -6,13 +6,10 @@ service and worker on one Redis.
 
 from __future__ import annotations
 
-from redis import Redis
 from rq import Queue, Worker
-from rq.executions import WORKER_EXECUTIONS_KEY_TEMPLATE, Execution, ExecutionRegistry
+from rq.executions import WORKER_EXECUTIONS_KEY_TEMPLATE
 from rq.job import Job
 from rq.worker_registration import WORKERS_BY_QUEUE_KEY
-
-from grazemap_worker.store.keys import QUEUE_PREFIX
 
 ALL_QUEUES = Queue.redis_queues_keys
 """Set of the keys of all queues, of whichever application."""
@@ -28,12 +25,6 @@ def entry_key(entry: str) -> str:
 def queue_of(queue_key: str) -> str:
     """Return the name of the queue that has this key."""
     return queue_key.removeprefix(Queue.redis_queue_namespace_prefix)
-
-
-def fingerprint_of(queue_key: str) -> str | None:
-    """Return the fingerprint whose queue has this key, or None if it is not one of grazemap's."""
-    name = queue_of(queue_key)
-    return name.removeprefix(QUEUE_PREFIX) if name.startswith(QUEUE_PREFIX) else None
 
 
 def waiting_key(target: Queue) -> str:
@@ -54,17 +45,6 @@ def started_key(target: Queue) -> str:
 def failed_key(target: Queue) -> str:
     """Return the key of the sorted set of failed entries by the time until which they are kept."""
     return str(target.failed_job_registry.key)
-
-
-def started_entries(target: Queue) -> list[str]:
-    """Return the entries that are being performed, without RQ's cleanup."""
-    return list(target.started_job_registry.get_job_ids(cleanup=False))
-
-
-def execution_keys(redis: Redis, composite: str) -> tuple[str, tuple[str, str]]:
-    """Return the entry of an execution ("entry:execution"), and the keys of the execution and of the entry's list."""
-    execution = Execution.from_composite_key(composite, connection=redis)
-    return execution.job_id, (execution.key, ExecutionRegistry(execution.job_id, connection=redis).key)
 
 
 def worker_keys(name: str) -> tuple[str, str]:

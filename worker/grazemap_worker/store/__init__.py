@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
-from grazemap_worker.store.connection import connect, is_away, trouble
+from grazemap_worker.store.connection import connect, is_away, is_full, trouble
 from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
-from grazemap_worker.store.problems import refused_problem
+from grazemap_worker.store.problems import full_problem, refused_problem
 from grazemap_worker.store.records import (
+    Asker,
+    Bell,
     Claim,
+    Finished,
     QueueFull,
+    QuotaUsed,
     ResultInfo,
     ResultTooLarge,
     WorkerInfo,
@@ -29,15 +33,21 @@ def core_version() -> str:
 __all__ = [
     "ASSEMBLY",
     "MOST_RESULT_BYTES",
+    "Asker",
+    "Bell",
     "Claim",
+    "Finished",
     "QueueFull",
+    "QuotaUsed",
     "ResultInfo",
     "ResultTooLarge",
     "Store",
     "WorkerInfo",
     "connect",
     "core_version",
+    "full_problem",
     "is_away",
+    "is_full",
     "queue_name",
     "refused_problem",
     "trouble",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
 from importlib.resources import files
@@ -24,6 +25,8 @@ from grazemap_worker.store.keys import PREFIX
 # Seconds: longer than any script takes, short enough for a client. RQ's workers set their own for blocking reads.
 SOCKET_TIMEOUT = 5.0
 _AWAY = re.compile(r"\b(?:MISCONF|OOM|LOADING|READONLY|BUSY|MASTERDOWN|NOREPLICAS|TRYAGAIN)\b")
+# Refusals of writes for want of room. For snapshots Redis does not say why they fail.
+_FULL = re.compile(r"\bOOM\b|\bMISCONF\b.*(?:No space left|quota exceeded|File too large|RDB snapshots)")
 
 
 def connect(url: str, socket_timeout: float = SOCKET_TIMEOUT, tries: int = 1, password: str | None = None) -> Redis:
@@ -67,6 +70,11 @@ def is_away(error: RedisError) -> bool:
     return _AWAY.search(str(error)) is not None
 
 
+def is_full(error: RedisError) -> bool:
+    """Return whether Redis refuses writes, and no reads, because its disk or its memory is full; it is away too."""
+    return isinstance(error, OutOfMemoryError) or _FULL.search(str(error)) is not None
+
+
 class Scripts:
     """Runs the store's scripts; each is one atomic step."""
 
@@ -75,8 +83,9 @@ class Scripts:
         self.redis: Any = redis
         self._scripts: dict[str, Any] = {}
 
-    def run(self, name: str, *arguments: str | bytes | int | float) -> Any:
-        """Return the answer of a script; `arguments` follow the key prefix."""
+    def run(self, name: str, *data: bytes, **arguments: Any) -> Any:
+        """Return the answer of a script. Arguments are sent as JSON; None is left out. Bytes follow as they are."""
         if name not in self._scripts:
             self._scripts[name] = self.redis.register_script(script_text(name))
-        return self._scripts[name](args=[PREFIX, *arguments])
+        given = json.dumps({key: value for key, value in arguments.items() if value is not None})
+        return self._scripts[name](args=[PREFIX, given, *data])

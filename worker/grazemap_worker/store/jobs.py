@@ -5,30 +5,32 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
+from typing import Any
+
+import structlog
 
 from grazemap.wire import FINISHED, Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
-from grazemap_worker.planning import TILE_SECONDS, Plan
+from grazemap_worker.planning import LANE_WEIGHTS, TILE_SECONDS, Plan, kernels_of
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
-    ASSEMBLY,
     FINGERPRINT_REMEMBERED,
+    INTEREST_SECONDS,
     LISTED_REQUEST_BYTES,
+    MOST_LARGE_RECORDS,
     MOST_RECORD_BYTES,
-    MOST_RECORDS,
+    MOST_SMALL_RECORDS,
     PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
 from grazemap_worker.store.problems import outdated_problem
-from grazemap_worker.store.records import Event, QueueFull
+from grazemap_worker.store.records import Asker, Bell, Event, QueueFull, QuotaUsed
 from grazemap_worker.store.workers import Workers
 
-_JOBS_A_SCRIPT = 500
-_WAITING_SECONDS = 5
-_UNFINISHED: tuple[Status, ...] = ("accepted", "running")
+ANYBODY = Asker()
+GOES_ON = 2
 _EVENT_ID = re.compile(r"\d{1,19}(-\d{1,19})?", re.ASCII)
 
 
@@ -41,72 +43,97 @@ class Jobs:
         self._workers = workers
 
     def submit(
-        self, process: str, request: ProcessRequest, core_version: str, plan: Plan, max_pending_tiles: int
-    ) -> tuple[Job, bool]:
+        self,
+        process: str,
+        request: ProcessRequest,
+        core_version: str,
+        plan: Plan,
+        max_pending_tiles: int,
+        asker: Asker = ANYBODY,
+    ) -> tuple[Job, Bell | None]:
         """Start the job of a request, unless it exists already.
 
         Returns
         -------
         job : Job
             Its id is the hash of process, core version and canonical request.
-        created : bool
-            Whether the caller has to queue the tiles: the job is new, or was started again after it had failed, was
-            dismissed or had lost its result.
+        bell : Bell or None
+            Where to ring for a worker if the job is new, or was started again after it had failed, was dismissed or had
+            lost its result; None if it goes on as it is.
 
         Raises
         ------
         QueueFull
             The unfinished tiles of all jobs would be more than `max_pending_tiles`, or their requests more than
             `MOST_RECORD_BYTES`; nothing was stored.
+        QuotaUsed
+            Those of this asker would be more than his own limit.
         """
         values = canonical(request)
         identity = canonical_id(process, values, core_version)
-        live = self._workers.live()
-        fingerprint = _most_common(worker.fingerprint for worker in live if worker.core_version == core_version)
+        lane = plan.lane
         answer = self._scripts.run(
             "submit",
-            identity,
-            process,
-            json.dumps(values, separators=(",", ":")),
-            core_version,
-            plan.model_dump_json(exclude={"estimate"}),
-            plan.estimate.model_dump_json(),
-            plan.count,
-            max_pending_tiles,
-            fingerprint,
-            MOST_RECORDS,
-            MOST_RECORD_BYTES,
-            plan.after,
+            json.dumps(values, separators=(",", ":")).encode(),
+            plan.model_dump_json(exclude={"estimate"}).encode(),
+            id=identity,
+            process=process,
+            core_version=core_version,
+            estimate=plan.estimate.model_dump_json(),
+            tiles=plan.count,
+            after=plan.after,
+            lane=lane,
+            kernels=kernels_of(process, request),
+            asker=asker.name,
+            priority=asker.priority,
+            weight=asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[lane],
+            cost=plan.estimate.seconds / plan.count,
+            most_tiles=max_pending_tiles,
+            asker_tiles=asker.most_tiles,
+            most_small=MOST_SMALL_RECORDS,
+            most_large=MOST_LARGE_RECORDS,
+            most_bytes=MOST_RECORD_BYTES,
+            interest=INTEREST_SECONDS,
         )
-        if answer[0] == 2:
-            excess = answer[1] + plan.count - max_pending_tiles
-            wait = math.ceil(excess * TILE_SECONDS / max(1, len(live)))
-            raise QueueFull(retry_after=min(120, max(1, wait)))
-        job = self.get(identity)
+        if answer[0] in (b"full", b"quota"):
+            most = asker.most_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
+            wait = math.ceil((answer[1] + plan.count - most) * TILE_SECONDS / max(1, len(self._workers.live())))
+            raise (QuotaUsed if answer[0] == b"quota" else QueueFull)(retry_after=min(120, max(1, wait)))
+        job = self._seen(identity, answer[1])
         if job is None:
-            # forgotten between the two steps: more than MOST_RECORDS are submitted at once
-            raise QueueFull(retry_after=1)
-        return job, answer[0] == 1
+            # its record could not be read, and is gone now
+            return self.submit(process, request, core_version, plan, max_pending_tiles, asker)
+        if answer[0] != b"started":
+            return job, None
+        bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
+        return job, Bell(bound.decode(), lane == "small")
 
-    def get(self, identity: str) -> Job | None:
-        """Return a job, or None when there is none of this id."""
-        fields = self._redis.hgetall(job_key(identity))
-        if not fields:
-            return None
-        job = _read_job(identity, fields)
-        if job.status in FINISHED:
+    def get(self, identity: str, asker: str = "", *, with_request: bool = True) -> Job | None:
+        """Return a job, or None when there is none of this id. The interest of one who asked for it goes on."""
+        longest = None if with_request else 0
+        answer = self._scripts.run("look", id=identity, asker=asker, interest=INTEREST_SECONDS, longest=longest)
+        return None if answer is None else self._seen(identity, answer)
+
+    def _seen(self, identity: str, answer: Sequence[Any]) -> Job | None:
+        """Return a job with what it waits for, from the answer of a script; None if its record cannot be read."""
+        record, workers, unfinished, starting, compiling = answer
+        job = self._read(identity, record)
+        if job is None or job.status in FINISHED:
             return job
-        return job.model_copy(update={"waiting_for": self.waiting_for(identity)})
+        waiting_for: str | None = None
+        if not workers:
+            waiting_for = f"a worker; none is ready{f': {starting.decode()}' if starting else ''}"
+        elif job.status == "accepted" and compiling:
+            waiting_for = compiling.decode()
+        elif job.status == "accepted" and unfinished > 1:
+            others = unfinished - 1
+            waiting_for = f"a free worker, beside {others} other {'job' if others == 1 else 'jobs'}"
+        return job.model_copy(update={"waiting_for": waiting_for})
 
     def status(self, identity: str) -> Status | None:
         """Return the status of a job without reading the rest of it, or None when there is no such job."""
         value = self._redis.hget(job_key(identity), "status")
         return value.decode() if value else None
-
-    def fingerprint_of(self, identity: str) -> str | None:
-        """Return the fingerprint that a job is bound to; None if it is not bound yet, or does not exist."""
-        value = self._redis.hget(job_key(identity), "fingerprint")
-        return value.decode() or None if value else None
 
     def page(
         self,
@@ -127,58 +154,40 @@ class Jobs:
         """
         if cursor is not None and not (cursor.isascii() and cursor.isdigit() and len(cursor) < 19):
             raise ValueError("not a cursor of a job list")
-        index = f"{PREFIX}status:{status}" if status else f"{PREFIX}jobs"
-        before = f"({cursor}" if cursor else "+inf"
-        page = self._scripts.run("page", index, before, limit + 1, process or "", LISTED_REQUEST_BYTES)
-        found = [
-            _read_job(identity.decode(), dict(zip(fields[::2], fields[1::2], strict=True)))
-            for identity, _, fields in page[:limit]
-        ]
-        return found, page[limit - 1][1].decode() if len(page) > limit else None
+        page = self._scripts.run(
+            "page",
+            index=f"{PREFIX}status:{status}" if status else f"{PREFIX}jobs",
+            before=f"({cursor}" if cursor else "+inf",
+            most=limit + 1,
+            process=process or "",
+            longest=LISTED_REQUEST_BYTES,
+        )
+        found = [self._read(identity.decode(), record) for identity, _, record in page[:limit]]
+        following = page[limit - 1][1].decode() if len(page) > limit else None
+        return [job for job in found if job is not None], following
 
-    def dismiss(self, identity: str) -> Job | None:
-        """End an unfinished job and free its tiles; leave a finished one as it is. None: no such job."""
-        self._scripts.run("dismiss", identity)
-        return self.get(identity)
+    def dismiss(self, identity: str, asker: str = ANYBODY.name, *, everyone: bool = False) -> bool:
+        """Take back an asker's interest in an unfinished job; end it and free its tiles when nobody's is left.
+
+        Returns whether it goes on for others. A finished job is left as it is.
+        """
+        return int(self._scripts.run("end", id=identity, asker=asker, everyone=everyone)) == GOES_ON
 
     def fail(self, identity: str, problem: Problem) -> bool:
         """End an unfinished job with a problem, keeping its finished tiles. Returns whether this call ended it."""
         text = problem.model_dump_json()
-        return bool(self._scripts.run("fail", identity, text, TILES_KEPT_AFTER_FAILURE))
+        return bool(self._scripts.run("end", id=identity, problem=text, kept=TILES_KEPT_AFTER_FAILURE))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
         """Store the progress of a job whose steps are counted. Returns whether it is still wanted.
 
         The progress that clients see never decreases, and is complete only with the result.
         """
-        return bool(self._scripts.run("progress", identity, done, total, unit, ASSEMBLY))
+        return bool(self._scripts.run("progress", id=identity, done=done, total=total, unit=unit))
 
     def wanted(self, identity: str) -> bool:
         """Return whether a job is accepted or running."""
         return bool(self._redis.hexists(f"{PREFIX}unfinished", identity))
-
-    def say_waiting(self, identity: str, text: str) -> None:
-        """Store for a few seconds what a job that a worker holds waits for; empty: nothing."""
-        key = job_key(identity, "waiting")
-        if text:
-            self._redis.set(key, text.encode(), ex=_WAITING_SECONDS)
-        else:
-            self._redis.delete(key)
-
-    def waiting_for(self, identity: str) -> str | None:
-        """Return what an unfinished job waits for; None for one that is computed, is finished, or does not exist."""
-        said: bytes | None = self._redis.get(job_key(identity, "waiting"))
-        status, sequence = self._redis.hmget(job_key(identity), "status", "seq")
-        if status not in (b"accepted", b"running"):
-            return None
-        if said:
-            return said.decode()
-        if not self._workers.live():
-            return f"a worker; none is ready{f': {starting}' if (starting := self._workers.starting()) else ''}"
-        if status == b"running":
-            return None
-        before = sum(self._redis.zcount(f"{PREFIX}status:{name}", "-inf", f"({int(sequence)}") for name in _UNFINISHED)
-        return f"a free worker, after {before} {'job' if before == 1 else 'jobs'} submitted before" if before else None
 
     def events(self, identity: str, after: str = "0", limit: int = 500) -> list[Event]:
         """Return the events after an id, oldest first; does not wait for any.
@@ -193,41 +202,42 @@ class Jobs:
         entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
         return [Event(key.decode(), fields[b"name"].decode(), json.loads(fields[b"data"])) for key, fields in entries]
 
-    def unfinished(self) -> dict[str, int]:
-        """Return the tiles that remain for each accepted or running job."""
-        remaining = self._redis.hgetall(f"{PREFIX}unfinished")
-        return {identity.decode(): int(count) for identity, count in remaining.items()}
-
     def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
         """Return the next cursor and roughly `about` unfinished jobs; cursor 0 begins and ends a pass over all."""
         after, found = self._redis.hscan(f"{PREFIX}unfinished", cursor, count=about)
         return int(after), [identity.decode() for identity in found]
 
-    def bind(self, fingerprint: str, core_version: str, identities: Collection[str] | None = None) -> list[str]:
-        """Bind to `fingerprint` the jobs of a core version whose numerics no live worker has; return their ids.
+    def bind(self, fingerprint: str, core_version: str, identities: Collection[str]) -> list[str]:
+        """Bind to `fingerprint` those jobs of a core version whose numerics no live worker has; return their ids.
 
-        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails. Without
-        `identities` all unfinished jobs are checked.
+        A job of another core version that no worker had for `FINGERPRINT_REMEMBERED` seconds fails.
         """
-        bound: list[str] = []
-        for some in in_chunks(self.unfinished() if identities is None else identities):
-            found, outdated = self._scripts.run("bind", fingerprint, core_version, FINGERPRINT_REMEMBERED, *some)
-            bound += [identity.decode() for identity in found]
-            for identity in outdated:
-                self.fail(identity.decode(), outdated_problem())
-        return bound
+        found, outdated = self._scripts.run(
+            "bind",
+            fingerprint=fingerprint,
+            core_version=core_version,
+            remembered=FINGERPRINT_REMEMBERED,
+            ids=list(identities),
+        )
+        for identity in outdated:
+            self.fail(identity.decode(), outdated_problem())
+        return [identity.decode() for identity in found]
+
+    def _read(self, identity: str, record: Sequence[bytes]) -> Job | None:
+        """Return the job of a record; one that cannot be read is forgotten, so that its request can be posted again."""
+        try:
+            return _read_job(identity, dict(zip(record[::2], record[1::2], strict=True)))
+        except (ValueError, LookupError, TypeError, OverflowError):
+            structlog.get_logger("grazemap_worker").exception(
+                "job with an unreadable record forgotten", job_id=identity
+            )
+            self._scripts.run("forget", id=identity)
+            return None
 
     def plan_of(self, identity: str) -> Plan | None:
         """Return how a job is cut into tiles, or None when there is no such job."""
         plan, estimate = self._redis.hmget(job_key(identity), "plan", "estimate")
         return read_plan(plan.decode(), estimate.decode()) if plan else None
-
-
-def in_chunks(identities: Iterable[str]) -> Iterator[list[str]]:
-    """Yield ids in chunks that are small enough for a short script."""
-    everything = list(identities)
-    for start in range(0, len(everything), _JOBS_A_SCRIPT):
-        yield everything[start : start + _JOBS_A_SCRIPT]
 
 
 def read_plan(plan: str, estimate: str) -> Plan:
@@ -267,8 +277,3 @@ def _timestamp(seconds: str | None) -> str | None:
     if seconds is None:
         return None
     return datetime.fromtimestamp(float(seconds), UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-
-
-def _most_common(fingerprints: Iterator[str]) -> str:
-    counts = Counter(fingerprints)
-    return min(counts, key=lambda name: (-counts[name], name), default="")

@@ -4,32 +4,42 @@ All keys share one prefix, so that a Redis can hold other things too. The number
 keys, of what they hold and of the scripts that change them. Versions of grazemap with different layouts on one Redis
 never run their scripts on the same keys. `older_layouts` takes over the jobs of an earlier layout.
 
-    job:<id>            hash: the record (process, request, plan, status, times, problem, counters)
+    job:<id>            hash: the record (process, request, plan, status, times, problem, counters, place in the queue)
     job:<id>:tiles      hash: tile number -> bytes of the finished tile
     job:<id>:claims     hash: tile number -> "holder|seconds since the epoch"
+    job:<id>:again      set of tiles to be claimed again, besides those that were never claimed ("next" in the record)
     job:<id>:failures   hash: "<tile>:<kind>" -> how often
-    job:<id>:events     stream: progress, tile, done; removed an hour after the job's end
-    job:<id>:waiting    string with a time to live: what keeps a tile of it from being computed, in a worker
-    records:bytes       number: length of the requests in all records
+    job:<id>:askers     sorted set: who asked for it, by the time at which their interest runs out
+    job:<id>:events     stream: progress, tile, done; removed an hour after the job's end; small jobs have none
     jobs, status:<s>    sorted sets of ids by sequence number, all of them and one per status
+    over:<class>        the same of finished jobs, by class (small, large), in which they are forgotten
     unfinished          hash: id -> tiles that remain, of accepted and running jobs
-    unfinished:tiles    number: their sum
+    unfinished:tiles    number: their sum; unfinished:askers: hash of the sums by asker
+    flows:<f>           sorted set: the flows of jobs that have tiles to claim by workers with fingerprint f, by the
+                        virtual time up to which they were served; clocks: hash of the virtual times that were reached
+    flow:<f>:<flow>     sorted set: the jobs of a flow "lane|kernels|priority|asker", by the same
     held:<name>         set of "id|tile": where to look for the claims of a worker; what it holds is in the claims
     holders             set of the names that have such a set
     result:<id>:<f>     string: npz bytes; f is the fingerprint of the numerics that made it
-    results...          the least-recently-used order, sizes and total of the results
+    results:<class>     the least-recently-used order; results:sizes: class and size of each
+    tiles:kept          sorted set: finished jobs with tiles, by the time at which these are removed
+    bytes               hash: bytes of requests, tiles, results:small, results:large
+    counts              hash: how often something happened: failures of each kind, poisoned records and entries
     worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
     workers             hash: name -> description
     starting            string with a time to live: what workers do that are not ready yet
-    compiled:<f>        set: the numbers of masses for which workers with these numerics have the kernels of maps
+    compiling:<k>       string with a time to live: what is said of kernels that jobs wait for
+    written             string with a time to live: shows that Redis takes writes
     fingerprint:<f>, version:<v>   a worker recently had these numerics, this core version
+    events              channel: "id, number, name, data" of every event, in lines
 """
 
-LAYOUT = 2
+LAYOUT = 3
 PREFIX = f"grazemap:{LAYOUT}:"
 QUEUE_PREFIX = PREFIX
+EVENTS_CHANNEL = f"{PREFIX}events"
 # Prefixes of earlier layouts. That of version 0.1.0 had no number.
-OLDER_PREFIXES = ("grazemap:",)
+OLDER_PREFIXES = ("grazemap:", "grazemap:2:")
 
 # The number of the step that assembles a map once its tiles are done.
 ASSEMBLY = -1
@@ -38,10 +48,14 @@ ASSEMBLY = -1
 MOST_EXCEPTIONS = 3
 MOST_LOST = 10
 
-# Maximum number of job records, and of bytes of their requests. Above them the oldest finished jobs are removed,
-# results included. If unfinished jobs alone fill the bytes, new ones are refused as with a full queue.
-MOST_RECORDS = 10_000
+# Maximum number of records of finished jobs in each class, and of bytes of all requests. Above them the oldest finished
+# jobs are removed, small ones first, results included. If unfinished jobs alone fill the bytes, new ones are refused as
+# with a full queue.
+MOST_SMALL_RECORDS = 10_000
+MOST_LARGE_RECORDS = 10_000
 MOST_RECORD_BYTES = 256 << 20
+# Seconds for which one who asked for a job counts as interested in it, after the last sign of it.
+INTEREST_SECONDS = 900
 # A longer request is left out of lists of jobs.
 LISTED_REQUEST_BYTES = 4096
 # A result or a tile, as npz. Redis takes no value over 512 MB, and clients hold it in memory.
@@ -56,7 +70,7 @@ FINGERPRINT_REMEMBERED = 60
 
 
 def job_key(job_id: str, part: str = "") -> str:
-    """Return the key of a job's record, or of one of its parts (tiles, claims, failures, events, waiting)."""
+    """Return the key of a job's record, or of one of its parts (tiles, claims, failures, askers, ...)."""
     return f"{PREFIX}job:{job_id}:{part}" if part else f"{PREFIX}job:{job_id}"
 
 

@@ -1,7 +1,7 @@
 """The ledger of tiles, and the results: what workers claim and commit.
 
 The ledger has, for every tile, whether it is done, which worker holds it, and how often it failed. Only the ledger
-decides: entries of RQ's queues are hints to claim a tile, and a second entry for a tile finds it claimed or done.
+decides: an entry of RQ's queues says that there is something to claim, and a second one finds nothing.
 
 Results are whole npz files, content-addressed; over a byte budget the least recently used ones are removed. A result
 is a function of its request, the core version and the numerics fingerprint, which are all in its key; one that is lost
@@ -15,23 +15,37 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 
+import structlog
+
 from grazemap.wire import parse_request
+from grazemap_worker.planning.plan import Lane
 from grazemap_worker.store.connection import Scripts
-from grazemap_worker.store.jobs import Jobs, in_chunks, read_plan
+from grazemap_worker.store.jobs import Jobs, read_plan
 from grazemap_worker.store.keys import (
-    ASSEMBLY,
     MOST_EXCEPTIONS,
     MOST_LOST,
-    MOST_RESULT_BYTES,
+    PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     TILES_KEPT_AFTER_SUCCESS,
     job_key,
 )
 from grazemap_worker.store.problems import failure_problem
-from grazemap_worker.store.records import Claim, FailureKind, ResultInfo, ResultTooLarge, Verdict
+from grazemap_worker.store.records import Claim, FailureKind, Finished, ResultInfo, Verdict, WorkerInfo
 
 _TILES_A_STEP = 64
-_LIMITS: dict[FailureKind, int] = {"exception": MOST_EXCEPTIONS, "lost": MOST_LOST, "timeout": 1}
+_LIMITS: dict[FailureKind, int] = {
+    "exception": MOST_EXCEPTIONS,
+    "lost": MOST_LOST,
+    "hung": MOST_EXCEPTIONS,
+    "timeout": 1,
+    "memory": 1,
+}
+# The lanes of workers for small tiles, and of the others.
+LANES: dict[bool, list[Lane]] = {True: ["small"], False: ["short", "long"]}
+# Tiles of small jobs that a worker claims at once, and the seconds of which they may be estimated together.
+MOST_SMALL_CLAIMS = 16
+SMALL_CLAIM_SECONDS = 0.1
+_CLAIMED_BYTES = 1 << 20
 
 
 class Tiles:
@@ -42,70 +56,87 @@ class Tiles:
         self._redis = scripts.redis
         self._jobs = jobs
 
-    def claim(
-        self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float, core_version: str = ""
-    ) -> Claim | None:
-        """Take a tile, or the assembly of a map whose tiles are all done.
-
-        Parameters
-        ----------
-        core_version : str
-            The holder's; jobs of another one are left alone. Empty: any.
+    def claim_next(self, worker: WorkerInfo, lease_seconds: float) -> tuple[list[Claim], bool]:
+        """Claim tiles for a worker: a number of small ones, or one other. All flows of jobs get their share.
 
         Returns
         -------
-        Claim or None
-            None: the job is finished or gone, the tile is done, a live worker holds it, or the job is of another
-            version or bound to other numerics. An unbound job is bound to `fingerprint`.
+        claims : list of Claim
+        more : bool
+            Whether there are others to claim.
         """
-        milliseconds = round(1000 * lease_seconds)
-        answer = self._scripts.run("claim", identity, tile, holder, fingerprint, milliseconds, ASSEMBLY, core_version)
-        if answer is None:
-            return None
-        process, text, core_version, plan, estimate = (value.decode() for value in answer)
-        canonical = json.loads(text)
-        request = parse_request(process, canonical)
-        return Claim(
-            identity, tile, holder, fingerprint, process, canonical, request, core_version, read_plan(plan, estimate)
+        answer = self._scripts.run(
+            "claim",
+            holder=worker.name,
+            fingerprint=worker.fingerprint,
+            lease=round(1000 * lease_seconds),
+            lanes=LANES[worker.small],
+            kernels=sorted(worker.kernels),
+            most=MOST_SMALL_CLAIMS if worker.small else 1,
+            seconds=SMALL_CLAIM_SECONDS,
+            most_bytes=_CLAIMED_BYTES,
         )
+        claims = [self._claim(worker.name, worker.fingerprint, fields) for fields in answer[1:]]
+        return [claim for claim in claims if claim is not None], bool(answer[0])
 
-    def commit(self, identity: str, tile: int, data: bytes, fingerprint: str, cpu_seconds: float) -> int:
-        """Store a finished tile, and the processor time of computing it; the first commit wins.
+    def claim(self, identity: str, tile: int, holder: str, fingerprint: str, lease_seconds: float) -> Claim | None:
+        """Claim one tile of an unfinished job, or the assembly of a map whose tiles are all done.
 
-        Returns
-        -------
-        int
-            Tiles that remain; 0: the assembly is to be claimed. -1: the job no longer wants the tile
-            (finished, gone, or bound to other numerics), nothing was stored.
-
-        Raises
-        ------
-        ResultTooLarge
-            Over `MOST_RESULT_BYTES`.
+        Returns None if the job is over or gone, or bound to other numerics, if the tile is done, or if a live worker
+        holds it. A job that is bound to none is bound to `fingerprint`.
         """
-        _check_size(data)
-        plan = self._jobs.plan_of(identity)
-        if plan is None:
-            return -1
-        event = json.dumps(plan.place(tile))
-        return int(self._scripts.run("commit_tile", identity, tile, data, fingerprint, event, cpu_seconds))
+        answer = self._scripts.run(
+            "claim",
+            holder=holder,
+            fingerprint=fingerprint,
+            lease=round(1000 * lease_seconds),
+            job=identity,
+            tile=str(tile),
+        )
+        return self._claim(holder, fingerprint, answer[1]) if len(answer) > 1 else None
 
-    def record_failure(self, identity: str, tile: int, kind: FailureKind, holder: str = "") -> Verdict:
+    def _claim(self, holder: str, fingerprint: str, fields: Sequence[bytes]) -> Claim | None:
+        """Return the claim that a script made; a job whose record cannot be read is forgotten."""
+        identity, tile, _ = (field.decode() for field in fields[:3])
+        try:
+            process, text, core_version, plan, estimate = (value.decode() for value in fields[3:])
+            canonical = json.loads(text)
+            request, planned = parse_request(process, canonical), read_plan(plan, estimate)
+        except (ValueError, LookupError, TypeError, AttributeError):
+            structlog.get_logger("grazemap_worker").exception(
+                "job with an unreadable record forgotten", job_id=identity
+            )
+            self._scripts.run("forget", id=identity)
+            return None
+        return Claim(identity, int(tile), holder, fingerprint, process, canonical, request, core_version, planned)
+
+    def record_failure(
+        self, identity: str, tile: int, kind: FailureKind, holder: str = "", detail: str = ""
+    ) -> Verdict:
         """Count a failed attempt at a tile and free the tile; the job fails when there are too many.
 
         Parameters
         ----------
-        kind : {"exception", "lost", "timeout"}
-            Counted separately: 3 exceptions, 10 lost workers and 1 timeout end the job.
+        kind : str
+            Counted separately: 3 exceptions, 10 lost workers and 3 that hung end the job; so does 1 that took too
+            long or too much memory.
         holder : str
             The worker whose attempt failed. Nothing is counted if another one now holds the tile. Empty: any holder.
+        detail : str
+            The limit that was exceeded.
         """
         plan = self._jobs.plan_of(identity)
         if plan is None:
             return "failed"
-        problem = failure_problem(kind, tile, plan).model_dump_json()
         again = self._scripts.run(
-            "record_failure", identity, tile, kind, _LIMITS[kind], holder, problem, TILES_KEPT_AFTER_FAILURE
+            "record_failure",
+            id=identity,
+            tile=tile,
+            kind=kind,
+            most=_LIMITS[kind],
+            holder=holder,
+            problem=failure_problem(kind, tile, plan, detail).model_dump_json(),
+            kept=TILES_KEPT_AFTER_FAILURE,
         )
         return "retry" if again else "failed"
 
@@ -118,22 +149,19 @@ class Tiles:
         return self._claims(holder)
 
     def _claims(self, holder: str) -> list[tuple[str, int, str]]:
-        answer = self._scripts.run("claims", holder)
+        answer = self._scripts.run("claims", holder=holder)
         triples = zip(answer[::3], answer[1::3], answer[2::3], strict=True)
         return [(identity.decode(), int(tile), holder.decode()) for identity, tile, holder in triples]
 
-    def pending(
-        self, fingerprint: str, limit: int = 1 << 30, identities: Sequence[str] | None = None
-    ) -> Iterator[tuple[str, int]]:
-        """Yield (id, tile) of the tiles neither done nor held by a live worker, of jobs bound to `fingerprint`.
+    def waiting(self, fingerprint: str) -> set[tuple[str, str]]:
+        """Return (lane, kernels) of the tiles that wait to be claimed by workers with a fingerprint."""
+        flows = self._redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1)
+        found = (flow.decode("utf-8", "replace").split("|") for flow in flows)
+        return {(parts[0], parts[1]) for parts in found}
 
-        At most `limit` of each job. The tile is `ASSEMBLY` (-1) for a map whose tiles are all done. Without
-        `identities` all unfinished jobs are checked.
-        """
-        for some in in_chunks(self._jobs.unfinished() if identities is None else identities):
-            answers = self._scripts.run("pending", fingerprint, ASSEMBLY, limit, *some)
-            for identity, tiles in zip(some, answers, strict=True):
-                yield from ((identity, int(tile)) for tile in tiles)
+    def sweep(self) -> None:
+        """Remove the tiles of finished jobs that have been kept long enough."""
+        self._scripts.run("sweep", most=_TILES_A_STEP)
 
     def finished(self, identity: str) -> list[int]:
         """Return the numbers of the finished tiles, increasing; empty for jobs of one tile."""
@@ -159,32 +187,42 @@ class Results:
         self._redis = scripts.redis
         self._budget = budget
 
-    def commit(self, identity: str, data: bytes, fingerprint: str, cpu_seconds: float) -> bool:
-        """Store the whole result and end the job; the first commit wins. `cpu_seconds` are added to those of the tiles.
+    def commit(self, finished: Sequence[Finished]) -> list[int]:
+        """Store tiles and results of claims with one fingerprint; the first commit of each wins.
 
-        The least recently used results, except this one, are dropped until all fit the byte budget.
+        A result ends its job. Tiles of jobs that are over, and the least recently used results, are dropped until all
+        fit the byte budget; small results first when they take more than a quarter of it.
 
         Returns
         -------
-        bool
-            Whether this call ended the job; False when it is finished, gone, or bound to other numerics.
-
-        Raises
-        ------
-        ResultTooLarge
-            Over `MOST_RESULT_BYTES`.
+        list of int
+            For each, the tiles of its job that remain; 0: the assembly is to be claimed, or the job is finished. -1:
+            the job no longer wants it (finished, gone, or bound to other numerics), nothing was stored. -2: it does
+            not fit into the budget, nothing was stored.
         """
-        _check_size(data)
-        etag = hashlib.sha256(data).hexdigest()
-        kept = TILES_KEPT_AFTER_SUCCESS
-        return bool(
-            self._scripts.run("commit_result", identity, data, fingerprint, etag, self._budget, kept, cpu_seconds)
+        items = []
+        for one in finished:
+            claim = one.claim
+            item = {"id": claim.job_id, "tile": claim.tile, "seconds": one.seconds, "whole": one.whole}
+            if one.whole:
+                item["etag"] = hashlib.sha256(one.data).hexdigest()
+            else:
+                item["event"] = json.dumps(claim.plan.place(claim.tile))
+            items.append(item)
+        answer = self._scripts.run(
+            "commit",
+            *(one.data for one in finished),
+            fingerprint=finished[0].claim.fingerprint,
+            budget=self._budget,
+            kept=TILES_KEPT_AFTER_SUCCESS,
+            items=items,
         )
+        return [int(number) for number in answer]
 
     def data(self, identity: str) -> bytes | None:
         """Return the npz bytes of a job's result, or None when it has none (any more)."""
-        data: bytes | None = self._scripts.run("result", identity)
-        return data
+        answer = self._scripts.run("result", id=identity, data=True)
+        return answer[2] if answer else None
 
     def info(self, identity: str) -> ResultInfo | None:
         """Return size and entity tag of a job's result without loading it, or None.
@@ -192,16 +230,10 @@ class Results:
         The result becomes the most recently used one: a client that has it, or the service with a copy in its memory,
         does not ask for the bytes.
         """
-        answer = self._scripts.run("result_info", identity)
+        answer = self._scripts.run("result", id=identity, data=False)
         return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None
 
     def etag(self, identity: str) -> str | None:
         """Return the entity tag of a job's result, evicted or not, or None if the job has no result."""
         value = self._redis.hget(job_key(identity), "etag")
         return value.decode() if value else None
-
-
-def _check_size(data: bytes) -> None:
-    """Raise ResultTooLarge when a result, or a part of one, is over `MOST_RESULT_BYTES`."""
-    if len(data) > MOST_RESULT_BYTES:
-        raise ResultTooLarge(len(data), MOST_RESULT_BYTES)

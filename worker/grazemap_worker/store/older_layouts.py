@@ -36,7 +36,7 @@ class OlderLayouts:
         """
         problem, jobs, unfinished, remaining = outdated_problem().model_dump_json(), 0, 0, 1
         while remaining:
-            moved, ended, remaining = self._scripts.run("adopt", prefix, _JOBS_A_SCRIPT, problem)
+            moved, ended, remaining = self._scripts.run("adopt", old=prefix, most=_JOBS_A_SCRIPT, problem=problem)
             jobs, unfinished = jobs + moved, unfinished + ended
         self._remove(prefix)
         return jobs, unfinished

@@ -22,8 +22,8 @@ def refused_problem(detail: str, pointer: str | None = None) -> Problem:
     return _problem("computation-refused", 422, detail, errors)
 
 
-def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
-    """Return the problem of a job with a tile that failed too often; it names the part of the grid."""
+def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -> Problem:
+    """Return the problem of a job with a tile that failed too often; it names the part of the grid, and a limit."""
     if tile == ASSEMBLY:
         where = "joining the finished tiles"
     elif plan.count == 1:
@@ -36,7 +36,13 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan) -> Problem:
         detail = f"{where} failed {MOST_EXCEPTIONS} times; the worker's log has the reason."
     elif kind == "timeout":
         name = "computation-too-long"
-        detail = f"{where} did not end within the time limit of one tile."
+        detail = f"{where} took too long: {limit}. Ask for fewer points or periods."
+    elif kind == "memory":
+        name = "too-much-memory"
+        detail = f"{where} needs more memory than a worker may take ({limit}): ask for fewer points or periods."
+    elif kind == "hung":
+        name = "computation-hung"
+        detail = f"{where} made no progress in {MOST_EXCEPTIONS} attempts, {limit}; the workers' log has details."
     else:
         name = "worker-lost"
         detail = f"{where} lost its worker {MOST_LOST} times before it ended; the workers' log has details."
@@ -51,3 +57,8 @@ def outdated_problem() -> Problem:
 def _problem(name: str, status: int, detail: str, errors: Sequence[ProblemError] = ()) -> Problem:
     title = name.replace("-", " ").capitalize()
     return Problem(type=TYPE_PREFIX + name, title=title, status=status, detail=detail, errors=list(errors))
+
+
+def full_problem() -> Problem:
+    """Return the problem of a job whose tiles or result do not fit into the store."""
+    return _problem("storage-full", 507, "The store is too full for this result: dismiss other jobs, or try later.")

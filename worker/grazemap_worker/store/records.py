@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from grazemap.wire import ProcessRequest
 from grazemap_worker.planning import Plan, Tile
-from grazemap_worker.store.keys import ASSEMBLY
+from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES
 
-FailureKind = Literal["exception", "lost", "timeout"]
+FailureKind = Literal["exception", "lost", "hung", "timeout", "memory"]
 Verdict = Literal["retry", "failed"]
 
 
@@ -46,6 +46,11 @@ class Claim:
     plan: Plan
 
     @property
+    def seconds(self) -> float:
+        """The processor time that it is expected to take."""
+        return self.plan.estimate.seconds / self.plan.count
+
+    @property
     def assembly(self) -> bool:
         """Whether this is the step that puts the finished tiles together."""
         return self.tile == ASSEMBLY
@@ -54,6 +59,60 @@ class Claim:
     def rectangle(self) -> Tile:
         """The tile's part of the grid."""
         return self.plan.tile(self.tile)
+
+
+@dataclass(frozen=True, slots=True)
+class Asker:
+    """Who asks for a job.
+
+    Attributes
+    ----------
+    name : str
+        Of the key, or of the client; those without either are one asker.
+    priority : int
+        0 to 9; each step doubles the share.
+    weight : float
+        Share of the workers, relative to other askers.
+    most_tiles : int, optional
+        Maximum unfinished tiles of all jobs of this asker.
+    """
+
+    name: str = "anonymous"
+    priority: int = 5
+    weight: float = 1.0
+    most_tiles: int | None = None
+
+
+class Bell(NamedTuple):
+    """The queue of the workers that may compute a new job; an empty fingerprint: none is alive."""
+
+    fingerprint: str
+    small: bool
+
+
+class QuotaUsed(QueueFull):
+    """The asker has too much unfinished work already."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """What was computed of a claim: the npz of a tile, or of the `whole` result of its job, and the processor time.
+
+    Raises
+    ------
+    ResultTooLarge
+        Over `MOST_RESULT_BYTES`.
+    """
+
+    claim: Claim
+    data: bytes
+    seconds: float
+    whole: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the size."""
+        if len(self.data) > MOST_RESULT_BYTES:
+            raise ResultTooLarge(len(self.data), MOST_RESULT_BYTES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,19 +134,31 @@ class ResultInfo:
 
 @dataclass(frozen=True, slots=True)
 class WorkerInfo:
-    """A live worker."""
+    """A live worker.
+
+    Attributes
+    ----------
+    name, fingerprint, core_version : str
+    kernels : frozenset of str
+        The kernels that it has compiled or loaded, as `planning.Plan.kernels` names them.
+    small : bool
+        Whether it computes the tiles of small jobs only, in its own process.
+    """
 
     name: str
     fingerprint: str
-    core_version: str
+    core_version: str = ""
+    kernels: frozenset[str] = frozenset()
+    small: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the store holds: jobs by status, unfinished tiles, live workers, results and their bytes."""
+    """What the store holds: jobs by status, unfinished tiles, live workers, results, bytes, and counts of failures."""
 
     jobs: dict[str, int]
     pending_tiles: int
     workers: int
     results: int
-    result_bytes: int
+    bytes: dict[str, int]
+    events: dict[str, int]

@@ -57,6 +57,14 @@ class Store:
         self.results = Results(scripts, result_bytes)
         self.older_layouts = OlderLayouts(scripts)
 
+    def count(self, name: str) -> None:
+        """Count something that happened, for metrics."""
+        self._redis.hincrby(f"{PREFIX}counts", name, 1)
+
+    def try_write(self) -> None:
+        """Write a key of no meaning. Raises RedisError where Redis refuses writes."""
+        self._redis.set(f"{PREFIX}written", 1, ex=60)
+
     def counts(self) -> Counts:
         """Return what the store holds, for metrics."""
         names: tuple[Status, ...] = get_args(Status)
@@ -64,13 +72,15 @@ class Store:
         for name in names:
             pipeline.zcard(f"{PREFIX}status:{name}")
         pipeline.get(f"{PREFIX}unfinished:tiles")
-        pipeline.zcard(f"{PREFIX}results")
-        pipeline.get(f"{PREFIX}results:bytes")
-        *by_status, remaining, results, result_bytes = pipeline.execute()
+        pipeline.hlen(f"{PREFIX}results:sizes")
+        pipeline.hgetall(f"{PREFIX}bytes")
+        pipeline.hgetall(f"{PREFIX}counts")
+        *by_status, remaining, results, stored, counted = pipeline.execute()
         return Counts(
             jobs=dict(zip(names, by_status, strict=True)),
             pending_tiles=int(remaining or 0),
-            workers=len(self.workers.live()),
+            workers=len([worker for worker in self.workers.live() if not worker.small]),
             results=results,
-            result_bytes=int(result_bytes or 0),
+            bytes={name.decode(): int(size) for name, size in stored.items()},
+            events={name.decode(): int(number) for name, number in counted.items()},
         )

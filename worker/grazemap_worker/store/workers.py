@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection
+from dataclasses import asdict
 
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED, PREFIX
@@ -19,33 +19,46 @@ class Workers:
     def __init__(self, scripts: Scripts) -> None:
         self._scripts = scripts
 
-    def register(self, name: str, fingerprint: str, ttl: float, core_version: str = "") -> None:
-        """Register a live worker for `ttl` seconds; `renew` prolongs that."""
-        description = json.dumps({"fingerprint": fingerprint, "core_version": core_version})
-        milliseconds = round(1000 * ttl)
-        self._scripts.run(
-            "register", name, fingerprint, milliseconds, FINGERPRINT_REMEMBERED, description, core_version
-        )
+    def renew(self, worker: WorkerInfo, seconds: float, job_id: str = "") -> bool:
+        """Register a live worker, or renew its lease, for so many seconds.
 
-    def renew(self, holder: str, lease_seconds: float) -> bool:
-        """Renew a lease. Returns False if it has expired: the worker has to register, and may have lost its tiles."""
-        return bool(self._scripts.run("renew", holder, round(1000 * lease_seconds), FINGERPRINT_REMEMBERED))
+        Returns whether the job that it computes is still wanted; True without one.
+        """
+        description = {**asdict(worker), "kernels": sorted(worker.kernels)}
+        del description["name"]
+        milliseconds = round(1000 * seconds)
+        answer = self._scripts.run(
+            "renew",
+            holder=worker.name,
+            lease=milliseconds,
+            description=description,
+            remembered=FINGERPRINT_REMEMBERED,
+            job=job_id,
+        )
+        return bool(answer)
 
     def remove(self, name: str, *, return_claims: bool = False) -> None:
         """End the lease of a worker that has ended.
 
         With `return_claims` its tiles are free and nothing is counted (an orderly stop); without, they count as lost.
         """
-        self._scripts.run("leave", name, int(return_claims))
+        self._scripts.run("leave", holder=name, give_back=return_claims)
 
     def live(self) -> list[WorkerInfo]:
         """Return the live workers, by name."""
-        answer = self._scripts.run("workers")
         found = []
-        for name, text in zip(answer[::2], answer[1::2], strict=True):
-            description = json.loads(text)
+        for name, text in self._scripts.run("workers"):
+            described = json.loads(text)
             # by field, as another release may store more
-            found.append(WorkerInfo(name.decode(), description["fingerprint"], description["core_version"]))
+            found.append(
+                WorkerInfo(
+                    name.decode(),
+                    described["fingerprint"],
+                    described["core_version"],
+                    frozenset(described.get("kernels", ())),
+                    described.get("small", False),
+                )
+            )
         return sorted(found, key=lambda worker: worker.name)
 
     def say_starting(self, text: str) -> None:
@@ -60,19 +73,19 @@ class Workers:
         value = self._scripts.redis.get(_STARTING)
         return value.decode() if value else ""
 
-    def say_compiled(self, fingerprint: str, masses: Collection[int]) -> None:
-        """Store for which numbers of masses workers with this fingerprint have the kernels of maps."""
-        self._scripts.redis.sadd(f"{PREFIX}compiled:{fingerprint}", *masses)
+    def say_compiling(self, kernels: str, text: str) -> None:
+        """Store for a few seconds what is done for kernels that jobs wait for; empty: nothing."""
+        name = f"{PREFIX}compiling:{kernels}"
+        if text:
+            self._scripts.redis.set(name, text.encode(), ex=_STARTING_SECONDS)
+        else:
+            self._scripts.redis.delete(name)
 
-    def compiles_first(self, masses: int, core_version: str) -> bool:
-        """Return whether every live worker of a core version has to compile the kernels of maps for so many masses.
-
-        False if no worker is ready, as nothing is known then.
-        """
-        found = {worker.fingerprint for worker in self.live() if worker.core_version == core_version}
-        compiled = [self._scripts.redis.smembers(f"{PREFIX}compiled:{fingerprint}") for fingerprint in found]
-        return any(compiled) and not any(str(masses).encode() in numbers for numbers in compiled)
+    def compiles_first(self, kernels: str, core_version: str) -> bool:
+        """Return whether every live worker of a core version lacks some kernels; False if no worker is ready."""
+        live = [worker for worker in self.live() if worker.core_version == core_version]
+        return bool(live) and not any(kernels in worker.kernels for worker in live)
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
         """Return whether `holder` has a role, which one process has at a time, for some seconds after each call."""
-        return bool(self._scripts.run("lead", role, holder, round(1000 * seconds)))
+        return bool(self._scripts.run("lead", role=role, holder=holder, milliseconds=round(1000 * seconds)))

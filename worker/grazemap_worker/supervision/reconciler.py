@@ -1,26 +1,21 @@
-"""Makes the queues agree with the ledger: the ledger decides, queues hold hints.
+"""Sees to it that every tile that can be claimed is claimed: the ledger decides, bells only wake workers.
 
 One supervisor per fingerprint does this every second. It takes over the jobs of an earlier layout of the store, counts
-the tiles of ended workers as lost, binds jobs that were submitted while no worker was there, and queues every tile that
-is neither done nor held nor queued.
+the tiles of ended workers as lost, binds jobs that were submitted while no worker was there, and rings where tiles wait
+and no bell does.
 """
 
 from __future__ import annotations
 
-import time
-from collections import Counter, defaultdict
-
 import structlog
 
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.queue import entries, leftovers
+from grazemap_worker.queue import bells, leftovers
 from grazemap_worker.store import Store, core_version
 
 INTERVAL_SECONDS = 1.0
-# Approximate number of jobs of a round, and the time after which it queues no more: a long backlog takes several
-# rounds, so that no round delays Redis or a signal.
-JOBS_A_ROUND = 1000
-ROUND_SECONDS = 0.5
+# Approximate number of jobs of a round: a long backlog takes several, so that none delays Redis or a signal.
+JOBS_A_ROUND = 500
 _LEAD_SECONDS = 4.0
 
 
@@ -32,39 +27,25 @@ class Reconciler:
         self._fingerprint = numerics.fingerprint
         self._name = name
         self._cursor = 0
+        self._leftovers = leftovers.Leftovers(numerics.fingerprint)
 
-    def reconcile(self) -> int:
-        """Do one round; return how many tiles were queued. Raises redis.exceptions.RedisError."""
+    def reconcile(self) -> set[str]:
+        """Do one round; return the kernels that tiles wait for. Raises redis.exceptions.RedisError."""
         store, log = self._store, structlog.get_logger("grazemap_worker")
         if not store.workers.lead(f"reconciler:{self._fingerprint}", self._name, _LEAD_SECONDS):
-            return 0
+            return {kernels for _, kernels in store.tiles.waiting(self._fingerprint)}
         self._adopt()
-        queued = 0
-        deadline = time.monotonic() + ROUND_SECONDS
         for job_id, tile, holder in store.tiles.lost_claims():
             verdict = store.tiles.record_failure(job_id, tile, "lost", holder)
             log.warning("tile lost its worker", job_id=job_id, tile=tile, holder=holder, verdict=verdict)
-            if verdict == "retry" and store.jobs.fingerprint_of(job_id) == self._fingerprint:
-                queued += entries.enqueue(store.redis, job_id, [tile], self._fingerprint)
         self._cursor, jobs = store.jobs.some_unfinished(self._cursor, JOBS_A_ROUND)
         store.jobs.bind(self._fingerprint, core_version(), jobs)
-        leftovers.sweep(store.redis, self._fingerprint)
-
-        waiting = entries.queued(store.redis, self._fingerprint)
-        missing: dict[str, list[int]] = defaultdict(list)
-        for job_id, tile in store.tiles.pending(self._fingerprint, 2 * entries.QUEUED_AHEAD, jobs):
-            if (job_id, tile) not in waiting:
-                missing[job_id].append(tile)
-        per_job = Counter(job_id for job_id, _ in waiting)
-        for job_id, tiles in missing.items():
-            free = max(0, entries.QUEUED_AHEAD - per_job[job_id])
-            queued += entries.enqueue(store.redis, job_id, tiles[:free], self._fingerprint)
-            if time.monotonic() > deadline:
-                break
-        if queued:
-            # DEBUG: also a tile that a worker has taken and not yet claimed, and the next piece of a long map
-            log.debug("tiles queued again", tiles=queued, jobs=len(missing))
-        return queued
+        store.tiles.sweep()
+        self._leftovers.sweep(store.redis)
+        waiting = store.tiles.waiting(self._fingerprint)
+        for small in {lane == "small" for lane, _ in waiting}:
+            bells.ring(store.redis, self._fingerprint, small=small)
+        return {kernels for _, kernels in waiting}
 
     def _adopt(self) -> None:
         """Take over the jobs that an earlier version of grazemap stored, once none of its workers is alive."""

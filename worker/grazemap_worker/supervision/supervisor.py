@@ -13,7 +13,7 @@ import signal
 import socket
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import FrameType
 
 import structlog
@@ -22,11 +22,20 @@ from redis.exceptions import RedisError
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import adopt_orphans, die_with_parent
 from grazemap_worker.queue import leftovers
+from grazemap_worker.queue.horse import Progress, limit_memory
 from grazemap_worker.settings import WorkerSettings
-from grazemap_worker.store import Store, trouble
+from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
+from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
+from grazemap_worker.supervision.watched import Watched
 
 _POLL_SECONDS = 0.1
+# Workers for small tiles: more would wait for the service, which is one process.
+MOST_SMALL_WORKERS = 4
+# Limit of a small tile, in a worker that cannot notice it itself; it is computed again in a process of its own.
+SMALL_TILE_SECONDS = 5.0
+# A worker that waits does something every few seconds, and longer than this only if it can never go on.
+_UNSEEN_SECONDS = 120.0
 _STOP_SECONDS = 2.0
 # A worker that lived this long is not part of a crash loop.
 _HEALTHY_SECONDS = 10.0
@@ -37,8 +46,11 @@ _WORKER_TRIES = 14
 
 @dataclass
 class _Slot:
-    """One place for a worker; `pid` 0: none runs."""
+    """One place for a worker, for small tiles or for others; `pid` 0: none runs."""
 
+    small: bool
+    watched: Watched = field(default_factory=Watched)
+    progress: Progress | None = None
     pid: int = 0
     name: str = ""
     started: float = 0.0
@@ -49,13 +61,15 @@ class _Slot:
 class Supervisor:
     """Keeps `settings.workers` workers alive until it is asked to stop."""
 
-    def __init__(self, settings: WorkerSettings, numerics: Numerics) -> None:
+    def __init__(self, settings: WorkerSettings, numerics: Numerics, kernels: Kernels) -> None:
         self._settings = settings
         self._numerics = numerics
         self._name = f"{socket.gethostname()}-{secrets.token_hex(4)}"
         self._store = Store(settings.connect(), settings.result_bytes)
         self._reconciler = Reconciler(self._store, numerics, self._name)
-        self._slots = [_Slot() for _ in range(settings.workers)]
+        self._kernels = kernels
+        small = min(settings.workers, MOST_SMALL_WORKERS)
+        self._slots = [_Slot(small=True) for _ in range(small)] + [_Slot(small=False) for _ in range(settings.workers)]
         self._stopping = False
         self._log = structlog.get_logger("grazemap_worker")
 
@@ -64,26 +78,49 @@ class Supervisor:
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._stop)
         adopt_orphans()
-        self._log.info("supervisor started", workers=len(self._slots), fingerprint=self._numerics.fingerprint)
+        self._log.info("supervisor started", workers=self._settings.workers, fingerprint=self._numerics.fingerprint)
         next_round = 0.0
         redis_away = False
         while not self._stopping:
             self._reap()
             now = time.monotonic()
+            if self._kernels.advance():
+                for slot in self._slots:
+                    slot.watched.ask_to_stop()  # those that follow have the new kernels too
             for slot in self._slots:
                 if not slot.pid and now >= slot.not_before:
                     self._spawn(slot)
+                elif slot.pid and (reason := self._hangs(slot)):
+                    self._log.warning("worker killed", worker=slot.name, reason=reason)
+                    os.kill(slot.pid, signal.SIGKILL)
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
                 try:
-                    self._reconciler.reconcile()
+                    self._kernels.want(self._reconciler.reconcile())
+                    for name, text in self._kernels.said().items():
+                        self._store.workers.say_compiling(name, text)
                     redis_away = False
                 except RedisError as error:
                     if not redis_away:
                         self._log.warning(trouble(error), error=type(error).__name__)
                     redis_away = True
+                except Exception:
+                    # what others put into Redis must not end the workers
+                    self._log.exception("a round of the reconciler failed")
             time.sleep(_POLL_SECONDS)
+        self._kernels.stop()
         self._stop_workers()
+
+    def _hangs(self, slot: _Slot) -> str:
+        """Return why a worker must be killed; empty if it need not be."""
+        now = time.monotonic()
+        if slot.watched.computing and now - slot.watched.computing > SMALL_TILE_SECONDS:
+            return f"a small tile took over {SMALL_TILE_SECONDS:.0f} s"
+        if slot.progress is not None and slot.progress.hangs(computing=False):
+            return "it is stopped"
+        if now - slot.watched.seen > _UNSEEN_SECONDS:
+            return "it does nothing"
+        return ""
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
@@ -91,6 +128,10 @@ class Supervisor:
     def _spawn(self, slot: _Slot) -> None:
         slot.name = f"{self._name}-{secrets.token_hex(4)}"
         slot.started = time.monotonic()
+        slot.watched.reset()
+        info = WorkerInfo(
+            slot.name, self._numerics.fingerprint, core_version(), frozenset(self._kernels.ready), slot.small
+        )
         parent = os.getpid()
         sys.stdout.flush()
         sys.stderr.flush()
@@ -98,7 +139,7 @@ class Supervisor:
         if slot.pid == 0:
             status = 1
             try:
-                _be_a_worker(self._settings, self._numerics, slot.name, parent)
+                _be_a_worker(self._settings, self._numerics, info, slot.watched, parent)
                 status = 0
             except RedisError as error:
                 self._log.warning("worker ended", reason=trouble(error), error=type(error).__name__)
@@ -106,6 +147,7 @@ class Supervisor:
                 self._log.exception("worker ended")
             finally:
                 os._exit(status)  # never return into the supervisor's code
+        slot.progress = Progress(slot.pid)
 
     def _reap(self) -> None:
         """Notice every child that ended: workers, and the work-horses that dead workers left."""
@@ -117,6 +159,8 @@ class Supervisor:
                 continue
             now = time.monotonic()
             slot.pid = 0
+            if slot.watched.asked_to_stop and status == 0:
+                continue
             slot.failures = 0 if now - slot.started > _HEALTHY_SECONDS else slot.failures + 1
             slot.not_before = now + (min(_LONGEST_WAIT, 0.1 * 2**slot.failures) if slot.failures > 1 else 0.0)
             self._log.warning("worker ended", worker=slot.name, status=os.waitstatus_to_exitcode(status))
@@ -159,13 +203,21 @@ def _ended_child() -> tuple[int, int] | None:
     return (pid, status) if pid else None
 
 
-def _be_a_worker(settings: WorkerSettings, numerics: Numerics, name: str, parent: int) -> None:
+def _be_a_worker(settings: WorkerSettings, numerics: Numerics, info: WorkerInfo, watched: Watched, parent: int) -> None:
     """Work in a process of its own until asked to stop."""
-    from grazemap_worker.queue.leased_worker import LeasedWorker
+    from grazemap_worker import tasks
+    from grazemap_worker.queue.drainer import Drainer
 
     die_with_parent(parent)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_DFL)
     os.setpgrp()  # an interrupt from the terminal is for the supervisor
+    if info.small:
+        limit_memory(settings.memory_bytes)
+
+    def stopping() -> bool:
+        return watched.asked_to_stop
+
     store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
-    LeasedWorker(store, numerics, name).work(logging_level=None)
+    context = tasks.Context(store, info, numerics, settings.memory_bytes, watched.compute, watched.beat, stopping)
+    Drainer(store, info, lambda: tasks.drain(context), watched.beat, stopping).work(logging_level=None)

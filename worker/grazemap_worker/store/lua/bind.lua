@@ -1,9 +1,9 @@
--- ARGV: prefix, fingerprint, core version, seconds a version is remembered, ids ... Binds jobs of that core version to
--- the numerics that will compute them, when they are bound to none, or to some whose workers are all long gone (their
--- tiles are then computed again).
+-- Binds unfinished jobs of a core version to the numerics that will compute them, when they are bound to none, or to
+-- some whose workers are all long gone (their tiles are then computed again). Arguments: fingerprint, core_version,
+-- remembered (seconds for which a version is), ids.
 -- Returns {ids that were bound, ids that nobody can compute any more: no worker had their core version for as long as
 -- it is remembered}.
-local fingerprint, bound_now, outdated = ARGV[2], {}, {}
+local bound_now, outdated = {}, {}
 
 local function bind(id)
   local status, version, created, bound =
@@ -11,27 +11,34 @@ local function bind(id)
   if not (status and unfinished(status)) then
     return
   end
-  if version ~= ARGV[3] then
-    local young = tonumber(now()) - tonumber(created) < tonumber(ARGV[4])
+  if version ~= given.core_version then
+    local young = tonumber(now()) - (tonumber(created) or 0) < given.remembered
     if not young and redis.call('EXISTS', key('version', version)) == 0 then
       outdated[#outdated + 1] = id
     end
     return
   end
-  if bound == fingerprint or (bound ~= '' and redis.call('EXISTS', key('fingerprint', bound)) == 1) then
+  if bound == given.fingerprint then
+    offer(id)
+    return
+  end
+  if bound ~= '' and redis.call('EXISTS', key('fingerprint', bound)) == 1 then
     return
   end
   if bound ~= '' then
-    redis.call('DEL', key('job', id, 'tiles'), key('job', id, 'claims'))
-    redis.call('HSET', key('job', id), 'done', 0, 'cpu_seconds', 0)
+    withdraw(id)
+    drop_tiles(id)
+    redis.call('DEL', key('job', id, 'claims'), key('job', id, 'again'))
+    redis.call('HSET', key('job', id), 'done', 0, 'cpu_seconds', 0, 'next', 0)
     set_remaining(id, number(id, 'total'))
     progress_event(id)
   end
-  redis.call('HSET', key('job', id), 'fingerprint', fingerprint)
+  redis.call('HSET', key('job', id), 'fingerprint', given.fingerprint)
+  offer(id)
   bound_now[#bound_now + 1] = id
 end
 
-for i = 5, #ARGV do
-  bind(ARGV[i])
+for _, id in ipairs(given.ids) do
+  bind(id)
 end
 return { bound_now, outdated }

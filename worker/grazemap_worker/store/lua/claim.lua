@@ -1,39 +1,136 @@
--- ARGV: prefix, id, tile, holder, fingerprint, lease in milliseconds, assembly tile number,
---       core version ('' = any).
--- Returns {process, request, core version, plan, estimate} or nil.
-local id, tile, holder, fingerprint, lease = ARGV[2], ARGV[3], ARGV[4], ARGV[5], ARGV[6]
-local status = get(id, 'status')
-if not (status and unfinished(status)) then
-  return nil
+-- Claims tiles, fairly among flows. Arguments: holder, fingerprint, lease (milliseconds), lanes, kernels, most (tiles),
+-- seconds (of these tiles together), most_bytes (of their requests); or job and tile, to claim this one.
+-- Returns {whether there is more to claim, {id, tile, attempts that lost their worker, process, request, core version,
+-- plan, estimate}, ...}.
+local holder, fingerprint = given.holder, given.fingerprint
+local flows, found, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
+
+local function take(id, tile)
+  local started = get(id, 'status') == 'running'
+  redis.call('HSET', key('job', id, 'claims'), tile, holder .. '|' .. now())
+  redis.call('SREM', key('job', id, 'again'), tile)
+  redis.call('SADD', key('held', holder), id .. '|' .. tile)
+  redis.call('SADD', key('holders'), holder)
+  redis.call('SET', key('worker', holder), fingerprint, 'PX', given.lease)
+  if not started then
+    redis.call('HSET', key('job', id), 'started', now())
+    set_status(id, 'running')
+    progress_event(id)
+  end
+  local lost = redis.call('HGET', key('job', id, 'failures'), tile .. ':lost') or '0'
+  local fields = redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate')
+  found[#found + 1] = { id, tile, lost, unpack(fields) }
+  bytes = bytes + string.len(fields[2] or '')
 end
-local bound = get(id, 'fingerprint')
-if bound ~= '' and bound ~= fingerprint or ARGV[8] ~= '' and get(id, 'core_version') ~= ARGV[8] then
-  return nil
+
+-- The next tile of a job that is neither done nor claimed, or nil.
+local function next_tile(id)
+  local tile = redis.call('SRANDMEMBER', key('job', id, 'again'))
+  if tile then
+    return tile
+  end
+  local number, total = number(id, 'next'), number(id, 'total')
+  while number < total and (redis.call('HEXISTS', key('job', id, 'tiles'), number) == 1
+    or redis.call('HEXISTS', key('job', id, 'claims'), number) == 1) do
+    number = number + 1
+  end
+  redis.call('HSET', key('job', id), 'next', math.min(number + 1, total))
+  return number < total and tostring(number) or nil
 end
-if tile == ARGV[7] then
-  if number(id, 'done') < number(id, 'total') then
+
+local function contains(list, value)
+  for _, one in ipairs(list) do
+    if one == value then
+      return true
+    end
+  end
+  return false
+end
+
+local function claimable(flow)
+  local lane, kernels = string.match(flow, '^([^|]*)|([^|]*)|')
+  return contains(given.lanes, lane) and contains(given.kernels, kernels)
+end
+
+-- Claims one tile of the job that is next in a flow; returns its seconds, or nil if the job had none.
+local function serve(flow)
+  local jobs = key('flow', fingerprint, flow)
+  local id = redis.call('ZRANGE', jobs, 0, 0)[1]
+  local status = get(id, 'status')
+  local tile = status and unfinished(status) and next_tile(id)
+  if not tile then
+    withdraw(id)
+    redis.call('ZREM', jobs, id)
     return nil
   end
-elseif redis.call('HEXISTS', key('job', id, 'tiles'), tile) == 1 or tonumber(tile) >= number(id, 'total') then
-  return nil
-end
-local other = claimed_by(id, tile)
-if other and other ~= holder then
-  if alive(other) then
-    return nil
+  local cost = number(id, 'cost')
+  local charged = cost / math.max(1e-6, number(id, 'weight'))
+  local served = tonumber(redis.call('ZSCORE', flows, flow) or 0)
+  local clock = clock_of(fingerprint, flow)
+  local reached = tonumber(redis.call('HGET', key('clocks'), clock) or 0)
+  redis.call('HSET', key('clocks'), clock, math.max(reached, served))
+  redis.call('ZADD', flows, served + charged, flow)
+  local own = tonumber(redis.call('ZSCORE', jobs, id)) + charged
+  redis.call('ZADD', jobs, own, id)
+  redis.call('HSET', key('job', id), 'served', own)
+  take(id, tile)
+  if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
+    withdraw(id)
   end
-  redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':lost', 1)
+  return cost
 end
-redis.call('HSET', key('job', id, 'claims'), tile, holder .. '|' .. now())
-redis.call('SADD', key('held', holder), id .. '|' .. tile)
-redis.call('SADD', key('holders'), holder)
-redis.call('SET', key('worker', holder), fingerprint, 'PX', lease)
-if bound == '' then
+
+-- Claims a given tile of a job, unless it is done or held.
+local function take_given(id, tile)
+  local status, bound = unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint'))
+  if not (status and unfinished(status)) or (bound ~= '' and bound ~= fingerprint) then
+    return
+  end
+  local done, total = number(id, 'done'), number(id, 'total')
+  if (tile == ASSEMBLY and done < total) or tonumber(tile) >= total
+    or redis.call('HEXISTS', key('job', id, 'tiles'), tile) == 1 then
+    return
+  end
+  local other = claimed_by(id, tile)
+  if other and other ~= holder then
+    if alive(other) then
+      return
+    end
+    redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':lost', 1)
+  end
   redis.call('HSET', key('job', id), 'fingerprint', fingerprint)
+  take(id, tile)
+  offer(id)
 end
-if status == 'accepted' then
-  redis.call('HSET', key('job', id), 'started', now())
-  set_status(id, 'running')
-  progress_event(id)
+
+if given.job then
+  take_given(given.job, given.tile)
+  return found
 end
-return redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate')
+
+local function next_flow()
+  local start = 0
+  while true do
+    local some = redis.call('ZRANGE', flows, start, start + 99)
+    for _, flow in ipairs(some) do
+      if claimable(flow) then
+        return flow
+      end
+    end
+    if #some < 100 then
+      return nil
+    end
+    start = start + 100
+  end
+end
+
+local flow = next_flow()
+while flow and #found <= given.most and spent < given.seconds and bytes < given.most_bytes do
+  spent = spent + (serve(flow) or 0)
+  if redis.call('EXISTS', key('flow', fingerprint, flow)) == 0 then
+    redis.call('ZREM', flows, flow)
+  end
+  flow = next_flow()
+end
+found[1] = flow and 1 or 0
+return found

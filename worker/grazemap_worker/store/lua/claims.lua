@@ -1,12 +1,11 @@
--- ARGV: prefix, holder. Returns id, tile, holder, ... of every claim of that holder; without one ('') of every holder
--- that no longer renews its lease.
-local holders = { ARGV[2] }
-if ARGV[2] == '' then
+-- Arguments: holder ('': every holder that no longer renews its lease). Returns id, tile, holder, ... of its claims.
+local holders = { given.holder }
+if given.holder == '' then
   holders = redis.call('SMEMBERS', key('holders'))
 end
 local found = {}
 for _, holder in ipairs(holders) do
-  if ARGV[2] ~= '' or not alive(holder) then
+  if given.holder ~= '' or not alive(holder) then
     local claims = claims_of(holder)
     for _, claim in ipairs(claims) do
       found[#found + 1] = claim[1]

@@ -1,8 +1,8 @@
--- ARGV: prefix, role, holder, milliseconds. Returns 1 to the one that has the role, for that long after each call.
-local name = key('lead', ARGV[2])
+-- Arguments: role, holder, milliseconds. Returns 1 to the one that has the role, for that long after each call.
+local name = key('lead', given.role)
 local leader = redis.call('GET', name)
-if leader and leader ~= ARGV[3] then
+if leader and leader ~= given.holder then
   return 0
 end
-redis.call('SET', name, ARGV[3], 'PX', ARGV[4])
+redis.call('SET', name, given.holder, 'PX', given.milliseconds)
 return 1

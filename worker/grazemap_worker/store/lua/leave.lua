@@ -1,11 +1,12 @@
--- ARGV: prefix, holder, '1' to give its claims back uncounted. A worker that is gone for certain.
-redis.call('DEL', key('worker', ARGV[2]))
-redis.call('HDEL', key('workers'), ARGV[2])
-if ARGV[3] == '1' then
-  for _, claim in ipairs(claims_of(ARGV[2])) do
+-- A worker that is gone for certain. Arguments: holder, give_back (its claims, uncounted).
+redis.call('DEL', key('worker', given.holder))
+redis.call('HDEL', key('workers'), given.holder)
+if given.give_back then
+  for _, claim in ipairs(claims_of(given.holder)) do
     redis.call('HDEL', key('job', claim[1], 'claims'), claim[2])
+    again(claim[1], claim[2])
   end
-  redis.call('DEL', key('held', ARGV[2]))
-  redis.call('SREM', key('holders'), ARGV[2])
+  redis.call('DEL', key('held', given.holder))
+  redis.call('SREM', key('holders'), given.holder)
 end
 return 1

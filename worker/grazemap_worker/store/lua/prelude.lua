@@ -1,9 +1,13 @@
--- What every script shares. ARGV[1] is the key prefix; scripts name their keys themselves, so one Redis holds all
--- of them (no cluster). A job is "unfinished" while it is accepted or running.
+-- What every script shares. ARGV[1] is the key prefix, ARGV[2] the named arguments as JSON; bytes follow. Scripts name
+-- their keys themselves, so one Redis holds all of them (no cluster). A job is "unfinished" while it is accepted or
+-- running.
 local prefix = ARGV[1]
+local given = cjson.decode(ARGV[2])
 
 -- Seconds for which the events of a job that is over are there; later the record says how it ended.
 local EVENTS_KEPT = 3600
+-- The number of the step that assembles a map once its tiles are done.
+local ASSEMBLY = '-1'
 
 local function key(...)
   return prefix .. table.concat({ ... }, ':')
@@ -26,8 +30,28 @@ local function number(id, field)
   return tonumber(get(id, field) or 0) or 0
 end
 
+local function count(name, by)
+  redis.call('HINCRBY', key('counts'), name, by or 1)
+end
+
+-- Bytes that are stored, by what they are: requests, tiles, results:small, results:large.
+local function bytes_of(kind)
+  return tonumber(redis.call('HGET', key('bytes'), kind) or 0)
+end
+
+local function add_bytes(kind, bytes)
+  redis.call('HINCRBY', key('bytes'), kind, string.format('%d', bytes)) -- not "-0", which a Redis 6.2 refuses
+end
+
+-- Events reach those who listen at once. Those of jobs that are not small are kept for others, who come later.
 local function event(id, name, data)
-  redis.call('XADD', key('job', id, 'events'), 'MAXLEN', '~', 50000, '*', 'name', name, 'data', data)
+  local number = ''
+  if get(id, 'lane') ~= 'small' then
+    number = redis.call('XADD', key('job', id, 'events'), 'MAXLEN', '~', 50000, '*', 'name', name, 'data', data)
+  elseif name ~= 'done' then
+    return
+  end
+  redis.call('PUBLISH', key('events'), table.concat({ id, number, name, data }, '\n'))
 end
 
 local function progress_event(id)
@@ -48,7 +72,7 @@ local function set_status(id, status)
     redis.call('ZREM', key('status', old), id)
   end
   redis.call('HSET', key('job', id), 'status', status)
-  redis.call('ZADD', key('status', status), get(id, 'seq'), id)
+  redis.call('ZADD', key('status', status), number(id, 'seq'), id)
 end
 
 -- Whether the worker that holds something still renews its lease.
@@ -70,7 +94,8 @@ local function claimed_by(id, tile)
   return split_claim(claim)
 end
 
--- What remains of an unfinished job (0: its assembly; nil: it is over), and with it the sum over all jobs.
+-- What remains of an unfinished job (0: its assembly; nil: it is over), and with it the sums over all jobs and over
+-- those of its asker.
 local function set_remaining(id, tiles)
   local before = tonumber(redis.call('HGET', key('unfinished'), id) or 0)
   if tiles then
@@ -79,6 +104,65 @@ local function set_remaining(id, tiles)
     redis.call('HDEL', key('unfinished'), id)
   end
   redis.call('INCRBY', key('unfinished', 'tiles'), (tiles or 0) - before)
+  local asker = get(id, 'asker') or ''
+  if redis.call('HINCRBY', key('unfinished', 'askers'), asker, (tiles or 0) - before) <= 0 then
+    redis.call('HDEL', key('unfinished', 'askers'), asker)
+  end
+end
+
+-- Fairness. The jobs with tiles to compute are in flows: one for each lane, kernels, priority and asker. A flow has the
+-- virtual time up to which it was served, and so has each job in its flow; the one with the least is served next, and
+-- advances by the seconds of the tile over its weight. A flow that comes (again) begins where the others are.
+local function flow_of(id)
+  local lane, kernels, priority, asker = unpack(redis.call('HMGET', key('job', id), 'lane', 'kernels', 'priority', 'asker'))
+  return table.concat({ lane or '', kernels or '', priority or '', asker or '' }, '|')
+end
+
+local function withdraw(id)
+  local fingerprint, flow = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'flow'))
+  if not flow or flow == '' then
+    return
+  end
+  local jobs = key('flow', fingerprint, flow)
+  redis.call('ZREM', jobs, id)
+  if redis.call('EXISTS', jobs) == 0 then
+    redis.call('ZREM', key('flows', fingerprint), flow)
+  end
+  redis.call('HSET', key('job', id), 'flow', '')
+end
+
+-- The virtual time that was reached; that of small jobs, which have workers of their own, is another.
+local function clock_of(fingerprint, flow)
+  return fingerprint .. (string.match(flow, '^small|') and ':small' or '')
+end
+
+local function least(set)
+  local first = redis.call('ZRANGE', set, 0, 0, 'WITHSCORES')
+  return tonumber(first[2] or 0)
+end
+
+-- Puts an unfinished job that is bound to numerics into its flow, if it has tiles to claim.
+local function offer(id)
+  local status, fingerprint, present = unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint', 'flow'))
+  if not (status and unfinished(status)) or not fingerprint or fingerprint == '' or (present and present ~= '') then
+    return
+  end
+  if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
+    return
+  end
+  local flow = flow_of(id)
+  local jobs = key('flow', fingerprint, flow)
+  -- of equals the one that came first
+  redis.call('ZADD', jobs, math.max(least(jobs), number(id, 'served')) + 1e-9 * number(id, 'seq'), id)
+  local reached = redis.call('HGET', key('clocks'), clock_of(fingerprint, flow))
+  redis.call('ZADD', key('flows', fingerprint), 'NX', reached or 0, flow)
+  redis.call('HSET', key('job', id), 'flow', flow)
+end
+
+-- A tile is to be claimed again.
+local function again(id, tile)
+  redis.call('SADD', key('job', id, 'again'), tile)
+  offer(id)
 end
 
 -- The claims of a holder, as {{id, tile}, ...}. Its index may name some that ended or went to another holder; those
@@ -101,25 +185,142 @@ local function result_key(id)
 end
 
 local function drop_result(name)
-  local size = tonumber(redis.call('HGET', key('results', 'sizes'), name) or 0)
+  local found = redis.call('HGET', key('results', 'sizes'), name)
+  if not found then
+    return
+  end
+  local class, size = string.match(found, '^(%a+) (%d+)$')
   redis.call('DEL', name)
-  redis.call('ZREM', key('results'), name)
+  redis.call('ZREM', key('results', class), name)
   redis.call('HDEL', key('results', 'sizes'), name)
-  redis.call('DECRBY', key('results', 'bytes'), size)
+  add_bytes('results:' .. class, -tonumber(size))
+end
+
+local function drop_tiles(id)
+  add_bytes('tiles', -number(id, 'tile_bytes'))
+  redis.call('HDEL', key('job', id), 'tile_bytes')
+  redis.call('DEL', key('job', id, 'tiles'))
+  redis.call('ZREM', key('tiles', 'kept'), id)
+end
+
+-- Makes room for so many bytes: tiles of jobs that are over first, then the least recently used results, the small
+-- ones where they take more than a quarter. Returns whether there is room now; tiles of unfinished jobs stay.
+local function make_room(size, budget)
+  while bytes_of('tiles') + bytes_of('results:small') + bytes_of('results:large') + size > budget do
+    local kept = redis.call('ZRANGE', key('tiles', 'kept'), 0, 0)[1]
+    if kept then
+      drop_tiles(kept)
+    else
+      local class = bytes_of('results:small') > budget / 4 and 'small' or 'large'
+      local oldest = redis.call('ZRANGE', key('results', class), 0, 0)[1]
+        or redis.call('ZRANGE', key('results', 'small'), 0, 0)[1]
+      if not oldest then
+        return false
+      end
+      drop_result(oldest)
+    end
+  end
+  return true
+end
+
+local function class_of(id)
+  return get(id, 'lane') == 'small' and 'small' or 'large'
+end
+
+-- Makes a result of a job the most recently used one. Where Redis refuses writes, as on a full disk, the order stays.
+local function touch(id)
+  local clock = redis.pcall('INCR', key('clock'))
+  if type(clock) == 'number' then
+    redis.pcall('ZADD', key('results', class_of(id)), 'XX', clock, result_key(id))
+  end
 end
 
 -- tile_ttl: seconds for which the finished tiles are kept; 0: freed at once.
 local function finish(id, status, tile_ttl)
+  withdraw(id)
   set_status(id, status)
   redis.call('HSET', key('job', id), 'finished', now())
   redis.call('HDEL', key('job', id), 'eta')
   set_remaining(id, nil)
-  redis.call('DEL', key('job', id, 'claims'), key('job', id, 'failures'))
-  if tile_ttl == 0 then
-    redis.call('DEL', key('job', id, 'tiles'))
+  redis.call('ZADD', key('over', class_of(id)), number(id, 'seq'), id)
+  redis.call('DEL', key('job', id, 'claims'), key('job', id, 'failures'), key('job', id, 'again'), key('job', id, 'askers'))
+  if tile_ttl == 0 or redis.call('EXISTS', key('job', id, 'tiles')) == 0 then
+    drop_tiles(id)
   else
-    redis.call('EXPIRE', key('job', id, 'tiles'), tile_ttl)
+    redis.call('ZADD', key('tiles', 'kept'), tonumber(now()) + tile_ttl, id)
   end
   event(id, 'done', cjson.encode({ status = status }))
   redis.call('EXPIRE', key('job', id, 'events'), EVENTS_KEPT)
+end
+
+local function fail(id, problem, kept)
+  redis.call('HSET', key('job', id), 'problem', problem)
+  finish(id, 'failed', kept)
+end
+
+-- Forgets a job with all that belongs to it.
+local function forget(id)
+  withdraw(id)
+  drop_result(result_key(id))
+  drop_tiles(id)
+  if redis.call('HEXISTS', key('unfinished'), id) == 1 then
+    set_remaining(id, nil)
+  end
+  add_bytes('requests', -redis.call('HSTRLEN', key('job', id), 'request'))
+  for _, status in ipairs({ 'accepted', 'running', 'successful', 'failed', 'dismissed' }) do
+    redis.call('ZREM', key('status', status), id)
+  end
+  redis.call('ZREM', key('jobs'), id)
+  redis.call('ZREM', key('over', 'small'), id)
+  redis.call('ZREM', key('over', 'large'), id)
+  for _, part in ipairs({ 'claims', 'failures', 'again', 'askers', 'events' }) do
+    redis.call('DEL', key('job', id, part))
+  end
+  redis.call('DEL', key('job', id))
+end
+
+-- The record of a job without what only scripts need: names and values. A request that is longer than `longest` is left
+-- out.
+local function record(id, longest)
+  local fields = redis.call('HGETALL', key('job', id))
+  if not longest or redis.call('HSTRLEN', key('job', id), 'request') <= longest then
+    return fields
+  end
+  local shorter = {}
+  for i = 1, #fields, 2 do
+    if fields[i] ~= 'request' then
+      shorter[#shorter + 1] = fields[i]
+      shorter[#shorter + 1] = fields[i + 1]
+    end
+  end
+  return shorter
+end
+
+-- Name, fingerprint and core version of the live workers; the others are forgotten.
+local function live_workers()
+  local live = {}
+  local all = redis.call('HGETALL', key('workers'))
+  for i = 1, #all, 2 do
+    if alive(all[i]) then
+      live[#live + 1] = { all[i], all[i + 1] }
+    else
+      redis.pcall('HDEL', key('workers'), all[i]) -- where writes are refused they stay
+    end
+  end
+  return live
+end
+
+-- Returns {record of a job, live workers, unfinished jobs, what starting workers do, what is said of its kernels}; the
+-- latter are empty when it is over.
+local function seen(id, longest)
+  if not unfinished(get(id, 'status')) then
+    return { record(id, longest), 0, 0, '', '' }
+  end
+  return {
+    record(id, longest),
+    #live_workers(),
+    redis.call('HLEN', key('unfinished')),
+    redis.call('GET', key('starting')) or '',
+    redis.call('GET', key('compiling', get(id, 'kernels') or '')) or '',
+  }
 end

@@ -1,17 +1,17 @@
--- ARGV: prefix, id, done, total, unit, assembly tile number. Returns 1 when the job is still wanted.
-local id, total = ARGV[2], tonumber(ARGV[4])
+-- Arguments: id, done, total, unit. Returns 1 when the job is still wanted.
+local id, total = given.id, given.total
 local status = get(id, 'status')
 if not (status and unfinished(status)) then
   return 0
 end
 -- A worker that repeats a lost step reports less than was reported before; all is done only with the result.
-local done = math.max(math.min(tonumber(ARGV[3]), total - 1), number(id, 'steps_done'))
-redis.call('HSET', key('job', id), 'unit', ARGV[5], 'steps_done', done, 'steps_total', total)
+local done = math.max(math.min(given.done, total - 1), number(id, 'steps_done'))
+redis.call('HSET', key('job', id), 'unit', given.unit, 'steps_done', done, 'steps_total', total)
 -- Time to go: as long for each step as for those since the start, or since the tiles were done.
 local before, since, _ = 0, get(id, 'started'), nil
-if redis.call('HEXISTS', key('job', id, 'claims'), ARGV[6]) == 1 then
+if redis.call('HEXISTS', key('job', id, 'claims'), ASSEMBLY) == 1 then
   before = number(id, 'total')
-  _, since = claimed_by(id, ARGV[6])
+  _, since = claimed_by(id, ASSEMBLY)
 end
 if since and done > before then
   local eta = (tonumber(now()) - tonumber(since)) * (total - done) / (done - before)

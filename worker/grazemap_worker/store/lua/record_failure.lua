@@ -1,20 +1,27 @@
--- ARGV: prefix, id, tile, kind, most failures of that kind, holder ('' = whoever holds it), problem, seconds to keep
---       the tiles. Counts the failure of one try at a tile, frees the tile, fails the job when it was one too many.
+-- Counts a failed attempt at a tile, frees the tile, and fails the job when it was one too many. Arguments: id, tile,
+-- kind, most (failures of that kind; 0: nothing is counted, the tile is given back), holder ('': whoever holds it),
+-- problem, kept (seconds for the tiles).
 -- Returns 1 when the tile may be tried again, 0 when the job is over.
-local id, tile, kind, holder = ARGV[2], ARGV[3], ARGV[4], ARGV[6]
+local id, tile = given.id, tostring(given.tile)
 local status = get(id, 'status')
 if not (status and unfinished(status)) then
   return 0
 end
-local held_by = claimed_by(id, tile)
-if holder ~= '' and held_by ~= holder then
+if given.holder ~= '' and claimed_by(id, tile) ~= given.holder then
   return 1 -- somebody else has it by now, or has finished it: nothing was lost
 end
 redis.call('HDEL', key('job', id, 'claims'), tile)
-local count = redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':' .. kind, 1)
-if count < tonumber(ARGV[5]) then
-  return 1
+if given.most > 0 then
+  count('failures:' .. given.kind)
+  if redis.call('HINCRBY', key('job', id, 'failures'), tile .. ':' .. given.kind, 1) >= given.most then
+    fail(id, given.problem, given.kept)
+    return 0
+  end
+  if get(id, 'lane') == 'small' then
+    -- it is computed in a process of its own from now on
+    withdraw(id)
+    redis.call('HSET', key('job', id), 'lane', 'short')
+  end
 end
-redis.call('HSET', key('job', id), 'problem', ARGV[7])
-finish(id, 'failed', tonumber(ARGV[8]))
-return 0
+again(id, tile)
+return 1

@@ -1,11 +1,8 @@
--- ARGV: prefix, holder, lease in milliseconds, seconds a fingerprint is remembered. Returns 0 when the lease ran out,
--- or did once so that the worker was forgotten (a claim takes the lease again): it has to register.
-local fingerprint = redis.call('GET', key('worker', ARGV[2]))
-local description = redis.call('HGET', key('workers'), ARGV[2])
-if not (fingerprint and description) then
-  return 0
-end
-redis.call('PEXPIRE', key('worker', ARGV[2]), ARGV[3])
-redis.call('SET', key('fingerprint', fingerprint), 1, 'EX', ARGV[4])
-redis.call('SET', key('version', cjson.decode(description).core_version), 1, 'EX', ARGV[4])
-return 1
+-- Registers a worker or renews its lease. Arguments: holder, lease (milliseconds), description {fingerprint,
+-- core_version, ...}, remembered (seconds for which fingerprint and version are), job ('': none).
+-- Returns 1 while the job is wanted, 0 when it is over, so that a worker that computes it can stop.
+redis.call('SET', key('worker', given.holder), given.description.fingerprint, 'PX', given.lease)
+redis.call('HSET', key('workers'), given.holder, cjson.encode(given.description))
+redis.call('SET', key('fingerprint', given.description.fingerprint), 1, 'EX', given.remembered)
+redis.call('SET', key('version', given.description.core_version), 1, 'EX', given.remembered)
+return given.job ~= '' and redis.call('HEXISTS', key('unfinished'), given.job) or 1

@@ -1,10 +1,9 @@
--- ARGV: prefix, id. Returns the result's bytes and makes it the most recently used one, or nil.
-if get(ARGV[2], 'status') ~= 'successful' then
+-- Arguments: id, data (whether the bytes are wanted). Returns {size, etag} or {size, etag, npz}, or nil when there is no
+-- result (any more). It becomes the most recently used one.
+local name = result_key(given.id)
+if get(given.id, 'status') ~= 'successful' or redis.call('EXISTS', name) == 0 then
   return nil
 end
-local name = result_key(ARGV[2])
-local data = redis.call('GET', name)
-if data then
-  redis.call('ZADD', key('results'), 'XX', redis.call('INCR', key('clock')), name)
-end
-return data
+touch(given.id)
+local size, etag = unpack(redis.call('HMGET', key('job', given.id), 'size', 'etag'))
+return { size, etag, given.data and redis.call('GET', name) or nil }

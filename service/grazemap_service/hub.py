@@ -1,0 +1,120 @@
+"""What happens to jobs, as it happens: one reader of Redis' channel of events, on the event loop, for all requests.
+
+A listener that is too slow misses events, and so does a reader that was disconnected: the listener then gets None, and
+reads what the store has kept.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import redis.asyncio
+import redis.exceptions
+import structlog
+
+from grazemap_worker.store.keys import EVENTS_CHANNEL
+from grazemap_worker.store.records import Event
+
+_MOST_WAITING = 1000
+# Seconds between attempts while Redis is unavailable.
+_AWAY_SECONDS = 0.5
+
+
+class Listener:
+    """The events of one job from now on."""
+
+    def __init__(self) -> None:
+        self._events: asyncio.Queue[Event | None] = asyncio.Queue(_MOST_WAITING)
+
+    async def next(self, seconds: float) -> Event | None:
+        """Return the next event, or None after so many seconds, or if some were missed."""
+        with suppress(TimeoutError):
+            return await asyncio.wait_for(self._events.get(), seconds)
+        return None
+
+    def put(self, event: Event | None) -> None:
+        """Pass an event on; None: some were missed. One that is too slow misses everything that waits."""
+        if self._events.full():
+            while not self._events.empty():
+                self._events.get_nowait()
+            event = None
+        self._events.put_nowait(event)
+
+
+class Hub:
+    """Passes the events of all jobs to those who listen.
+
+    Parameters
+    ----------
+    connect : callable
+        Returns a client of Redis.
+    """
+
+    def __init__(self, connect: Callable[[], redis.asyncio.Redis]) -> None:
+        self._connect = connect
+        self._listeners: dict[str, set[Listener]] = {}
+        self._task: asyncio.Task[None] | None = None
+        self._subscribed = asyncio.Event()
+
+    @contextmanager
+    def listen(self, job_id: str) -> Iterator[Listener]:
+        """Listen to the events of a job within this block."""
+        listener = Listener()
+        if self._task is None:
+            self._task = asyncio.get_running_loop().create_task(self._read())
+        self._listeners.setdefault(job_id, set()).add(listener)
+        try:
+            yield listener
+        finally:
+            remaining = self._listeners[job_id]
+            remaining.discard(listener)
+            if not remaining:
+                del self._listeners[job_id]
+
+    async def subscribed(self, seconds: float) -> None:
+        """Wait until events arrive, at most so many seconds."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._subscribed.wait(), seconds)
+
+    async def close(self) -> None:
+        """Stop reading."""
+        if self._task is not None:
+            self._task.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._task
+
+    async def _read(self) -> None:
+        while True:
+            client = self._connect()
+            try:
+                async with client.pubsub() as channel:
+                    await channel.subscribe(EVENTS_CHANNEL)
+                    self._subscribed.set()
+                    self._missed()
+                    async for message in channel.listen():
+                        if message["type"] == "message":
+                            self._pass_on(message["data"])
+            except redis.exceptions.RedisError:
+                structlog.get_logger("grazemap_service").warning("events wait for the store")
+            finally:
+                self._subscribed.clear()
+                with suppress(redis.exceptions.RedisError):
+                    await client.aclose()
+            await asyncio.sleep(_AWAY_SECONDS)
+
+    def _pass_on(self, data: bytes) -> None:
+        try:
+            job_id, number, name, text = data.decode().split("\n", 3)
+            event = Event(number, name, json.loads(text))
+        except ValueError:  # not of ours
+            return
+        for listener in self._listeners.get(job_id, ()):
+            listener.put(event)
+
+    def _missed(self) -> None:
+        for listeners in self._listeners.values():
+            for listener in listeners:
+                listener.put(None)

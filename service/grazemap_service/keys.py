@@ -1,0 +1,181 @@
+"""Keys of clients: from the setting GRAZEMAP_API_KEYS, and from a file that is read again when it changes.
+
+A key is a bearer token after RFC 6750 with 128 bits, if it is random: see `strong`. Its name stands in logs and
+metrics; the key itself is kept as a digest only. Weight and quota of a name are for the queue.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import math
+import re
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import structlog
+from pydantic import SecretStr
+
+BITS = 128
+FEWEST_DIFFERENT = 8
+RULE = (
+    "a key has 22 or more of the characters A-Z a-z 0-9 - . _ ~ + / (25 or more if they are digits and letters of one "
+    "case, 32 if hexadecimal digits, 39 if decimal digits; = may follow), 8 of them different; "
+    'python -c "import secrets; print(secrets.token_urlsafe(24))" makes one'
+)
+# A mixture of characters counts as 64 of them.
+_ALPHABETS = ((r"[0-9]*", 10), (r"[0-9a-f]*|[0-9A-F]*", 16), (r"[0-9a-z]*|[0-9A-Z]*", 36), (r"[A-Za-z0-9._~+/-]*", 64))
+_NAME = re.compile(r"[A-Za-z0-9._-]{1,32}")
+# Seconds between two looks at the file.
+_LOOK_SECONDS = 1.0
+_MOST_FILE_BYTES = 1 << 20
+_MOST_WEIGHT = 1000.0
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a key grants: its name, its share of the workers, and the most unfinished tiles of its jobs."""
+
+    name: str
+    weight: float = 1.0
+    quota: int | None = None
+
+
+# By the digest of the key.
+Keyring = dict[bytes, Key]
+
+
+def strong(text: str) -> bool:
+    """Return whether a key has 128 bits if it was drawn at random from the smallest of the alphabets that has it."""
+    body = text.rstrip("=")
+    size = next((size for pattern, size in _ALPHABETS if re.fullmatch(pattern, body)), 1)
+    return len(body) * math.log2(size) >= BITS and len(set(body)) >= FEWEST_DIFFERENT
+
+
+def of_setting(keys: Sequence[SecretStr]) -> Keyring:
+    """Return the keys of GRAZEMAP_API_KEYS, each ``key`` or ``name=key``. Raises ValueError, without a key in it."""
+    entries = []
+    for place, key in enumerate(keys, 1):
+        name, _, text = key.get_secret_value().partition("=")
+        if not text.strip("="):  # of a key without a name, = stands only at the end
+            name, text = f"key-{place}", key.get_secret_value()
+        entries.append((f"key {place}", text, Key(name)))
+    return _keyring(entries)
+
+
+def of_file(path: Path) -> Keyring:
+    """Return the keys of a file with lines ``name key [weight] [quota]``; # begins a comment.
+
+    Raises
+    ------
+    ValueError
+        The file cannot be read, or a line is wrong. The message has its number and no key.
+    """
+    try:
+        with path.open("rb") as stream:
+            lines = stream.read(_MOST_FILE_BYTES).decode("utf-8").splitlines()
+    except OSError as error:
+        raise ValueError(f"the file cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ValueError("the file is not UTF-8") from None
+    entries = []
+    for number, line in enumerate(lines, 1):
+        words = line.partition("#")[0].split()
+        if words:
+            entries.append((f"line {number}", *_of_line(f"line {number}", words)))
+    if not entries:
+        raise ValueError("the file has no key")
+    return _keyring(entries)
+
+
+def _of_line(place: str, words: list[str]) -> tuple[str, Key]:
+    if not 2 <= len(words) <= 4:
+        raise ValueError(f"{place} is not: name key [weight] [quota]")
+    try:
+        weight = float(words[2]) if len(words) > 2 else 1.0
+        quota = int(words[3]) if len(words) > 3 else None
+    except ValueError:
+        weight, quota = math.nan, None
+    if not 0.0 < weight <= _MOST_WEIGHT or (quota is not None and quota < 1):
+        raise ValueError(f"{place}: weight must be a number > 0, at most {_MOST_WEIGHT:g}, and quota an integer > 0")
+    return words[1], Key(words[0], weight, quota)
+
+
+def _keyring(entries: Iterable[tuple[str, str, Key]]) -> Keyring:
+    keyring: Keyring = {}
+    for place, text, key in entries:
+        if not _NAME.fullmatch(key.name):
+            raise ValueError(f"the name of {place} must have 1 to 32 of the characters A-Z a-z 0-9 . _ -")
+        if not strong(text):
+            raise ValueError(f"{place} is too weak: {RULE}")
+        digest = digest_of(text.encode())
+        if digest in keyring:
+            raise ValueError(f"{place} repeats an earlier key")
+        if any(other.name == key.name and other != key for other in keyring.values()):
+            raise ValueError(f"{place}: another key of this name has another weight or quota")
+        keyring[digest] = key
+    return keyring
+
+
+def digest_of(key: bytes) -> bytes:
+    """Return what is kept of a key."""
+    return hashlib.sha256(key).digest()
+
+
+class Keys:
+    """The keys that are accepted now.
+
+    Parameters
+    ----------
+    given : sequence of SecretStr
+        As in GRAZEMAP_API_KEYS.
+    file : Path, optional
+        Read again when it changes, looked at once a second at most. While it cannot be used, the last good keys stay.
+
+    Raises
+    ------
+    ValueError
+        A key is weak, or the file cannot be used.
+    """
+
+    def __init__(self, given: Sequence[SecretStr], file: Path | None = None) -> None:
+        self.required = bool(given) or file is not None
+        self._given, self._file = of_setting(given), file
+        self._state = _state(file)
+        self._of_file = of_file(file) if file is not None else {}
+        self._next_look = time.monotonic() + _LOOK_SECONDS
+
+    def find(self, text: bytes) -> Key | None:
+        """Return what a key grants, None for an unknown one; it is compared with all keys, each in constant time."""
+        self._look()
+        given = digest_of(text)
+        every = {**self._given, **self._of_file}
+        matches = [key for digest, key in every.items() if hmac.compare_digest(given, digest)]
+        return matches[0] if matches else None
+
+    def _look(self) -> None:
+        if self._file is None or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + _LOOK_SECONDS
+        state = _state(self._file)
+        if state == self._state:
+            return
+        self._state = state
+        log = structlog.get_logger("grazemap_service")
+        try:
+            self._of_file = of_file(self._file)
+        except ValueError as error:
+            log.error("GRAZEMAP_API_KEYS_FILE cannot be used, the earlier keys stay", reason=str(error))
+        else:
+            log.info("keys read again", keys=len(self._of_file))
+
+
+def _state(file: Path | None) -> tuple[int, int, int] | None:
+    """Return what differs after a change of a file; None where there is none."""
+    try:
+        status = file.stat() if file is not None else None
+    except OSError:
+        return None
+    return (status.st_mtime_ns, status.st_size, status.st_ino) if status is not None else None

@@ -1,0 +1,175 @@
+"""A process of its own for one tile, which is watched: its memory, its processor time, and whether it goes on.
+
+The operating system ends it when its worker ends.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import resource
+import select
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from grazemap_worker.parent_death import die_with_parent
+from grazemap_worker.store.records import FailureKind
+
+# Seconds without progress (processor time, or the state "stopped") after which a process counts as hung.
+HUNG_SECONDS = 10.0
+# Below other processes, so that small questions are answered while maps are computed.
+NICENESS = 10
+_LOOK_SECONDS = 0.5
+_TICK = 1.0 / os.sysconf("SC_CLK_TCK")
+# Share of the memory limit from which on a process that was aborted counts as out of memory.
+_NEAR_LIMIT = 0.7
+
+
+class Seen(NamedTuple):
+    """The state letter of a process, and its processor time in seconds."""
+
+    state: str
+    cpu_seconds: float
+
+
+def seen(pid: int) -> Seen | None:
+    """Return what a process does, or None when it is gone or the system does not say (Linux only)."""
+    try:
+        # the name, in brackets, may have spaces
+        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+    except OSError:
+        return None
+    return Seen(fields[0].decode(), (int(fields[11]) + int(fields[12])) * _TICK)
+
+
+class Progress:
+    """Notices that a process hangs: it is stopped, or uses no processor time while it should."""
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self._since = time.monotonic()
+        self.cpu_seconds = 0.0
+
+    def hangs(self, *, computing: bool) -> bool:
+        """Look at the process; return whether it made no progress for `HUNG_SECONDS`."""
+        found, now = seen(self._pid), time.monotonic()
+        if found is None:
+            return False
+        stopped = found.state in "Tt"
+        if found.cpu_seconds > self.cpu_seconds or not (computing or stopped):
+            self._since = now
+        self.cpu_seconds = found.cpu_seconds
+        return now - self._since > HUNG_SECONDS
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a process ended: its exit status, or why it was killed, and which limit it exceeded."""
+
+    status: int
+    kind: FailureKind | None = None
+    limit: str = ""
+
+
+class Horse:
+    """A forked process that runs a function and ends; its exit status is what the function returns.
+
+    Parameters
+    ----------
+    run : callable (computed) -> int
+        It calls `computed()` when it has computed and begins to store.
+    memory_bytes : int
+        What it may allocate beyond what it starts with.
+    cpu_seconds : float
+        Limit of its processor time.
+    """
+
+    def __init__(self, run: Callable[[Callable[[], None]], int], memory_bytes: int, cpu_seconds: float) -> None:
+        self._memory_bytes, self._cpu_seconds = memory_bytes, cpu_seconds
+        self._stored = mmap.mmap(-1, 1)
+        parent = os.getpid()
+        self._pid = os.fork()
+        if self._pid == 0:
+            status = 1
+            try:
+                die_with_parent(parent)
+                for number in (signal.SIGTERM, signal.SIGINT):
+                    signal.signal(number, signal.SIG_DFL)
+                os.nice(NICENESS)
+                limit_memory(memory_bytes)
+                status = run(self._computed)
+            finally:
+                os._exit(status)  # never return into the worker's code
+
+    def _computed(self) -> None:
+        self._stored[0] = 1
+
+    def watch(self, wanted: Callable[[], bool]) -> Ended:
+        """Wait for its end, and kill it when it exceeds a limit, hangs, or is no longer wanted.
+
+        An exception, such as a request to stop, kills it too.
+        """
+        descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
+        progress, killed = Progress(self._pid), Ended(0)
+        ended = False
+        try:
+            while True:
+                if descriptor is None:
+                    time.sleep(0.01)
+                else:
+                    select.select([descriptor], [], [], _LOOK_SECONDS)
+                pid, status, usage = os.wait4(self._pid, os.WNOHANG)
+                if pid:
+                    ended = True
+                    return self._ended(status, usage, killed)
+                if killed.status:
+                    continue
+                hangs = progress.hangs(computing=not self._stored[0])
+                if progress.cpu_seconds > self._cpu_seconds:
+                    killed = self._kill("timeout", f"its limit is {self._cpu_seconds:.0f} s of processor time")
+                elif hangs:
+                    killed = self._kill("hung", f"each time none for {HUNG_SECONDS:.0f} s")
+                elif not wanted():
+                    killed = self._kill(None, "")
+        finally:
+            if descriptor is not None:
+                os.close(descriptor)
+            if not ended:
+                os.kill(self._pid, signal.SIGKILL)
+                os.waitpid(self._pid, 0)
+
+    def _kill(self, kind: FailureKind | None, limit: str) -> Ended:
+        os.kill(self._pid, signal.SIGKILL)
+        return Ended(-signal.SIGKILL, kind, limit)
+
+    def _ended(self, status: int, usage: resource.struct_rusage, killed: Ended) -> Ended:
+        if killed.status:
+            return killed
+        code = os.waitstatus_to_exitcode(status)
+        # LLVM and others abort where they get no memory
+        if code in (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS) and (
+            usage.ru_maxrss * 1024 > _NEAR_LIMIT * self._memory_bytes
+        ):
+            return Ended(code, "memory", memory_text(self._memory_bytes))
+        return Ended(code, "lost" if code < 0 or code == 1 else None)
+
+
+def limit_memory(more_bytes: int) -> None:
+    """Limit what this process may allocate beyond what it has now (RLIMIT_DATA; Linux)."""
+    try:
+        lines = Path("/proc/self/status").read_text("ascii").splitlines()
+    except OSError:
+        return
+    now = next(int(line.split()[1]) for line in lines if line.startswith("VmData:")) * 1024
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limit = now + more_bytes if hard == resource.RLIM_INFINITY else min(now + more_bytes, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
+
+
+def memory_text(limit: int) -> str:
+    """Return the limit of memory for people."""
+    return f"its limit is {limit >> 20} MiB"

@@ -1,0 +1,93 @@
+-- Stores what was computed; the first commit of a tile or a result wins. Arguments: fingerprint, budget (bytes of all
+-- results and tiles), kept (seconds for the tiles of a finished job), items: {id, tile, whole (the result of the job),
+-- event, etag, seconds (of processor time)}. Bytes: the npz of each item.
+-- Returns, for each item, the tiles that remain (0: the assembly may be claimed), or -1 when it is not wanted (any
+-- more), or -2 when there is no room.
+
+local function charge(id, seconds)
+  redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', string.format('%.9f', seconds))
+  -- what it took beyond the estimate counts for its flow
+  local flow = flow_of(id)
+  local flows = key('flows', given.fingerprint)
+  local served = redis.call('ZSCORE', flows, flow)
+  local more = (seconds - number(id, 'cost')) / math.max(1e-6, number(id, 'weight'))
+  if served and more > 0 then
+    redis.call('ZADD', flows, tonumber(served) + more, flow)
+  end
+end
+
+local function store_tile(item, data)
+  local id, tile, total = item.id, tostring(item.tile), number(item.id, 'total')
+  local claims, size = key('job', id, 'claims'), string.len(data)
+  if item.tile < 0 or item.tile >= total then
+    return -1
+  end
+  if redis.call('HEXISTS', key('job', id, 'tiles'), tile) == 0 then
+    if not make_room(size, given.budget) then
+      return -2
+    end
+    redis.call('HSET', key('job', id, 'tiles'), tile, data)
+    redis.call('SREM', key('job', id, 'again'), tile)
+    redis.call('HINCRBY', key('job', id), 'tile_bytes', size)
+    add_bytes('tiles', size)
+    local done = redis.call('HINCRBY', key('job', id), 'done', 1)
+    set_remaining(id, total - done)
+    charge(id, item.seconds)
+    local _, since = claimed_by(id, tile)
+    if since then
+      -- Time to go: mean time of the tiles so far, shared among those that now work on this job.
+      redis.call('HINCRBYFLOAT', key('job', id), 'tile_seconds', math.max(0, tonumber(now()) - since))
+      redis.call('HINCRBY', key('job', id), 'tiles_timed', 1)
+      local mean = number(id, 'tile_seconds') / number(id, 'tiles_timed')
+      local eta = mean * (total - done) / math.max(1, redis.call('HLEN', claims))
+      if get(id, 'unit') == 'steps' then
+        -- Putting them together is one worker's, and counts as many steps as tiles would take so long.
+        eta = eta + mean * (number(id, 'steps_total') - total)
+      end
+      redis.call('HSET', key('job', id), 'eta', string.format('%.3f', eta))
+    end
+    if get(id, 'unit') == 'steps' then
+      redis.call('HSET', key('job', id), 'steps_done', done)
+    end
+    event(id, 'tile', item.event)
+    progress_event(id)
+    if done == total then
+      again(id, ASSEMBLY)
+    end
+  end
+  redis.call('HDEL', claims, tile)
+  return total - number(id, 'done')
+end
+
+local function store_result(item, data)
+  local id, size, class = item.id, string.len(data), class_of(item.id)
+  local name = result_key(id)
+  drop_result(name)
+  if not make_room(size, given.budget) then
+    return -2
+  end
+  redis.call('SET', name, data)
+  redis.call('ZADD', key('results', class), redis.call('INCR', key('clock')), name)
+  redis.call('HSET', key('results', 'sizes'), name, class .. ' ' .. size)
+  add_bytes('results:' .. class, size)
+  redis.call('HSET', key('job', id), 'size', size, 'etag', item.etag, 'done', number(id, 'total'))
+  if get(id, 'unit') == 'steps' then
+    redis.call('HSET', key('job', id), 'steps_done', number(id, 'steps_total'))
+  end
+  redis.call('HDEL', key('job', id), 'eta')
+  charge(id, item.seconds)
+  progress_event(id)
+  finish(id, 'successful', given.kept)
+  return 0
+end
+
+local answers = {}
+for i, item in ipairs(given.items) do
+  local status = get(item.id, 'status')
+  if not (status and unfinished(status)) or get(item.id, 'fingerprint') ~= given.fingerprint then
+    answers[i] = -1
+  else
+    answers[i] = (item.whole and store_result or store_tile)(item, ARGV[2 + i])
+  end
+end
+return answers
