@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
+import time
+from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
@@ -15,10 +18,14 @@ import redis.asyncio
 import redis.exceptions
 import structlog
 
+from grazemap.wire import Status
 from grazemap_worker.store.keys import EVENTS_CHANNEL
 from grazemap_worker.store.records import Event
 
 _MOST_WAITING = 1000
+_MOST_ENDED = 10_000
+# Seconds to wait for the first connection.
+_PATIENCE_SECONDS = 2.0
 # Seconds between attempts while Redis is unavailable.
 _AWAY_SECONDS = 0.5
 
@@ -57,7 +64,10 @@ class Hub:
         self._connect = connect
         self._listeners: dict[str, set[Listener]] = {}
         self._task: asyncio.Task[None] | None = None
+        self._since = math.inf
         self._subscribed = asyncio.Event()
+        # the last jobs that ended, by when, for those who listen a moment too late
+        self._ended: OrderedDict[str, tuple[float, Status]] = OrderedDict()
 
     @contextmanager
     def listen(self, job_id: str) -> Iterator[Listener]:
@@ -74,10 +84,13 @@ class Hub:
             if not remaining:
                 del self._listeners[job_id]
 
-    async def subscribed(self, seconds: float) -> None:
-        """Wait until events arrive, at most so many seconds."""
-        with suppress(TimeoutError):
-            await asyncio.wait_for(self._subscribed.wait(), seconds)
+    async def ended_since(self, job_id: str, began: float) -> tuple[bool, Status | None]:
+        """Return whether events have arrived since `began` (monotonic seconds), and how the job has ended since."""
+        if not self._subscribed.is_set():
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._subscribed.wait(), _PATIENCE_SECONDS)
+        when, status = self._ended.get(job_id, (-math.inf, None))
+        return self._since < began, status if when > began else None
 
     async def close(self) -> None:
         """Stop reading."""
@@ -92,6 +105,7 @@ class Hub:
             try:
                 async with client.pubsub() as channel:
                     await channel.subscribe(EVENTS_CHANNEL)
+                    self._since = time.monotonic()
                     self._subscribed.set()
                     self._missed()
                     async for message in channel.listen():
@@ -101,6 +115,7 @@ class Hub:
                 structlog.get_logger("grazemap_service").warning("events wait for the store")
             finally:
                 self._subscribed.clear()
+                self._since = math.inf
                 with suppress(redis.exceptions.RedisError):
                     await client.aclose()
             await asyncio.sleep(_AWAY_SECONDS)
@@ -109,8 +124,14 @@ class Hub:
         try:
             job_id, number, name, text = data.decode().split("\n", 3)
             event = Event(number, name, json.loads(text))
-        except ValueError:  # not of ours
+            ended = event.data["status"] if name == "done" else None
+        except (ValueError, LookupError, TypeError):  # not of ours
             return
+        if ended is not None:
+            self._ended[job_id] = (time.monotonic(), ended)
+            self._ended.move_to_end(job_id)
+            while len(self._ended) > _MOST_ENDED:
+                self._ended.popitem(last=False)
         for listener in self._listeners.get(job_id, ()):
             listener.put(event)
 

@@ -52,22 +52,25 @@ def preferences(
     return Preferences(wait, _REPRESENTATION.search(text) is not None)
 
 
-async def _finished(context: Context, job: Job, seconds: float, asker: Asker) -> Job:
-    """Return the job when it has ended, or when the time is over."""
-    jobs, deadline = context.store.jobs, time.monotonic() + seconds
-    if job.status in FINISHED:
-        return job
+async def _ended(context: Context, job: Job, began: float, seconds: float) -> Status:
+    """Return the status of a job when it has ended, or when the time is over; `began` is from before its submission."""
+    status: Status | None = job.status
+    deadline = time.monotonic() + seconds
     with context.hub.listen(job.id) as listener:
-        await context.hub.subscribed(_LOOK_SECONDS)
-        # the status alone, as a request may be a megabyte long
-        status: Status | None = await run_sync(jobs.status, job.id, limiter=context.threads)
-        while status is not None and status not in FINISHED and (left := deadline - time.monotonic()) > 0:
+        heard, ended = await context.hub.ended_since(job.id, began)
+        if ended is not None:
+            return ended
+        while True:
+            if not heard:  # the status alone, as a request may be a megabyte long
+                status = await run_sync(context.store.jobs.status, job.id, limiter=context.threads)
+            left = deadline - time.monotonic()
+            if status is None or status in FINISHED or left <= 0:
+                return status or "dismissed"
             event = await listener.next(min(_LOOK_SECONDS, left))
-            if event is None:
-                status = await run_sync(jobs.status, job.id, limiter=context.threads)
-            elif event.name == "done":
-                break
-    return await run_sync(stored_job, context, job.id, asker.name, limiter=context.threads) or job
+            if event is not None and event.name == "done":
+                found: Status = event.data["status"]
+                return found
+            heard = event is not None
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:
@@ -76,12 +79,21 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
     async def post(
         request: Request, body: ProcessRequest, context: Context, asker: Asker, preferred: Preferences
     ) -> Response:
+        began = time.monotonic()
         job, created = await run_sync(submit, context, operation.process, body, asker, limiter=context.threads)
         headers = {}
+        status = job.status
+        if preferred.wait is not None and status not in FINISHED:
+            status = await _ended(context, job, began, preferred.wait)
         if preferred.wait is not None:
-            job = await _finished(context, job, preferred.wait, asker)
             headers["Preference-Applied"] = f"wait={preferred.wait}"
-        if preferred.representation and job.status in FINISHED:
+        whole = preferred.representation and status == "successful"
+        if whole:
+            job = job.model_copy(update={"status": status})
+        elif status != job.status:
+            stored = await run_sync(stored_job, context, job.id, asker.name, limiter=context.threads)
+            job = stored or job
+        if whole or (preferred.representation and job.status in FINISHED):
             answer = await result_response(request, context, job, asker)
             applied = [value for value in (headers.get("Preference-Applied"), "return=representation") if value]
             answer.headers["Preference-Applied"] = ", ".join(applied)

@@ -25,6 +25,8 @@ from grazemap_service.result_schemas import RESULT, TILE, reference
 from grazemap_worker.store import Asker, ResultInfo
 
 router = APIRouter(tags=["results"])
+# Bytes up to which a result is read with its size and tag.
+_READ_AT_ONCE = 1 << 16
 
 Form = Annotated[
     str | None,
@@ -113,7 +115,7 @@ async def result_response(
     if job.core_version != context.core_version:
         return await _computed_again(request, context, job, asker)
     results = context.store.results
-    info = await run_sync(results.info, job.id, limiter=context.threads)
+    info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads)
     # the job keeps the tag of a result that was evicted, so a client with a copy needs no other
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
     headers = cache_headers(etag or "", name)
@@ -124,7 +126,9 @@ async def result_response(
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
     if request.method == "HEAD":
         return _head(info, name, headers)
-    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: results.data(job.id))
+    if name == "npz" and info.data is not None:
+        return Response(info.data, media_type=NPZ_TYPE, headers=headers)
+    content = await context.renderings.give(headers["ETag"], name, info.size, lambda: info.data or results.data(job.id))
     if content is None:
         return await _computed_again(request, context, job, asker)
     if isinstance(content, bytes):

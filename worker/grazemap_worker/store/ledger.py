@@ -24,6 +24,7 @@ from grazemap_worker.store.jobs import Jobs, read_plan
 from grazemap_worker.store.keys import (
     MOST_EXCEPTIONS,
     MOST_LOST,
+    MOST_RESULT_BYTES,
     PREFIX,
     TILES_KEPT_AFTER_FAILURE,
     TILES_KEPT_AFTER_SUCCESS,
@@ -221,17 +222,19 @@ class Results:
 
     def data(self, identity: str) -> bytes | None:
         """Return the npz bytes of a job's result, or None when it has none (any more)."""
-        answer = self._scripts.run("result", id=identity, data=True)
+        answer = self._scripts.run("result", id=identity, most=MOST_RESULT_BYTES)
         return answer[2] if answer else None
 
-    def info(self, identity: str) -> ResultInfo | None:
-        """Return size and entity tag of a job's result without loading it, or None.
+    def info(self, identity: str, most: int = -1) -> ResultInfo | None:
+        """Return size and entity tag of a job's result, and its bytes if it has at most `most`; None without one.
 
         The result becomes the most recently used one: a client that has it, or the service with a copy in its memory,
         does not ask for the bytes.
         """
-        answer = self._scripts.run("result", id=identity, data=False)
-        return ResultInfo(size=int(answer[0]), etag=answer[1].decode()) if answer else None
+        answer = self._scripts.run("result", id=identity, most=most)
+        if not answer:
+            return None
+        return ResultInfo(int(answer[0]), answer[1].decode(), answer[2] if len(answer) > 2 else None)
 
     def etag(self, identity: str) -> str | None:
         """Return the entity tag of a job's result, evicted or not, or None if the job has no result."""

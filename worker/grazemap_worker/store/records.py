@@ -126,10 +126,11 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class ResultInfo:
-    """Size in bytes of a result's npz, and its strong entity tag (hex, without quotes)."""
+    """Size in bytes of a result's npz, its strong entity tag (hex, without quotes), and the npz if it was read."""
 
     size: int
     etag: str
+    data: bytes | None = None
 
 
 @dataclass(frozen=True, slots=True)
