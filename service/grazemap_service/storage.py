@@ -27,8 +27,8 @@ from grazemap_service.redis_server import NoRedisError, find_redis_server
 REDIS = "redis"
 """The folder of the embedded Redis in a data folder."""
 _LOCK = "lock"
-# A server replaces the parts when they have doubled, so two such changes do not follow one another at once.
-_MOST_CHANGES = 10
+# Attempts to open the parts before the server, which has made new ones, removes them.
+_ATTEMPTS = 10
 
 
 def opened_lock(data: Path) -> TextIO:
@@ -122,23 +122,25 @@ def _existing(data: Path) -> Path:
 
 
 def _opened_parts(folder: Path, opened: ExitStack) -> dict[str, BinaryIO]:
-    """Return the files of an append-only file by their names, open, all of one moment. Raises StorageError."""
+    """Return the files of an append-only file by their names, open.
+
+    The server appends to the last part alone, and makes new files in place of old ones: those in one manifest belong
+    together, even if they are removed meanwhile. Raises StorageError where one is missing.
+    """
     manifest = folder / MANIFEST
-    for _ in range(_MOST_CHANGES):
+    for _ in range(_ATTEMPTS):
         try:
             if not manifest.exists():
                 return {SINGLE_FILE: opened.enter_context((folder / SINGLE_FILE).open("rb"))}
-            text = manifest.read_text("utf-8")
-            read = append_only.listed(text)
+            read = append_only.listed(manifest.read_text("utf-8"))
             files: dict[str, BinaryIO] = {MANIFEST: io.BytesIO("".join(f"{line}\n" for line in read.values()).encode())}
             for name in read:
                 path = manifest.with_name(name)
                 files[str(path.relative_to(folder))] = opened.enter_context(path.open("rb"))
-            if manifest.read_text("utf-8") == text:
-                return files
+            return files
         except FileNotFoundError:  # replaced meanwhile
             continue
-    raise StorageError(f"{manifest} changes, or lists files that are missing: try again, or repair the folder")
+    raise StorageError(f"{manifest} lists files that are missing: restore a backup")
 
 
 def _extract(archive: Path, folder: Path) -> None:
@@ -169,14 +171,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.file is None and given.command != "repair":
         parser.error("the backup is missing")
+    data = given.data.resolve()
     try:
         match given.command:
             case "repair":
-                said = repair(given.data)
+                said = repair(data)
             case "backup":
-                said = backup(given.data, given.file)
+                said = backup(data, given.file)
             case _:
-                said = restore(given.file, given.data, given.force)
+                said = restore(given.file, data, given.force)
     except (StorageError, NoRedisError, OSError) as error:
         sys.stderr.write(f"grazemap: {error}\n")
         return 1

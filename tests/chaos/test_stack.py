@@ -22,6 +22,7 @@ import redis.exceptions
 from watching import living, until
 
 from grazemap_service.redis_server import NoRedisError, RedisServer
+from grazemap_service.settings import StackSettings
 from grazemap_worker.store import connect
 
 # some ten seconds of two cores, and minutes
@@ -166,6 +167,11 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
     stack.child("unixsocket:").kill()
     assert stack.wait_for(identity, 90) == undisturbed
     redis.close()
+
+
+def test_the_memory_of_its_redis_is_limited(stack: RunningStack) -> None:
+    with contextlib.closing(connect(f"unix://{stack.redis_socket()}")) as redis:
+        assert redis.config_get("maxmemory") == {"maxmemory": str(StackSettings().most_redis_bytes)}
 
 
 def test_a_redis_that_hangs_is_replaced_and_keeps_its_data(tmp_path: Path) -> None:

@@ -79,6 +79,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
     ends, numbers = {}, random.Random(0)
     with RedisServer(folder) as server:
         client = connect(server.url)
+        client.config_set("appendfsync", "always")  # otherwise a write may wait for the last one to reach the disk
         for k in range(40):
             key, value = b"key-%d" % k, numbers.randbytes(numbers.randrange(1, 3000))
             if k % 2:
@@ -194,6 +195,7 @@ def test_a_backup_of_a_folder_in_use_has_everything_until_then_and_is_restored(
     data, archive, restored = tmp_path / "data", tmp_path / "backup.tar", tmp_path / "restored"
     count, ended = 0, threading.Event()
     with RedisServer(data / "redis") as server:
+        connect(server.url).config_set("appendfsync", "always")
 
         def write() -> None:
             nonlocal count
@@ -221,6 +223,22 @@ def test_a_backup_of_a_folder_in_use_has_everything_until_then_and_is_restored(
             thread.join()
     assert archive.stat().st_mode & 0o777 == 0o600
     assert {path.name for path in tmp_path.iterdir()} == {"data", "backup.tar", "restored"}
+
+
+def test_a_part_that_is_replaced_while_it_is_opened_is_looked_for_again_and_a_lost_one_is_an_error(
+    written: Written, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part, listed = written.put(tmp_path / "redis", written.part), append_only.listed
+    first = iter(["file replaced.aof seq 1 type b"])
+    monkeypatch.setattr(append_only, "listed", lambda text: listed(next(first, text)))
+    monkeypatch.setattr(storage, "_existing", lambda data: data)  # which reads the manifest too
+    assert command("backup", tmp_path / "a.tar", "--data", tmp_path).code == 0
+    with tarfile.open(tmp_path / "a.tar") as entries:
+        assert entries.getnames() == [MANIFEST, BASE, PART]
+    part.unlink()
+    refused = command("backup", tmp_path / "b.tar", "--data", tmp_path)
+    assert refused.code == 1
+    assert "lists files that are missing" in refused.said
 
 
 def test_a_backup_that_ends_in_half_a_command_is_restored_without_it(
@@ -270,12 +288,13 @@ def test_a_folder_with_data_is_renamed_by_force_and_never_lost(
     assert len(list(tmp_path.iterdir())) == 5  # nothing of what was refused
 
 
-@pytest.mark.parametrize("name", ["notes.txt", "../appendonly.aof", "/appendonly.aof", "appendonlydir/../../x", ""])
+@pytest.mark.parametrize("name", ["notes.txt", "../../../escaped", "{}/escaped", "appendonlydir/../../../../x", ""])
 def test_what_is_no_backup_is_refused_and_writes_nothing(tmp_path: Path, command: Command, name: str) -> None:
     archive, data = tmp_path / "backup.tar", tmp_path / "below" / "data"
     if name:
         with tarfile.open(archive, "w") as entries:
-            entries.addfile(tarfile.TarInfo(name), io.BytesIO())
+            for one in (append_only.SINGLE_FILE, name.format(tmp_path)):
+                entries.addfile(tarfile.TarInfo(one), io.BytesIO())
     else:
         archive.write_bytes(b"no archive")
     refused = command("restore", archive, "--data", data)
