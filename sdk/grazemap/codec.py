@@ -65,6 +65,12 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
         raise CodecError("not a grazemap result") from error
 
 
+def unpacked_size(data: bytes) -> int:
+    """Return the bytes of the arrays in an npz, as its directory says."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return sum(member.file_size for member in archive.infolist())
+
+
 def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     with np.load(io.BytesIO(data), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}

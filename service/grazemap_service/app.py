@@ -11,7 +11,7 @@ from grazemap_service import middleware, openapi, problems
 from grazemap_service.context import Context
 from grazemap_service.hub import Hub
 from grazemap_service.metrics import Metrics
-from grazemap_service.representations import HotResults, Renderings
+from grazemap_service.representations import Renderings
 from grazemap_service.request_log import Observe
 from grazemap_service.routers import docs, events, health, jobs, processes, results, root
 from grazemap_service.settings import VERSION, Settings
@@ -37,7 +37,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     settings = settings or Settings()
     connection = settings.connect(socket_timeout=STORE_SECONDS)
     store = Store(connection)
-    renderings = Renderings(HotResults(settings.hot_bytes))
+    renderings = Renderings(settings.hot_bytes, settings.sent_bytes)
     hub = Hub(settings.connect_async)
     context = Context(settings, core_version(), store, Metrics(store), renderings, hub)
 

@@ -1,8 +1,9 @@
-"""Bounds on connections, so that requests that never end do not keep others out.
+"""Bounds on connections, so that clients that neither send nor read do not keep others out.
 
-uvicorn closes idle connections between requests, but waits indefinitely for the rest of a request. `bounded` returns a
-protocol that closes a connection whose request does not arrive in time, and closes new ones at once when there are too
-many: a process without file descriptors could neither answer nor reach Redis.
+uvicorn closes idle connections between requests, but waits indefinitely for the rest of a request, and until a client
+takes an answer. `bounded` returns a protocol that closes a connection whose request does not arrive in time, or whose
+client does not read, and closes new ones at once when there are too many: a process without file descriptors could
+neither answer nor reach Redis.
 """
 
 from __future__ import annotations
@@ -13,8 +14,12 @@ import resource
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from grazemap_service.problems import ProblemException, response_of
+
 # Seconds for line, headers and body of a request together.
 REQUEST_SECONDS = 30.0
+# Seconds in which a client must take what waits for it, some 100 KB: an answer is written in small pieces.
+SEND_SECONDS = 30.0
 # File descriptors that are not for clients: Redis, the listening socket, files of the pages.
 _RESERVED = 64
 _FEWEST = 16
@@ -26,8 +31,10 @@ def _by_descriptors() -> int:
     return max(_FEWEST, limit - _RESERVED) if limit != resource.RLIM_INFINITY else 1 << 16
 
 
-def bounded(request_seconds: float = REQUEST_SECONDS, most_connections: int | None = None) -> type[H11Protocol]:
-    """Return uvicorn's protocol with a deadline for requests and a limit of connections.
+def bounded(
+    request_seconds: float = REQUEST_SECONDS, most_connections: int | None = None, send_seconds: float = SEND_SECONDS
+) -> type[H11Protocol]:
+    """Return uvicorn's protocol with deadlines for requests and readers, and a limit of connections.
 
     Parameters
     ----------
@@ -35,13 +42,16 @@ def bounded(request_seconds: float = REQUEST_SECONDS, most_connections: int | No
         From a connection's beginning, or from the first byte of a later request, to the request's last byte.
     most_connections : int, optional
         By the limit of file descriptors when left out.
+    send_seconds : float
+        How long the rest of an answer waits for a client that does not read.
     """
     most = most_connections if most_connections is not None else _by_descriptors()
 
     class BoundedProtocol(H11Protocol):
-        """A connection that ends when its request does not arrive."""
+        """A connection that ends when its request does not arrive, or its answer is not taken."""
 
         _deadline: asyncio.TimerHandle | None = None
+        _taken_by: asyncio.TimerHandle | None = None
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
@@ -59,7 +69,44 @@ def bounded(request_seconds: float = REQUEST_SECONDS, most_connections: int | No
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._arrived()
+            self._taken()
             super().connection_lost(exc)
+
+        def pause_writing(self) -> None:
+            super().pause_writing()
+            self._await_reader()
+
+        def resume_writing(self) -> None:
+            super().resume_writing()
+            if not self.transport.is_closing():
+                self._taken()
+
+        def on_response_complete(self) -> None:
+            super().on_response_complete()
+            if self.transport.is_closing():  # it waits for a reader too
+                self._await_reader()
+
+        def timeout_keep_alive_handler(self) -> None:
+            super().timeout_keep_alive_handler()
+            self._await_reader()
+
+        def send_400_response(self, msg: str) -> None:
+            """Answer what is not HTTP with a problem, and close the connection."""
+            if self.conn.our_state in {h11.IDLE, h11.SEND_RESPONSE}:
+                answer = response_of(ProblemException("bad-request", msg, headers={"Connection": "close"}))
+                head = h11.Response(status_code=400, headers=answer.raw_headers, reason=b"Bad Request")
+                for event in (head, h11.Data(data=bytes(answer.body)), h11.EndOfMessage()):
+                    self.transport.write(self.conn.send(event) or b"")
+            self.transport.close()
+
+        def _await_reader(self) -> None:
+            if self._taken_by is None:
+                self._taken_by = self.loop.call_later(send_seconds, self.transport.abort)
+
+        def _taken(self) -> None:
+            if self._taken_by is not None:
+                self._taken_by.cancel()
+                self._taken_by = None
 
         def _expect(self) -> None:
             if self._deadline is None:

@@ -1,4 +1,4 @@
-"""The middleware of every request: host check, key, security headers; and, from `request_body`, the body limit.
+"""The middleware of every request: host check, key, security headers; and, from `request_body`, those of its body.
 
 Plain ASGI classes, outermost first as `install` adds them. A refusal is a problem, sent without reading the body.
 """
@@ -16,11 +16,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.keys import Keys
 from grazemap_service.problems import ProblemException, response_of
-from grazemap_service.request_body import BodyLimit
+from grazemap_service.request_body import BodyLimit, Draining, FramingCheck
 from grazemap_service.settings import Settings, is_loopback
 
 OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
 OPEN_PREFIX = "/static/"
+_PIECE_BYTES = 1 << 16
 
 # Only the docs page, which sets its own policy, is meant to be shown as a page.
 _SECURITY_HEADERS = {
@@ -44,7 +45,10 @@ def install(app: FastAPI, settings: Settings) -> None:
             expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
         )
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
+    app.add_middleware(FramingCheck)
+    app.add_middleware(Pieces)
     app.add_middleware(SecurityHeaders)
+    app.add_middleware(Draining)
 
 
 class Cors(CORSMiddleware):
@@ -82,6 +86,28 @@ class SecurityHeaders:
             await send(message)
 
         await self.app(scope, receive, with_headers)
+
+
+class Pieces:
+    """Sends an answer in pieces, each when the client has taken most of the one before.
+
+    The server copies what it is given: of a client that does not read it holds one piece.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on."""
+
+        async def in_pieces(message: Message) -> None:
+            body, sent = message.get("body", b""), 0
+            while len(body) - sent > _PIECE_BYTES:
+                await send({**message, "body": body[sent : sent + _PIECE_BYTES], "more_body": True})
+                sent += _PIECE_BYTES
+            await send({**message, "body": body[sent:]} if sent else message)
+
+        await self.app(scope, receive, in_pieces)
 
 
 class HostCheck:

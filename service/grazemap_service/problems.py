@@ -186,7 +186,9 @@ def _routed(request: Request, exception: StarletteHTTPException) -> Response:
         names = ", ".join(sorted(PROCESSES))
         return problem_response(make_problem("unknown-process", f"The processes are {names}."))
     if status == 405:
-        return problem_response(make_problem("method-not-allowed"), headers={"Allow": ", ".join(_methods(request))})
+        # below a mount there are no routes, and the framework names all methods
+        allowed = ", ".join(_methods(request)) or (exception.headers or {}).get("Allow", "")
+        return problem_response(make_problem("method-not-allowed"), headers={"Allow": allowed})
     kind = _OF_STATUS.get(status, "bad-request" if status < 500 else "internal-error")
     return problem_response(make_problem(kind).model_copy(update={"status": status}), headers=exception.headers)
 

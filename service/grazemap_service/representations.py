@@ -3,22 +3,24 @@
 The store holds npz; JSON is made from it by the codec. A representation's ETag is the stored bytes' own, with the
 form added: strong, since the same npz always gives the same JSON.
 
-JSON is many times as large as its npz. So only a few renderings run at a time, equal requests share one, and a large
-one is streamed, so that it is never complete in memory.
+JSON is many times as large as its npz. So only a few renderings run at a time, equal requests share one, and large JSON
+is made while it is sent, so that it is never complete in memory.
 """
 
 from __future__ import annotations
 
 import re
-import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 from weakref import WeakValueDictionary
 
 import anyio
-import anyio.to_thread
+from anyio.to_thread import run_sync
+from starlette.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
-from grazemap.codec import decode_npz, iter_json
+from grazemap.codec import Document, decode_npz, iter_json, unpacked_size
 from grazemap.schema import schema_of
 from grazemap.schema.motions import for_json
 from grazemap_service.problems import ProblemException
@@ -30,9 +32,9 @@ _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 _CACHE_CONTROL = "private, max-age=31536000, immutable"
 # Maximum share of the cache's budget for one result.
 _LARGEST_SHARE = 4
-# JSON of a larger npz is streamed.
-STREAMED_BYTES = 1 << 20
-_PIECE_BYTES = 1 << 18
+# JSON of larger arrays is made while it is sent, and a larger npz waits while much is being sent.
+LARGE_BYTES = 1 << 20
+_PIECE_BYTES = 1 << 16
 _AT_A_TIME = 2
 
 
@@ -110,50 +112,58 @@ def cache_headers(stored: str, name: str) -> dict[str, str]:
 
 def render(npz: bytes, name: str) -> bytes:
     """Return a stored result in the requested form; the time grows with its size."""
-    return npz if name == "npz" else b"".join(_json(npz))
+    return npz if name == "npz" else b"".join(iter_json(*_for_json(npz)))
 
 
-class HotResults:
-    """The most recently used representations, under a byte budget, in this process's memory."""
+class Rendering:
+    """A representation in memory, which any number of answers may send at once.
 
-    def __init__(self, budget: int) -> None:
-        self.budget = budget
-        self._size = 0
-        self._entries: OrderedDict[str, bytes] = OrderedDict()
-        self._lock = threading.Lock()
+    Attributes
+    ----------
+    size : int
+        Bytes that it takes: its own, or those of the arrays from which the JSON is made while it is sent.
+    length : int or None
+        Bytes of the representation; not known of JSON that is made while it is sent.
+    """
 
-    def get(self, etag: str) -> bytes | None:
-        """Return a representation, if it is in memory."""
-        with self._lock:
-            data = self._entries.get(etag)
-            if data is not None:
-                self._entries.move_to_end(etag)
-            return data
+    def __init__(self, content: bytes | tuple[Document, dict[str, Any]], size: int) -> None:
+        self._content = content
+        self.size = size
+        self.length = len(content) if isinstance(content, bytes) else None
+        self.users = 0
 
-    def put(self, etag: str, data: bytes) -> None:
-        """Keep a representation, unless it is too large for the budget."""
-        if len(data) > self.budget // _LARGEST_SHARE:
-            return
-        with self._lock:
-            self._size += len(data) - len(self._entries.pop(etag, b""))
-            self._entries[etag] = data
-            while self._size > self.budget:
-                self._size -= len(self._entries.popitem(last=False)[1])
+    def pieces(self) -> Iterator[bytes]:
+        """Yield the representation."""
+        return iter((self._content,)) if isinstance(self._content, bytes) else _joined(iter_json(*self._content))
 
 
 class Renderings:
-    """Gives representations, from memory or made from the stored npz."""
+    """Gives representations, which are made from the stored npz and shared by all answers that send them.
 
-    def __init__(self, hot: HotResults) -> None:
-        self._hot = hot
+    Parameters
+    ----------
+    hot_bytes : int
+        Budget of those that are kept although no answer sends them, the most recently used ones.
+    sent_bytes : int
+        When those that are being sent take more, the next large one waits until others have been sent.
+    """
+
+    def __init__(self, hot_bytes: int, sent_bytes: int) -> None:
+        self._hot_bytes, self._sent_bytes = hot_bytes, sent_bytes
         self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
         # a lock exists as long as a request waits for it or holds it
         self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
+        self._turn = anyio.Lock()
+        self._done = anyio.Event()
+        self._entries: OrderedDict[str, Rendering] = OrderedDict()
 
-    async def give(
-        self, etag: str, name: str, size: int, load: Callable[[], bytes | None]
-    ) -> bytes | Iterator[bytes] | None:
-        """Return a representation, in pieces when it is large JSON; None when it is no longer stored.
+    @property
+    def sent(self) -> int:
+        """Bytes of the representations that are being sent."""
+        return sum(entry.size for entry in self._entries.values() if entry.users)
+
+    async def give(self, etag: str, name: str, size: int, load: Callable[[], bytes | None]) -> Rendering | None:
+        """Return a representation, to be given back to `release`; None when it is no longer stored.
 
         Parameters
         ----------
@@ -166,34 +176,83 @@ class Renderings:
         load : callable
             Returns the stored npz, or None; may block.
         """
-        if name == "json" and size > STREAMED_BYTES:
-            return await anyio.to_thread.run_sync(lambda: _pieces(load()), limiter=self._limiter)
         lock = self._locks.setdefault(etag, anyio.Lock())
         async with lock:
-            return await anyio.to_thread.run_sync(lambda: self._whole(etag, name, load), limiter=self._limiter)
-
-    def _whole(self, etag: str, name: str, load: Callable[[], bytes | None]) -> bytes | None:
-        data = self._hot.get(etag)
-        if data is None:
-            npz = load()
+            entry = self._entries.get(etag)
+            if entry is not None:
+                entry.users += 1
+                self._entries.move_to_end(etag)
+                return entry
+            if size > LARGE_BYTES:
+                return await self._in_turn(etag, name, load)
+            npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
-            data = render(npz, name)
-            self._hot.put(etag, data)
-        return data
+            if name == "json" and unpacked_size(npz) > LARGE_BYTES:
+                return await self._in_turn(etag, name, lambda: npz)
+            return self._added(etag, await run_sync(_whole, npz, name, limiter=self._limiter))
+
+    async def _in_turn(self, etag: str, name: str, load: Callable[[], bytes | None]) -> Rendering | None:
+        """Return a large representation as soon as not too much is being sent."""
+        async with self._turn:
+            while self.sent > self._sent_bytes:
+                self._done = anyio.Event()
+                await self._done.wait()
+            npz = await run_sync(load, limiter=self._limiter)
+            if npz is None:
+                return None
+            return self._added(etag, await run_sync(_large, npz, name, limiter=self._limiter))
+
+    def _added(self, etag: str, entry: Rendering) -> Rendering:
+        entry.users = 1
+        self._entries[etag] = entry
+        return entry
+
+    def release(self, entry: Rendering) -> None:
+        """Note that an answer has been sent, or given up; forget what is not hot enough."""
+        entry.users -= 1
+        kept = 0
+        for etag, one in reversed(list(self._entries.items())):
+            if one.users:
+                continue
+            if one.size > self._hot_bytes // _LARGEST_SHARE or kept + one.size > self._hot_bytes:
+                del self._entries[etag]
+            else:
+                kept += one.size
+        self._done.set()
 
 
-def _pieces(npz: bytes | None) -> Iterator[bytes] | None:
-    """Return the JSON of an npz in pieces of about `_PIECE_BYTES`, or None when there is none."""
-    return _joined(_json(npz)) if npz is not None else None
+class ResultResponse(StreamingResponse):
+    """Sends a representation, and gives it back at the end."""
+
+    def __init__(self, rendering: Rendering, renderings: Renderings, name: str, headers: Mapping[str, str]) -> None:
+        length = {} if rendering.length is None else {"Content-Length": str(rendering.length)}
+        super().__init__(rendering.pieces(), headers={**headers, **length}, media_type=MEDIA_TYPES[name])
+        self._rendering, self._renderings = rendering, renderings
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._renderings.release(self._rendering)
 
 
-def _json(npz: bytes) -> Iterator[bytes]:
-    """Return the JSON of an npz in short pieces; that of a tile has no more fields than the npz."""
+def _whole(npz: bytes, name: str) -> Rendering:
+    content = render(npz, name)
+    return Rendering(content, len(content))
+
+
+def _large(npz: bytes, name: str) -> Rendering:
+    return Rendering(npz, len(npz)) if name == "npz" else Rendering(_for_json(npz), unpacked_size(npz))
+
+
+def _for_json(npz: bytes) -> tuple[Document, dict[str, Any]]:
+    """Return the document and the meta of which JSON is made; those of a tile have no more fields than the npz."""
     document, meta = decode_npz(npz)
     if "tile" not in meta:
         document = for_json(schema_of(meta["process"], document), document)
-    return iter_json(document, meta)
+    return document, meta
 
 
 def _joined(pieces: Iterator[bytes]) -> Iterator[bytes]:

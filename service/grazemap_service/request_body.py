@@ -1,4 +1,4 @@
-"""The body of a request: its limit, and how it becomes JSON.
+"""The body of a request: its end, its limit, and how it becomes JSON.
 
 JSON is taken as application/json only, in UTF-8, not too deep, without a name twice and with few names.
 
@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+import anyio
 from fastapi.concurrency import run_in_threadpool
 from fastapi.routing import APIRoute
 from starlette.datastructures import Headers
@@ -25,6 +26,63 @@ from grazemap_service.problems import ProblemException, response_of
 _PARSED_AT_ONCE = 1 << 16
 # Objects of requests have about ten names at most; each unknown name would be reported.
 _MOST_NAMES = 100
+# What is still read of a body after its answer, in bytes and seconds.
+_MOST_DRAINED = 16 << 20
+_DRAIN_SECONDS = 5.0
+
+
+class Draining:
+    """Ends an answer only after the rest of the request's body, so that clients that send it first read the answer.
+
+    A connection that is closed while a client sends is reset, and the client may never see the answer. Of a body that
+    goes on for long only a part is read.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on."""
+        headers = Headers(scope=scope) if scope["type"] == "http" else {}
+        if headers.get("content-length", "0") == "0" and "transfer-encoding" not in headers:
+            await self.app(scope, receive, send)
+            return
+        ended = False
+
+        async def noted() -> Message:
+            nonlocal ended
+            message = await receive()
+            ended = not message.get("more_body", False)
+            return message
+
+        async def after_the_body(message: Message) -> None:
+            if message["type"] == "http.response.body" and not message.get("more_body", False) and not ended:
+                await send({**message, "more_body": True})
+                message, left = {"type": "http.response.body", "body": b""}, _MOST_DRAINED
+                with anyio.move_on_after(_DRAIN_SECONDS):
+                    while left > 0 and not ended:
+                        left -= len((await noted()).get("body", b""))
+            await send(message)
+
+        await self.app(scope, noted, after_the_body)
+
+
+class FramingCheck:
+    """Refuses Content-Length with Transfer-Encoding: a proxy may see another end of such a body (RFC 9112 6.3)."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it and close the connection."""
+        if scope["type"] == "http":
+            headers = Headers(scope=scope)
+            if "content-length" in headers and "transfer-encoding" in headers:
+                detail = "Content-Length and Transfer-Encoding are both given; send one of them."
+                problem = ProblemException("bad-request", detail, headers={"Connection": "close"})
+                await response_of(problem)(scope, receive, send)
+                return
+        await self.app(scope, receive, send)
 
 
 class BodyLimit:
@@ -58,7 +116,7 @@ class BodyLimit:
         await self.app(scope, counted, send)
 
     def _problem(self) -> ProblemException:
-        # closing the connection saves the transfer of the rest of the body
+        # closing the connection saves the transfer of the rest of a long body
         return ProblemException(
             "body-too-large", f"The body is over {self.limit} bytes.", headers={"Connection": "close"}
         )

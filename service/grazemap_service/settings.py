@@ -51,6 +51,7 @@ class Settings(RedisSettings):
     max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
 
     hot_bytes: Annotated[int, Field(ge=0, description="Budget of this process's copies of results.")] = 64 << 20
+    sent_bytes: Annotated[int, Field(ge=0, description="Results that are being sent; others wait.")] = 256 << 20
 
     @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
     @classmethod

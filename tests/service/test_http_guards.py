@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
+import http.client
 import json
+import shutil
 import socket
+import subprocess
 import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlsplit
 
+import httpx2
 import pytest
 from starlette.testclient import TestClient
 
+from grazemap_service import request_body
 from grazemap_service.app import create_app
 from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
@@ -160,3 +169,104 @@ def test_deep_json_over_a_socket_is_400_and_the_service_lives(live_url: str) -> 
     assert json.loads(answer.body)["type"] == "urn:grazemap:problem:malformed-json"
     assert answer.seconds < 1
     assert RawAnswer(live_url, b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n").status == 200
+
+
+def test_content_length_with_transfer_encoding_is_refused_and_closed(live_url: str, store: Store) -> None:
+    body = json.dumps(CURVE).encode()
+    both = HEAD + b"Content-Length: %d\r\nTransfer-Encoding: chunked\r\n\r\n" % len(body)
+    hidden = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    address = urlsplit(live_url)
+    with socket.create_connection((address.hostname, address.port or 80), timeout=10) as connection:
+        connection.sendall(both + b"%x\r\n%s\r\n0\r\n\r\n" % (len(body), body) + hidden)
+        answers = b"".join(iter(lambda: connection.recv(65536), b""))  # until it is closed
+    assert answers.count(b"HTTP/1.1") == 1
+    head, content = answers.split(b"\r\n\r\n", 1)
+    assert head.startswith(b"HTTP/1.1 400 ")
+    assert json.loads(content)["type"] == "urn:grazemap:problem:bad-request"
+    assert b"Content-Length and Transfer-Encoding" in content
+    assert store.jobs.page() == ([], None)
+
+
+def test_what_is_not_http_gets_a_problem(live_url: str) -> None:
+    for line in (b"\x16\x03\x01\x02\x00\r\n\r\n", b"GET  / HTTP/1.1\r\n\r\n", HEAD + b"Content-Length: x\r\n\r\n"):
+        answer = RawAnswer(live_url, line)
+        assert answer.status == 400
+        assert json.loads(answer.body)["type"] == "urn:grazemap:problem:bad-request"
+
+
+def _with_http_client(url: str, body: bytes) -> int:
+    address = urlsplit(url)
+    connection = http.client.HTTPConnection(address.hostname or "", address.port, timeout=30)
+    connection.request("POST", address.path, body, {"Content-Type": "application/json"})
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+def _with_urllib(url: str, body: bytes) -> int:
+    with pytest.raises(urllib.error.HTTPError) as caught:
+        urllib.request.urlopen(urllib.request.Request(url, body, {"Content-Type": "application/json"}), timeout=30)
+    caught.value.close()
+    return caught.value.code
+
+
+def _with_httpx(url: str, body: bytes) -> int:
+    return httpx2.post(url, content=body, headers={"Content-Type": "application/json"}, timeout=30).status_code
+
+
+def _with_httpx_in_chunks(url: str, body: bytes) -> int:
+    pieces = (body[start : start + 65536] for start in range(0, len(body), 65536))
+    return httpx2.post(url, content=pieces, headers={"Content-Type": "application/json"}, timeout=30).status_code
+
+
+def _with_curl(url: str, body: bytes) -> int:
+    command = ["curl", "-sS", "-o", "/dev/null", "-w", "%{http_code}", "-H", "Expect:", "--data-binary", "@-", url]
+    return int(subprocess.run(command, input=body, capture_output=True, check=True, timeout=30).stdout)
+
+
+@pytest.mark.parametrize("post", [_with_http_client, _with_urllib, _with_httpx, _with_httpx_in_chunks, _with_curl])
+def test_ordinary_clients_read_the_answer_to_a_large_body(live_url: str, post: Callable[[str, bytes], int]) -> None:
+    if post is _with_curl and shutil.which("curl") is None:
+        pytest.skip("curl is not installed")
+    for _ in range(3):
+        assert post(f"{live_url}/v1/grazing-curves", b" " * 5_000_000) == 413
+
+
+def test_the_rest_of_a_body_is_read_for_a_while_only(live_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(request_body, "_MOST_DRAINED", 1 << 20)
+    monkeypatch.setattr(request_body, "_DRAIN_SECONDS", 1.0)
+    address = urlsplit(live_url)
+    for piece in (b"", b" " * 65536):  # one that sends nothing more, and one that never ends
+        with socket.create_connection((address.hostname, address.port or 80), timeout=10) as connection:
+            connection.sendall(HEAD + b"Content-Length: 100000000000\r\n\r\n")
+            began = time.monotonic()
+            with contextlib.suppress(ConnectionError):
+                while piece:
+                    connection.sendall(piece)
+                while connection.recv(65536):
+                    pass
+            assert time.monotonic() - began < 5
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "headers", "status"),
+    [
+        ("GET", "/static/none", {}, 404),
+        ("GET", "/static/swagger/%00", {}, 404),
+        ("POST", "/static/docs.js", {}, 405),
+        ("PUT", "/static/palette.json", {}, 405),
+        ("GET", "/static/docs.js", {"Range": "bytes=5-2"}, 200),
+        ("GET", "/static/palette.json", {"Range": "bytes=9999999-"}, 200),
+        ("GET", "/docs", {"Range": "pages=1"}, 200),
+    ],
+)
+def test_errors_of_static_files_are_problems(
+    client: TestClient, method: str, path: str, headers: dict[str, str], status: int
+) -> None:
+    answer = client.request(method, path, headers=headers)
+    assert answer.status_code == status
+    if status == 200:
+        assert answer.content == client.get(path).content
+    else:
+        assert answer.headers["content-type"] == "application/problem+json"
+        assert answer.headers.get("allow") == ("GET, HEAD" if status == 405 else None)

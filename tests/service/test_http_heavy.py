@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 import time
@@ -11,12 +12,14 @@ from urllib.parse import urlsplit
 
 import httpx2
 import numpy as np
+import psutil
 import pytest
 from starlette.testclient import TestClient
 
 from grazemap.codec import encode_npz
 from grazemap.wire import Job
 from grazemap_service import representations
+from grazemap_service.settings import Settings
 from grazemap_worker.store import Store
 from grazemap_worker.store.jobs import Jobs
 
@@ -90,9 +93,8 @@ def test_a_large_result_is_streamed_as_json(client: TestClient, worker: Any, mon
     worker.finish(job["id"], {"omega": np.random.default_rng(1).random(20_000)})
     small = client.get(path)
     assert "content-length" in small.headers
-    monkeypatch.setattr(representations, "STREAMED_BYTES", 10_000)
-    renderings = client.app.state.context.renderings  # type: ignore[attr-defined]
-    monkeypatch.setattr(renderings, "_hot", representations.HotResults(1 << 20))
+    monkeypatch.setattr(representations, "LARGE_BYTES", 10_000)
+    client.app.state.context.renderings._entries.clear()  # type: ignore[attr-defined]
     large = client.get(path)
     assert "content-length" not in large.headers
     assert large.content == small.content
@@ -167,3 +169,44 @@ def test_connections_over_the_limit_are_closed_at_once(impatient_url: str) -> No
         connection.close()
     time.sleep(0.2)
     assert httpx2.get(f"{impatient_url}/healthz").status_code == 200
+
+
+def stalled_reader(url: str, path: str) -> socket.socket:
+    """A client that asks and does not read; its own buffer is small."""
+    address = urlsplit(url)
+    client = socket.socket()
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    client.connect((address.hostname, address.port))
+    client.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
+    return client
+
+
+@pytest.mark.parametrize(("form", "results"), [("npz", 6), ("npz", 1), ("json", 1)])
+def test_clients_that_do_not_read_hold_little_and_are_disconnected(
+    redis_server: Any, worker: Any, client: TestClient, live: Any, form: str, results: int
+) -> None:
+    npz_bytes, paths = 6 << 20, []
+    for number in range(results):
+        body = {"omega": {"start": 0.1, "stop": 1.0, "points": 5 + number}}
+        job = client.post("/v1/grazing-curves", json=body).json()
+        values = np.random.default_rng(number).integers(0, 256, npz_bytes, dtype=np.uint8)
+        worker.finish(job["id"], {"omega": values.view(np.uint64)})
+        paths.append(f"/v1/jobs/{job['id']}/result?f={form}")
+    own, settings = psutil.Process(), Settings(redis_url=redis_server.url, hot_bytes=0, sent_bytes=npz_bytes + 1)
+    with live(settings, send_seconds=1.0) as url, httpx2.Client(timeout=60) as reader:
+        lengths = [len(reader.get(f"{url}{path}").content) for path in paths]
+        before = own.memory_info().rss  # with what the first answers leave in the allocator
+        stalled = [stalled_reader(url, paths[k % results]) for k in range(24)]
+        most, end = 0, time.monotonic() + 0.8
+        while time.monotonic() < end:
+            most = max(most, own.memory_info().rss - before)
+            time.sleep(0.02)
+        assert most < 6 * npz_bytes
+        assert len(reader.get(f"{url}{paths[-1]}").content) == lengths[-1]
+        time.sleep(results)  # two results at a time, a second each
+        for one in stalled:
+            received = 0
+            with one, contextlib.suppress(ConnectionError):
+                while piece := one.recv(1 << 20):
+                    received += len(piece)
+            assert received < min(lengths)

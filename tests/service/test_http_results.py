@@ -6,12 +6,14 @@ import io
 import json
 from typing import Any
 
+import anyio
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
 from grazemap.wire import Problem, parse_request
+from grazemap_service.representations import Renderings
 from grazemap_worker.planning import Plan
 from grazemap_worker.store import Store, core_version
 
@@ -158,13 +160,22 @@ def test_an_evicted_result_is_computed_again(serve: Any, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     path = f"/v1/jobs/{job['id']}/result"
     data = worker.finish(job["id"])
+    etag = {"If-None-Match": client.get(path).headers["etag"]}
     for key in worker.store.redis.keys("grazemap:3:result:*"):
         worker.store.redis.delete(key)
+    assert client.get(path, headers=etag).status_code == 304
     answer = client.get(path)
     assert answer.status_code == 202
     assert (answer.json()["id"], answer.json()["status"]) == (job["id"], "accepted")
     assert answer.headers["location"] == f"/v1/jobs/{job['id']}"
     assert client.get(path).status_code == 409  # on its way
+    assert client.get(path, headers=etag).status_code == 304
+    assert client.get(path, headers={"If-None-Match": '"other"'}).status_code == 409
+    worker.begin(job["id"])
+    assert client.get(path, headers=etag).status_code == 304
+    client.delete(f"/v1/jobs/{job['id']}")
+    assert client.get(path, headers=etag).status_code == 304
+    client.post("/v1/grazing-curves", json=CURVE)
     assert worker.finish(job["id"]) == data
     assert client.get(path, headers={"Accept": NPZ}).content == data
 
@@ -218,18 +229,29 @@ def test_tiles_can_be_fetched_before_the_map_is_whole(client: TestClient, store:
 
 
 def test_hot_results_stay_under_their_budget() -> None:
-    from grazemap_service.representations import HotResults
+    made = []
 
-    hot = HotResults(100)
-    for name in "abcdef":
-        hot.put(name, bytes(25))
-    assert [hot.get(name) is not None for name in "abcdef"] == [False, False, True, True, True, True]
-    hot.get("c")
-    hot.put("g", bytes(25))
-    assert hot.get("c") is not None
-    assert hot.get("d") is None
-    hot.put("large", bytes(26))
-    assert hot.get("large") is None
+    async def ask(renderings: Renderings, names: str, size: int = 25) -> None:
+        for name in names:
+            entry = await renderings.give(name, "npz", size, lambda name=name: made.append(name) or bytes(size))
+            assert entry is not None
+            renderings.release(entry)
+
+    async def use() -> None:
+        hot = Renderings(hot_bytes=100, sent_bytes=0)
+        await ask(hot, "abcdef")
+        await ask(hot, "cdef")  # a and b are the oldest
+        assert made == list("abcdef")
+        await ask(hot, "c")
+        await ask(hot, "g")
+        await ask(hot, "c")
+        assert made == list("abcdefg")
+        await ask(hot, "d")
+        assert made == list("abcdefgd")
+        await ask(hot, "ll", size=26)
+        assert made == list("abcdefgdll")
+
+    anyio.run(use)
 
 
 def test_large_json_is_made_in_short_pieces() -> None:

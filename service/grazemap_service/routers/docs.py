@@ -6,6 +6,7 @@ style are files of our own, so that neither inline scripts nor inline styles are
 
 from __future__ import annotations
 
+import os
 from collections.abc import Awaitable, Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +15,7 @@ from fastapi import FastAPI
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
+from starlette.types import Receive, Scope, Send
 
 import grazemap
 
@@ -25,25 +27,48 @@ _POLICY = (
 )
 
 
+class _WholeFile(FileResponse):
+    """A whole file. A server may ignore a Range header (RFC 9110 14.2); Starlette answers a wrong one in plain text."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the file."""
+        self.headers["Accept-Ranges"] = "none"
+        headers = [(name, value) for name, value in scope["headers"] if name != b"range"]
+        await super().__call__({**scope, "headers": headers}, receive, send)
+
+
+class _WholeFiles(StaticFiles):
+    """A folder of such files."""
+
+    def file_response(
+        self, full_path: str | os.PathLike[str], stat_result: os.stat_result, scope: Scope, status_code: int = 200
+    ) -> Response:
+        """Return the answer with a file, or that it has not changed."""
+        response = super().file_response(full_path, stat_result, scope, status_code)
+        if not isinstance(response, FileResponse):
+            return response
+        return _WholeFile(full_path, status_code, stat_result=stat_result)
+
+
 def install(app: FastAPI) -> None:
     """Give the app its pages and their files."""
     app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
-    app.mount("/static/swagger", StaticFiles(directory=_swagger_files()), name="swagger")
-    app.mount("/static", StaticFiles(directory=_OWN), name="static")
+    app.mount("/static/swagger", _WholeFiles(directory=_swagger_files()), name="swagger")
+    app.mount("/static", _WholeFiles(directory=_OWN), name="static")
 
 
 def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
     async def page(request: Request) -> Response:
-        return FileResponse(_OWN / name, headers={"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"})
+        return _WholeFile(_OWN / name, headers={"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"})
 
     return page
 
 
 async def _palette(request: Request) -> Response:
     """Answer with the colours of the SDK's pictures."""
-    return FileResponse(_PALETTE, headers={"Cache-Control": "no-cache"})
+    return _WholeFile(_PALETTE, headers={"Cache-Control": "no-cache"})
 
 
 def _swagger_files() -> Path:

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
 from grazemap.wire import FINISHED, Job, Link
@@ -20,7 +19,15 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import CurrentAsker, KnownJob, job_path, job_response, submit_again
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException, problem_response
-from grazemap_service.representations import MEDIA_TYPES, NPZ_TYPE, cache_headers, is_fresh, negotiate, render
+from grazemap_service.representations import (
+    MEDIA_TYPES,
+    NPZ_TYPE,
+    ResultResponse,
+    cache_headers,
+    is_fresh,
+    negotiate,
+    render,
+)
 from grazemap_service.result_schemas import RESULT, TILE, reference
 from grazemap_worker.store import Asker, ResultInfo
 
@@ -110,17 +117,18 @@ async def result_response(
     name = negotiate(", ".join(request.headers.getlist("accept")), form)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
-    if job.status != "successful":
-        raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
-    if job.core_version != context.core_version:
-        return await _computed_again(request, context, job, asker)
     results = context.store.results
-    info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads)
-    # the job keeps the tag of a result that was evicted, so a client with a copy needs no other
+    finished = job.status == "successful"
+    if finished and job.core_version != context.core_version:
+        return await _computed_again(request, context, job, asker)
+    info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads) if finished else None
+    # a job keeps the tag of a result that was evicted, so a client with a copy needs no other
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
     headers = cache_headers(etag or "", name)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
+    if not finished:
+        raise ProblemException("dismissed-job" if job.status in FINISHED else "unfinished-job")
     if info is None:
         return await _computed_again(request, context, job, asker)
     headers["Content-Disposition"] = f'attachment; filename="{job.process}-{job.id[:12]}.{name}"'
@@ -131,9 +139,7 @@ async def result_response(
     content = await context.renderings.give(headers["ETag"], name, info.size, lambda: info.data or results.data(job.id))
     if content is None:
         return await _computed_again(request, context, job, asker)
-    if isinstance(content, bytes):
-        return Response(content, media_type=MEDIA_TYPES[name], headers=headers)
-    return StreamingResponse(content, media_type=MEDIA_TYPES[name], headers=headers)
+    return ResultResponse(content, context.renderings, name, headers)
 
 
 @router.get(
