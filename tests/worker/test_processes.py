@@ -560,3 +560,22 @@ def test_the_fields_of_an_ensemble_are_part_of_its_request_only() -> None:
     assert (
         asked(policy="ensemble", seed=1) != asked(policy="ensemble") != asked(policy="ensemble", initial_conditions=3)
     )
+
+
+@pytest.mark.parametrize(
+    ("process", "body"),
+    [
+        ("trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 300}),
+        (
+            "bifurcation-diagrams",
+            {"vary": "clearance", "range": {"start": 1.5, "stop": 1.6, "points": 4}, "omega": 0.29, "periods": 300},
+        ),
+    ],
+)
+def test_impacts_beyond_the_bytes_of_a_result_are_refused_with_the_field_that_decides(
+    monkeypatch: pytest.MonkeyPatch, process: str, body: dict[str, Any]
+) -> None:
+    monkeypatch.setattr(f"grazemap_worker.processes.{process.replace('-', '_')}.MOST_RESULT_BYTES", 61_000)
+    with pytest.raises(CoreError, match="more than 1000 impacts.*at most 61000 bytes") as caught:
+        whole(process, body)
+    assert request_pointer(parse_request(process, body), caught.value.name) == "/periods"  # type: ignore[attr-defined]

@@ -15,13 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import HALVES_RUN
 from grazemap_core.maps.settling import Settler, Settling
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, REASONS, Motion
 from grazemap_core.simulation.start import State
+from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES
 from grazemap_core.simulation.trajectories import trajectory
 
 Parameter = Literal["clearance", "omega"]
@@ -30,6 +31,8 @@ POLICIES: Final = ("rest", "sweep-up", "sweep-down")
 EXPONENT_PERIODS: Final = 500
 """Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
 measured in the last GROWTH_SHARE of all periods."""
+IMPACT_BYTES: Final = 9
+"""Bytes of an impact in a section: its velocity and its stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,7 @@ def sections(
     periods: int = 64,
     transient_periods: int = 300,
     max_period: int = 32,
+    most_bytes: int = MOST_RECORD_BYTES,
 ) -> Iterator[Section]:
     """Run a trajectory at every value of a parameter, in the order of the policy; a generator.
 
@@ -91,6 +95,8 @@ def sections(
         Forcing periods that are recorded, and forcing periods before them.
     max_period : int
         Maximum period n of a motion, in forcing periods.
+    most_bytes : int
+        Maximum number of bytes of all impacts in a result, and of those of one trajectory, as for `trajectory`.
 
     Yields
     ------
@@ -101,6 +107,8 @@ def sections(
     ------
     ParameterError
         A number is out of range. Raised by the call, before the first trajectory.
+    RecordSizeError
+        There are too many impacts. Raised while the sections are read.
     """
     if vary not in PARAMETERS:
         raise ParameterError("vary", f"must be one of {', '.join(PARAMETERS)}")
@@ -119,7 +127,18 @@ def sections(
         checked_order(name, count, least)
     ordered = numbers[::-1] if policy == "sweep-down" else numbers
     points = [(fixed, value) if vary == "clearance" else (value, fixed) for value in ordered.tolist()]
-    return _follow(oscillator, points, policy != "rest", periods, transient_periods, max_period)
+    found = _follow(oscillator, points, policy != "rest", periods, transient_periods, max_period, most_bytes)
+    return _bounded(found, most_bytes)
+
+
+def _bounded(found: Iterator[Section], most_bytes: int) -> Iterator[Section]:
+    """Yield sections until their impacts take more than a number of bytes; then raise RecordSizeError."""
+    impacts, most = 0, most_bytes // IMPACT_BYTES
+    for section in found:
+        impacts += len(section.impact_stop)
+        if impacts > most:
+            raise RecordSizeError(most, most_bytes)
+        yield section
 
 
 def _follow(
@@ -129,6 +148,7 @@ def _follow(
     periods: int,
     transient_periods: int,
     max_period: int,
+    most_bytes: int,
 ) -> Iterator[Section]:
     """Yield the sections at points (omega, clearance).
 
@@ -150,6 +170,7 @@ def _follow(
             transient_periods=transient_periods,
             samples_per_period=1,
             max_period=max_period,
+            most_bytes=most_bytes,
         )
         state, settled = at_rest, _Settled(run.motion, False, np.nan, 0)
         if run.final is not None and len(run.time) == periods + 1:

@@ -39,6 +39,10 @@ class Impacts:
     kind: NDArray[np.str_]
 
 
+EVENT_BYTES = 4 * 8 + 1 + 4 * len("chatter")
+"""Bytes of an impact in a result; a rest and its release together take less."""
+
+
 @dataclass(frozen=True, eq=False)
 class Sticking:
     """Intervals at rest on a stop: start (n,), stop_time (n,), stop (n,).

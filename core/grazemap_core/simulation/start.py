@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -166,10 +167,10 @@ def _start_on_stop(
     return OK
 
 
-def longer_record(work: Workspace) -> Workspace:
-    """Return a workspace whose record is four times as long, with the same events."""
+def longer_record(work: Workspace, most: int = sys.maxsize) -> Workspace:
+    """Return a workspace whose record is four times as long, with the same events; it has at most `most`."""
     rows, columns = work.events.shape
-    events = np.zeros((4 * rows, columns))
+    events = np.zeros((min(4 * rows, most), columns))
     events[:rows] = work.events
     return work._replace(events=events)
 

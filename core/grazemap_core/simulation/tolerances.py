@@ -78,3 +78,13 @@ ROUND_OFF_RETURNS: Final = 10
 
 RECORD_BLOCK: Final = 64
 """Half periods of a transient after which its events are discarded, so that the record stays short."""
+
+TRANSIENT_EVENTS: Final = 4096
+"""Events of a transient after which they are discarded within such a block too, once a half period has fewer."""
+
+MOST_RECORD_BYTES: Final = 256 << 20
+"""Default of the maximum bytes that the events of a trajectory take in a result."""
+
+ROWS_OF_RESULT: Final = 2
+"""Bytes of the record's rows, which have the states after the events, over the bytes that its events may take in a
+result. With few masses the latter are fewer; with many masses this bounds the memory of a run."""

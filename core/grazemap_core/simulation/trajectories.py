@@ -13,14 +13,25 @@ from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.cells import forced_part, reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.workspace import ANCHOR, HALF, NOT_FINITE, OK, RECORD_FULL, ROWS, TIME, UNDECIDED
+from grazemap_core.contact.kernels.workspace import (
+    ANCHOR,
+    EVENT_COLUMNS,
+    HALF,
+    NOT_FINITE,
+    OK,
+    RECORD_FULL,
+    ROWS,
+    TIME,
+    UNDECIDED,
+)
+from grazemap_core.errors import RecordSizeError
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory
 from grazemap_core.simulation.kernels.recorded_run import run_recorded
 from grazemap_core.simulation.motion import Motion, motion_from_codes
-from grazemap_core.simulation.record import Impacts, Record, Sticking, checked_times, first_row
+from grazemap_core.simulation.record import EVENT_BYTES, Impacts, Record, Sticking, checked_times, first_row
 from grazemap_core.simulation.start import (
     ForcedChain,
     Start,
@@ -32,7 +43,7 @@ from grazemap_core.simulation.start import (
     state_at,
     wrapped,
 )
-from grazemap_core.simulation.tolerances import RECORD_BLOCK
+from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES, RECORD_BLOCK, ROWS_OF_RESULT, TRANSIENT_EVENTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,13 +94,18 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The recorded interval and the samples of a trajectory: the parameters of `trajectory` after the state."""
+    """The recorded interval and the samples of a trajectory: the parameters of `trajectory` after the state.
+
+    `most_events` follows from `most_bytes`, and is that of all trajectories of a list.
+    """
 
     periods: int
     transient_periods: int
     samples_per_period: int
     times: Floats | None
     max_period: int
+    most_bytes: int
+    most_events: int
 
 
 def trajectory(
@@ -104,6 +120,7 @@ def trajectory(
     samples_per_period: int = 200,
     max_period: int = 32,
     times: Floats | None = None,
+    most_bytes: int = MOST_RECORD_BYTES,
 ) -> Trajectory:
     """Return a recorded trajectory: samples, impacts, sticking and motion.
 
@@ -123,15 +140,19 @@ def trajectory(
         Largest period of a motion that is looked for.
     times : (n,) or None
         Times of the samples, in the record, instead of equal intervals.
+    most_bytes : int
+        Maximum number of bytes of the impacts and rests in a result.
 
     Raises
     ------
     ParameterError
         A number is out of range, or mass 1 starts outside the stops.
+    RecordSizeError
+        The events take more than `most_bytes`.
     """
     chain = forced_chain(oscillator, omega, clearance)
-    plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
-    return _follow(chain, initial_state(chain, displacement, velocity, phase), plan)
+    plan = _plan(chain, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
+    return _follow(chain, initial_state(chain, displacement, velocity, phase), plan, plan.most_events)
 
 
 def trajectories(
@@ -144,6 +165,7 @@ def trajectories(
     samples_per_period: int = 200,
     max_period: int = 32,
     times: Floats | None = None,
+    most_bytes: int = MOST_RECORD_BYTES,
 ) -> Iterator[Trajectory]:
     """Return an iterator of the trajectories from many states, each bitwise equal to that of `trajectory`.
 
@@ -152,29 +174,41 @@ def trajectories(
     states : sequence of State
         All of them are validated before the first trajectory is computed.
 
-    Other parameters as in `trajectory`.
+    Other parameters as in `trajectory`; `most_bytes` is that of all trajectories together.
 
     Raises
     ------
     ParameterError
         As `trajectory`; the name of a parameter of a state is, for example, states[3].velocity.
+    RecordSizeError
+        As `trajectory`, while the iterator is read.
     """
     chain = forced_chain(oscillator, omega, clearance)
-    plan = _plan(omega, periods, transient_periods, samples_per_period, times, max_period)
+    plan = _plan(chain, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
     checked = [
         initial_state(chain, state.displacement, state.velocity, state.phase, f"states[{k}].")
         for k, state in enumerate(states)
     ]
-    return (_follow(chain, state, plan) for state in checked)
+    return _followed(chain, checked, plan)
+
+
+def _followed(chain: ForcedChain, states: Sequence[State], plan: Plan) -> Iterator[Trajectory]:
+    """Yield the recorded trajectories from states, which together have at most the events of the plan."""
+    events = plan.most_events
+    for state in states:
+        found = _follow(chain, state, plan, events)
+        events -= len(found.record.rows) - 1
+        yield found
 
 
 def _plan(
-    omega: float,
+    chain: ForcedChain,
     periods: int,
     transient_periods: int,
     samples_per_period: int,
     times: Floats | None,
     max_period: int,
+    most_bytes: int,
 ) -> Plan:
     for name, value, minimum in (
         ("periods", periods, 1),
@@ -184,12 +218,14 @@ def _plan(
     ):
         checked_order(name, value, minimum)
     if times is not None:
-        times = checked_times(times, periods * (2.0 * math.pi / omega))
-    return Plan(periods, transient_periods, samples_per_period, times, max_period)
+        times = checked_times(times, periods * (2.0 * math.pi / chain.omega))
+    row_bytes = 8 * (EVENT_COLUMNS + 2 * chain.oscillator.size)
+    events = min(most_bytes // EVENT_BYTES, ROWS_OF_RESULT * most_bytes // row_bytes)
+    return Plan(periods, transient_periods, samples_per_period, times, max_period, most_bytes, events)
 
 
-def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
-    """Return the recorded trajectory from a state."""
+def _follow(chain: ForcedChain, state: State, plan: Plan, events: int) -> Trajectory:
+    """Return the recorded trajectory from a state, which has at most a number of events. Raises RecordSizeError."""
     run = start(chain, state)
     ring = period_detection.stroboscopic_history(chain.oscillator.size, plan.max_period)
     period_detection.record_half_period(ring, 0, run.u, run.work)
@@ -200,8 +236,11 @@ def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
     rows = first_row(run, first_half)
     recorded = run.status == OK
     if recorded:
-        done = _run_record(run, chain.clearance, first_half, last_half, ring)
+        done = _run_record(run, chain.clearance, first_half, last_half, ring, events)
+        if run.status == RECORD_FULL or run.work.cursor[ROWS] > events:
+            raise RecordSizeError(plan.most_events, plan.most_bytes)
         rows = np.concatenate([rows, run.work.events[: run.work.cursor[ROWS]]])
+        run.work = run.work._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
 
     period = 2.0 * math.pi / chain.omega
     end = plan.periods * period
@@ -239,20 +278,29 @@ def _follow(chain: ForcedChain, state: State, plan: Plan) -> Trajectory:
 
 def _run_transient(run: Start, clearance: float, halves: int, ring: StroboscopicHistory) -> int:
     """Run the part that is not recorded, discarding its events, and return the number of half periods completed."""
-    done = 0
+    done, most = 0, TRANSIENT_EVENTS
     while done < halves and run.status == OK:
-        done = _run_record(run, clearance, done, min(done + RECORD_BLOCK, halves), ring)
+        until = min(done + RECORD_BLOCK, halves)
+        done = _run_record(run, clearance, done, until, ring, most)
+        while run.status == RECORD_FULL:
+            events, last = run.work.events, int(run.work.cursor[ROWS]) - 1
+            if last > 0:  # a graze may continue the last event
+                events[0] = events[last]
+                run.work.cursor[ROWS] = 1
+            else:  # half a period has more
+                most *= 4
+            done = _run_record(run, clearance, done, until, ring, most)
         run.work.cursor[ROWS] = 0
     return done
 
 
-def _run_record(run: Start, clearance: float, done: int, halves: int, ring: StroboscopicHistory) -> int:
-    """Run to `halves` half periods, enlarging the record if necessary, and return the number completed."""
+def _run_record(run: Start, clearance: float, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
+    """Run to `halves` half periods, enlarging the record up to `most` events, and return the number completed."""
     while True:
         run.status, done = run_recorded(run.problem, run.held, run.u, clearance, done, halves, ring, run.work)
-        if run.status != RECORD_FULL:
+        if run.status != RECORD_FULL or len(run.work.events) >= most:
             return done
-        run.work = longer_record(run.work)
+        run.work = longer_record(run.work, most)
 
 
 def _final(chain: ForcedChain, state: State, run: Start, rows: Floats) -> State | None:

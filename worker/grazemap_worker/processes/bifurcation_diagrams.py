@@ -10,6 +10,7 @@ from grazemap.wire import BifurcationDiagramsRequest, grid_values
 from grazemap_worker.processes.conversion import Report, chance_document, core_oscillator, counted, fields
 from grazemap_worker.processes.process import Process
 from grazemap_worker.processes.trajectories import motion_document
+from grazemap_worker.store import MOST_RESULT_BYTES
 
 if TYPE_CHECKING:
     from grazemap_core.maps.bifurcation_diagrams import Section
@@ -34,6 +35,7 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> Document:
         request.periods,
         request.transient_periods,
         request.max_period,
+        MOST_RESULT_BYTES,
     )
     listed = list(counted(found, len(values), report, REPORTS))
     if request.policy == "sweep-down":

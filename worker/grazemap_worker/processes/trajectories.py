@@ -10,6 +10,7 @@ from grazemap.codec import Document
 from grazemap.wire import InitialState, TrajectoriesRequest
 from grazemap_worker.processes.conversion import Report, core_oscillator, counted, fields, label, record
 from grazemap_worker.processes.process import Process
+from grazemap_worker.store import MOST_RESULT_BYTES
 
 if TYPE_CHECKING:
     from grazemap_core.simulation.motion import Motion
@@ -40,6 +41,7 @@ def compute(request: TrajectoriesRequest, report: Report) -> Document:
         request.samples_per_period,
         MAX_PERIOD,
         None if request.times is None else np.array(request.times),
+        MOST_RESULT_BYTES,
     )
     if isinstance(request.initial, InitialState):
         return _document(next(found))
