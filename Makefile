@@ -153,6 +153,12 @@ resolve: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 resolve: $(STAMP)  ## 200 points after long transients, resolved and run once more exactly (an hour)
 	$(BIN)/python tests/resolved_points.py 200
 
+memory: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+memory: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+memory: export PYTHONPATH = .
+memory: $(STAMP)  ## the peak memory of requests at every limit, each for two minutes at most (half an hour)
+	$(BIN)/python tests/limits_of_memory.py
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

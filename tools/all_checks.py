@@ -36,6 +36,7 @@ TARGETS = (
     "chaotic-transients",
     "long-transients",
     "resolve",
+    "memory",
     "proofs",
     "borders",
     "reproduce",

@@ -576,6 +576,6 @@ def test_impacts_beyond_the_bytes_of_a_result_are_refused_with_the_field_that_de
     monkeypatch: pytest.MonkeyPatch, process: str, body: dict[str, Any]
 ) -> None:
     monkeypatch.setattr(f"grazemap_worker.processes.{process.replace('-', '_')}.MOST_RESULT_BYTES", 61_000)
-    with pytest.raises(CoreError, match="more than 1000 impacts.*at most 61000 bytes") as caught:
+    with pytest.raises(CoreError, match=r"more than 1000 impacts.*at most 61000 bytes") as caught:
         whole(process, body)
     assert request_pointer(parse_request(process, body), caught.value.name) == "/periods"  # type: ignore[attr-defined]

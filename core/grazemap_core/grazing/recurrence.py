@@ -119,11 +119,12 @@ def xi_along(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) -> Fl
     """
     curve = grazing_curve(oscillator, omega, 1)
     checked_order("max_order", max_order, 1)
-    half_periods = math.pi / curve.omega
-    times = np.arange(1, max_order + 1) * half_periods[:, None]
-    value, _, _, _ = evaluate(impulse_response(modal_model(oscillator)), times.ravel())
-    acceleration = -(curve.omega**2) * curve.clearance
-    return np.asarray(-(1.0 + oscillator.restitution) * acceleration[:, None] * value.reshape(times.shape))
+    half_periods, response = math.pi / curve.omega, impulse_response(modal_model(oscillator))
+    factor = -(1.0 + oscillator.restitution) * (-(curve.omega**2) * curve.clearance)
+    xi = np.empty((len(factor), max_order))
+    for order in range(1, max_order + 1):  # one at a time, as each needs several arrays
+        xi[:, order - 1] = factor * evaluate(response, order * half_periods)[0]
+    return xi
 
 
 def next_contact(oscillator: Oscillator, omega: ArrayLike, distance: ArrayLike, max_order: int = 8) -> NextContact:
