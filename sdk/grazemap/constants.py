@@ -32,6 +32,13 @@ POLL_START: Final = 0.1
 POLL_LIMIT: Final = 2.0
 POLL_GROWTH: Final = 1.5
 
+# Requests and bytes of one batch, within the limits of the service; bytes of a line of the answer, whose results have
+# at most a megabyte. The service sends an empty line every 5 s.
+MOST_OF_BATCH: Final = 1000
+BYTES_OF_BATCH: Final = 900_000
+MOST_OF_LINE: Final = 4_000_000
+BATCH_SILENCE: Final = 30.0
+
 # Seconds until a local stack must be ready: its first start on a machine compiles every kernel.
 LOCAL_START_TIMEOUT: Final = 240.0
 # Seconds for the orderly stop of a local stack before it is killed.

@@ -13,13 +13,13 @@ from grazemap_service.hub import Hub
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import Renderings
 from grazemap_service.request_log import Observe
-from grazemap_service.routers import docs, events, health, jobs, processes, results, root
+from grazemap_service.routers import batches, docs, events, health, jobs, processes, results, root
 from grazemap_service.settings import VERSION, Settings
 from grazemap_worker.store import Store, core_version
 
 # Seconds; short, so that clients learn that Redis does not respond before all threads wait for it.
 STORE_SECONDS = 1.0
-_ROUTERS = (processes, jobs, events, results, root, health)
+_ROUTERS = (processes, batches, jobs, events, results, root, health)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:

@@ -63,6 +63,7 @@ class Hub:
     def __init__(self, connect: Callable[[], redis.asyncio.Redis]) -> None:
         self._connect = connect
         self._listeners: dict[str, set[Listener]] = {}
+        self._ends: set[asyncio.Queue[str | None]] = set()
         self._task: asyncio.Task[None] | None = None
         self._since = math.inf
         self._subscribed = asyncio.Event()
@@ -73,8 +74,7 @@ class Hub:
     def listen(self, job_id: str) -> Iterator[Listener]:
         """Listen to the events of a job within this block."""
         listener = Listener()
-        if self._task is None:
-            self._task = asyncio.get_running_loop().create_task(self._read())
+        self._start()
         self._listeners.setdefault(job_id, set()).add(listener)
         try:
             yield listener
@@ -83,6 +83,21 @@ class Hub:
             remaining.discard(listener)
             if not remaining:
                 del self._listeners[job_id]
+
+    @contextmanager
+    def ends(self) -> Iterator[asyncio.Queue[str | None]]:
+        """Give the ids of all jobs that end within this block; None: some were missed."""
+        ended: asyncio.Queue[str | None] = asyncio.Queue()
+        self._start()
+        self._ends.add(ended)
+        try:
+            yield ended
+        finally:
+            self._ends.discard(ended)
+
+    def _start(self) -> None:
+        if self._task is None:
+            self._task = asyncio.get_running_loop().create_task(self._read())
 
     async def ended_since(self, job_id: str, began: float) -> tuple[bool, Status | None]:
         """Return whether events have arrived since `began` (monotonic seconds), and how the job has ended since."""
@@ -132,10 +147,14 @@ class Hub:
             self._ended.move_to_end(job_id)
             while len(self._ended) > _MOST_ENDED:
                 self._ended.popitem(last=False)
+            for ids in self._ends:
+                ids.put_nowait(job_id)
         for listener in self._listeners.get(job_id, ()):
             listener.put(event)
 
     def _missed(self) -> None:
+        for ids in self._ends:
+            ids.put_nowait(None)
         for listeners in self._listeners.values():
             for listener in listeners:
                 listener.put(None)

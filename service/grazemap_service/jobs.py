@@ -21,6 +21,7 @@ from grazemap_service.context import Context, CurrentContext, CurrentKey
 from grazemap_service.limits import checked_plan
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
+from grazemap_worker.planning import Plan
 from grazemap_worker.queue import bells
 from grazemap_worker.store import Asker, Bell
 
@@ -117,10 +118,13 @@ def submit(context: Context, process: str, request: ProcessRequest, asker: Asker
     QueueFull
         Too many tiles wait.
     """
-    settings = context.settings
-    planned = checked_plan(process, request, settings)
+    return start(context, process, request, checked_plan(process, request, context.settings), asker)
+
+
+def start(context: Context, process: str, request: ProcessRequest, planned: Plan, asker: Asker) -> tuple[Job, bool]:
+    """Start the job of a request whose plan is known, as `submit` (blocking). Raises QueueFull."""
     job, bell = context.store.jobs.submit(
-        process, request, context.core_version, planned, settings.max_pending_tiles, asker
+        process, request, context.core_version, planned, context.settings.max_pending_tiles, asker
     )
     structlog.contextvars.bind_contextvars(job_id=job.id)
     if bell is not None:

@@ -28,6 +28,8 @@ from grazemap_worker.store import QueueFull, QuotaUsed, is_away, is_full, troubl
 MEDIA_TYPE = "application/problem+json"
 TYPE_PREFIX = "urn:grazemap:problem:"
 STORE_RETRY_SECONDS = 2
+BODY_MODEL = "grazemap.body"
+"""Where the scope of a request has the model of its body."""
 
 
 class Kind(NamedTuple):
@@ -149,10 +151,10 @@ def response_of(exception: ProblemException) -> Response:
 def install(app: FastAPI) -> None:
     """Give the app the handler of exceptions."""
     for kind in (StarletteHTTPException, RequestValidationError, QueueFull, redis.exceptions.RedisError):
-        app.add_exception_handler(kind, _answer)
+        app.add_exception_handler(kind, answer_to)
 
 
-async def _answer(request: Request, exception: Exception) -> Response:
+async def answer_to(request: Request, exception: Exception) -> Response:
     """Return the problem that an exception is answered with."""
     match exception:
         case ProblemException():
@@ -160,8 +162,7 @@ async def _answer(request: Request, exception: Exception) -> Response:
         case StarletteHTTPException():
             return _routed(request, exception)
         case RequestValidationError():
-            process = request.url.path.rpartition("/")[2]
-            errors = errors_of(exception.errors(), PROCESSES.get(process))
+            errors = errors_of(exception.errors(), request.scope.get(BODY_MODEL))
             return problem_response(make_problem("invalid-request", errors=errors))
         case QueueFull():
             detail = "This key has its quota of unfinished tiles." if isinstance(exception, QuotaUsed) else ""

@@ -18,9 +18,10 @@ MAX_OF_CHECKER = 400
 KEYWORDS = "public, called by hand: settings are keyword arguments with defaults, as in scipy.integrate.solve_ivp"
 MORE_ARGUMENTS = {
     "simulation.monodromy.monodromy": (9, KEYWORDS),
-    "simulation.trajectories.trajectory": (11, KEYWORDS),
-    "simulation.trajectories.trajectories": (9, KEYWORDS + "; those of `trajectory`"),
+    "simulation.trajectories.trajectory": (12, KEYWORDS),
+    "simulation.trajectories.trajectories": (10, KEYWORDS + "; those of `trajectory`"),
     "maps.unfolding.unfolding_map_tile": (10, KEYWORDS),
+    "maps.bifurcation_diagrams.sections": (9, KEYWORDS),
     "maps.basins.basin_tile": (10, KEYWORDS),
     "maps.chaotic_transients.chance_in_basins": (11, KEYWORDS + "; those of `basin_tile`"),
 }

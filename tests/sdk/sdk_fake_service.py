@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import json
 import threading
@@ -29,6 +30,7 @@ class FakeService:
         self.requests: list[httpx2.Request] = []
         self.results: dict[str, bytes] = {}
         self.ending = "successful"
+        self.most_lines = 1000
         self.upcoming: list[httpx2.Response | Exception] = []
 
     def __call__(self, request: httpx2.Request) -> httpx2.Response:
@@ -43,6 +45,8 @@ class FakeService:
             asked = parse_request(parts[1], json.loads(request.content))
             notes = [note.model_dump() for note in notes_on(asked)]
             return httpx2.Response(200, json={"periods": 9.0, "tiles": 2, "seconds": 3.0, "notes": notes})
+        if parts == ["v1", "batches"]:
+            return self._batch(json.loads(request.content)["requests"])
         if request.method == "POST":
             return self._submit(parts[1], json.loads(request.content))
         if parts == ["v1"]:
@@ -77,6 +81,19 @@ class FakeService:
                 "notes": [note.model_dump() for note in notes_on(request)],
             }
         return httpx2.Response(200 if there else 201, json=self.jobs[name])
+
+    def _batch(self, asked: list[dict[str, Any]]) -> httpx2.Response:
+        """Answer the last request first, as far as `most_lines` goes."""
+        lines: list[dict[str, Any]] = []
+        for index, one in reversed([*enumerate(asked)]):
+            job = self._submit(one["process"], one["request"]).json()
+            self.finish(self.jobs[job["id"]])
+            line = {"index": index, "id": job["id"], "status": self.ending}
+            if self.ending == "successful":
+                line["npz"] = base64.b64encode(self.results[job["id"]]).decode()
+            lines.append(line)
+        text = "\n".join(["", *map(json.dumps, lines[: self.most_lines]), ""])
+        return httpx2.Response(200, content=text.encode(), headers={"content-type": "application/x-ndjson"})
 
     def _list(self, request: httpx2.Request) -> httpx2.Response:
         found = list(self.jobs.values())

@@ -90,12 +90,22 @@ class AsyncConnection:
         raise failure
 
     def stream(
-        self, path: str, headers: Mapping[str, str], silence: float
+        self,
+        path: str,
+        headers: Mapping[str, str],
+        silence: float,
+        *,
+        params: Mapping[str, str | int] | None = None,
+        content: bytes | None = None,
     ) -> AbstractAsyncContextManager[httpx2.Response]:
-        """Return the context of a streamed answer, which fails after `silence` seconds without data."""
+        """Return the context of a streamed answer, to a POST where there is content.
+
+        It fails after `silence` seconds without data.
+        """
         usual = self._http.timeout
         timeout = httpx2.Timeout(connect=usual.connect, read=silence, write=usual.write, pool=usual.pool)
-        return self._http.stream("GET", path, headers=headers, timeout=timeout)
+        method = "GET" if content is None else "POST"
+        return self._http.stream(method, path, params=params, headers=headers, content=content, timeout=timeout)
 
     def now(self) -> float:
         """Return the seconds of a monotonic clock."""

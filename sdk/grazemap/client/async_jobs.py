@@ -3,24 +3,58 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncGenerator, Callable
+from base64 import b64decode
+from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
 from contextlib import aclosing
 from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
 
+import httpx2
+from pydantic import ValidationError
+
 from grazemap.client.async_connection import AsyncConnection
 from grazemap.client.async_watch import AsyncFollower
 from grazemap.client.events import Event
-from grazemap.client.http import JOB_ID, job_path
+from grazemap.client.http import JOB_ID, failure_of, job_path, json_object, pause, problem_of
 from grazemap.client.progress import Listener
 from grazemap.client.request_warnings import warn_of
-from grazemap.constants import API_PREFIX, PREFER_WAIT
-from grazemap.errors import JobDismissed, JobFailed, ProtocolError, ServiceProblem, problem_text
+from grazemap.constants import (
+    API_PREFIX,
+    BATCH_SILENCE,
+    BYTES_OF_BATCH,
+    MOST_OF_BATCH,
+    MOST_OF_LINE,
+    PREFER_WAIT,
+    RETRIED_STATUSES,
+)
+from grazemap.errors import (
+    ConnectionFailed,
+    GrazemapError,
+    JobDismissed,
+    JobError,
+    JobFailed,
+    ProtocolError,
+    ServiceProblem,
+    problem_exception,
+    problem_text,
+)
 from grazemap.results import Result, decode_result, html
-from grazemap.wire import Forecast, Job, JobList, Problem, ProcessRequest, Progress, Status, canonical, unstated
+from grazemap.wire import (
+    Forecast,
+    Job,
+    JobList,
+    Problem,
+    ProcessRequest,
+    Progress,
+    Status,
+    canonical,
+    notes_on,
+    unstated,
+)
 
 R = TypeVar("R", bound=Result)
 _JSON = {"content-type": "application/json"}
+_NPZ_TYPE = "application/x-npz"
 
 
 class AsyncJobHandle:
@@ -137,14 +171,22 @@ class AsyncJobHandle:
         return self
 
 
-async def submit(connection: AsyncConnection, request: ProcessRequest, prefer_wait: int = 0) -> Job:
+async def submit(connection: AsyncConnection, request: ProcessRequest) -> Job:
     """Submit a request and return its job, a new one or that of an earlier equal request."""
-    headers = _JSON | ({"prefer": f"wait={prefer_wait}"} if prefer_wait else {})
+    job = _job_of(await _post(connection, request))
+    warn_of([*job.notes, *unstated(request)])
+    return job
+
+
+async def _post(connection: AsyncConnection, request: ProcessRequest, **headers: str) -> httpx2.Response:
     path = f"{API_PREFIX}/{request.operation.process}"
-    job = Job.read((await connection.send("POST", path, headers=headers, content=_body(request))).content)
+    return await connection.send("POST", path, headers=_JSON | headers, content=_body(request))
+
+
+def _job_of(response: httpx2.Response) -> Job:
+    job = Job.read(response.content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an invalid job id")
-    warn_of([*job.notes, *unstated(request)])
     return job
 
 
@@ -188,12 +230,138 @@ async def list_jobs(connection: AsyncConnection, status: str | None, process: st
 async def answer(connection: AsyncConnection, kind: type[R], request: ProcessRequest, progress: bool) -> R:
     """Submit a request, wait for its job, and return the result, of class `kind`. Raises JobFailed, JobDismissed."""
     with Listener(request.operation.process, progress) as listener:
-        job = await submit(connection, request, PREFER_WAIT)
-        _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listener))
-        result = await fetch(connection, job.id, listener)
+        prefer = f"wait={PREFER_WAIT}, return=representation"
+        response = await _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
+        if response.headers.get("content-type") == _NPZ_TYPE:
+            warn_of([*notes_on(request), *unstated(request)])
+            result = decode_result(response.content)
+            _keep(connection, response.headers.get("location", "").rpartition("/")[2], response)
+        else:
+            job = _job_of(response)
+            warn_of([*job.notes, *unstated(request)])
+            _require_success(await AsyncFollower(connection, job_path(job.id), job=job).run(listener))
+            result = await fetch(connection, job.id, listener)
     if not isinstance(result, kind):
         raise ProtocolError("the service answered with the result of another process")
     return result
+
+
+async def answers(
+    connection: AsyncConnection, asked: Sequence[ProcessRequest], return_exceptions: bool = False
+) -> AsyncGenerator[Result | GrazemapError]:
+    """Submit requests together and yield their results in the order of the requests.
+
+    Raises
+    ------
+    JobFailed, JobDismissed, ServiceProblem
+        In place of a result, unless they are to be yielded.
+    QueueFull, ServiceUnavailable, ConnectionFailed
+        After the last attempt.
+    """
+    warn_of([note for request in asked for note in (*notes_on(request), *unstated(request))])
+    for bodies in _batches(asked):
+        lines: dict[int, dict[str, Any]] = {}
+        given = attempt = 0
+        while given < len(bodies):
+            missing = [index for index in range(given, len(bodies)) if index not in lines]
+            failure: ServiceProblem | ConnectionFailed = ConnectionFailed("the answer ended before its last result")
+            try:
+                async with aclosing(_lines(connection, [bodies[index] for index in missing])) as arriving:
+                    async for line in arriving:
+                        refused = _refused(line)
+                        if refused is not None and refused.problem.status in RETRIED_STATUSES:
+                            failure = refused
+                        else:
+                            lines[missing[_place(line, missing)]], attempt = line, 0
+                        while given in lines:
+                            outcome = await _outcome(connection, lines.pop(given), return_exceptions)
+                            given += 1
+                            yield outcome
+            except ConnectionFailed as error:
+                failure = error
+            except ServiceProblem as error:
+                if error.problem.status not in RETRIED_STATUSES:
+                    raise
+                failure = error
+            if given < len(bodies):
+                if attempt >= connection.settings.retries:
+                    raise failure
+                await connection.sleep(pause(attempt))
+                attempt += 1
+
+
+def _batches(asked: Sequence[ProcessRequest]) -> Iterator[list[bytes]]:
+    """Yield the requests as members of a batch, in parts that the service takes."""
+    part: list[bytes] = []
+    for request in asked:
+        body = b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
+        if part and (len(part) == MOST_OF_BATCH or sum(map(len, part)) + len(body) > BYTES_OF_BATCH):
+            yield part
+            part = []
+        part.append(body)
+    if part:
+        yield part
+
+
+async def _lines(connection: AsyncConnection, bodies: Sequence[bytes]) -> AsyncGenerator[dict[str, Any]]:
+    """Yield the lines of the answer to a batch."""
+    content, rest = b'{"requests":[%s]}' % b",".join(bodies), b""
+    path = f"{API_PREFIX}/batches"
+    try:
+        async with connection.stream(path, _JSON, BATCH_SILENCE, params={"f": "npz"}, content=content) as response:
+            if response.status_code >= 400:
+                await response.aread()
+                raise problem_of(response)
+            async for piece in response.aiter_bytes():
+                *whole, rest = (rest + piece).split(b"\n")
+                if len(rest) > MOST_OF_LINE:
+                    raise ProtocolError("a line of the answer is too long")
+                for line in whole:
+                    if line:
+                        yield json_object(line, "a line of the answer")
+    except httpx2.RequestError as error:
+        raise failure_of(error) from None
+
+
+def _place(line: dict[str, Any], missing: Sequence[int]) -> int:
+    index = line.get("index")
+    if not isinstance(index, int) or not 0 <= index < len(missing):
+        raise ProtocolError("a line of the answer belongs to no request")
+    return index
+
+
+def _refused(line: dict[str, Any]) -> ServiceProblem | None:
+    """Return why a request was not accepted; None if it has a job."""
+    if "id" in line:
+        return None
+    try:
+        return problem_exception(Problem.model_validate(line.get("problem")))
+    except ValidationError:
+        raise ProtocolError("a line of the answer has neither a job nor a problem") from None
+
+
+async def _outcome(
+    connection: AsyncConnection, line: dict[str, Any], return_exceptions: bool
+) -> Result | GrazemapError:
+    try:
+        return await _result(connection, line)
+    except (JobError, ServiceProblem) as error:
+        if not return_exceptions:
+            raise
+        return error
+
+
+async def _result(connection: AsyncConnection, line: dict[str, Any]) -> Result:
+    """Return the result that a line has, or that its job has."""
+    refused = _refused(line)
+    if refused is not None:
+        raise refused
+    if isinstance(line.get("npz"), str):
+        try:
+            return decode_result(b64decode(line["npz"], validate=True))
+        except ValueError as error:
+            raise ProtocolError("a result of the answer cannot be read") from error
+    return await fetch(connection, line["id"])
 
 
 async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Event], None] | None = None) -> Result:
@@ -224,10 +392,15 @@ async def fetch(connection: AsyncConnection, job_id: str, listen: Callable[[Even
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
         result = decode_result(response.content)
-        etag = response.headers.get("etag")
-        if cache and etag:
-            cache.write(job_id, etag, response.content)
+        _keep(connection, job_id, response)
         return result
+
+
+def _keep(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> None:
+    """Keep a result in the folder of the client, if it has one."""
+    cache, etag = connection.settings.cache, response.headers.get("etag")
+    if cache and etag and JOB_ID.fullmatch(job_id):
+        cache.write(job_id, etag, response.content)
 
 
 def _require_success(job: Job) -> None:

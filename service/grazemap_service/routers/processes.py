@@ -40,7 +40,7 @@ def preferences(
         str | None,
         Header(
             description="`wait=5` lets the answer wait up to 5 seconds (at most 30) for the end of the job; with "
-            "`return=representation` the answer is then the result itself, 200, by Accept."
+            "`return=representation` the answer is the result itself, 200, by Accept, if the job was successful."
         ),
     ] = None,
 ) -> Preferences:
@@ -87,19 +87,16 @@ def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
             status = await _ended(context, job, began, preferred.wait)
         if preferred.wait is not None:
             headers["Preference-Applied"] = f"wait={preferred.wait}"
-        whole = preferred.representation and status == "successful"
-        if whole:
-            job = job.model_copy(update={"status": status})
-        elif status != job.status:
-            stored = await run_sync(stored_job, context, job.id, asker.name, limiter=context.threads)
-            job = stored or job
-        if whole or (preferred.representation and job.status in FINISHED):
-            answer = await result_response(request, context, job, asker)
+        if preferred.representation and status == "successful":
+            answer = await result_response(request, context, job.model_copy(update={"status": status}), asker)
             applied = [value for value in (headers.get("Preference-Applied"), "return=representation") if value]
             answer.headers["Preference-Applied"] = ", ".join(applied)
             answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
             answer.headers["Location"] = job_path(job.id)
             return answer
+        if status != job.status:
+            stored = await run_sync(stored_job, context, job.id, asker.name, limiter=context.threads)
+            job = stored or job
         return job_response(job, 201 if created else 200, headers)
 
     examples: Any = {name: {"value": value} for name, value in operation.examples.items()}

@@ -1,0 +1,215 @@
+"""POST of many requests at once: each has its own job, and all results come in one answer, as they are ready."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from base64 import b64encode
+from collections.abc import AsyncIterator, Iterable, Sequence
+from typing import Annotated, Any, Literal, NamedTuple
+
+import redis.exceptions
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import StreamingResponse
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, ProcessRequest, parse_request
+from grazemap.wire.error_details import MAX_ERRORS, errors_of
+from grazemap_service.context import Context, CurrentContext
+from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, start
+from grazemap_service.limits import checked_plan
+from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
+from grazemap_service.problems import ProblemException, answer_to
+from grazemap_service.representations import LARGE_BYTES, render
+from grazemap_service.request_body import JsonRoute
+from grazemap_worker.planning import Plan
+from grazemap_worker.store import Asker, QueueFull
+
+MOST_REQUESTS = 1000
+_LINES = "application/x-ndjson"
+# Requests that are submitted, and results that are read, between two looks at what has ended.
+_AT_A_TIME = 25
+# Seconds without news after which all jobs are looked at, and an empty line keeps the connection open.
+_LOOK_SECONDS = 5.0
+# Seconds after which they are looked at in any case, which renews the interest in them.
+_RENEW_SECONDS = 60.0
+
+router = APIRouter(route_class=JsonRoute, tags=["processes"])
+
+
+class BatchItem(BaseModel):
+    """A request of a batch."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    process: Annotated[
+        str, Field(description="Name of a process.", json_schema_extra={"enum": sorted(PROCESSES)}, max_length=64)
+    ]
+    request: Annotated[dict[str, Any], Field(description="The body as the route of the process takes it.")]
+
+
+class Batch(BaseModel):
+    """Requests that are submitted together."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MOST_REQUESTS)]
+
+
+class _Asked(NamedTuple):
+    process: str
+    request: ProcessRequest
+    plan: Plan
+
+
+@router.post(
+    f"{PREFIX}/batches",
+    operation_id="submit_batch",
+    summary="Many requests at once",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "A line of JSON for each request, as soon as it is decided, in any order. `index` is the "
+            "place of the request. A job has `id`, `status`, and `result` or `npz` (base64); a result of more "
+            "than a megabyte has `href` in their place. A failed job, and a request that was not accepted, have "
+            "`problem`. Empty lines mean nothing.",
+            "content": {_LINES: {"schema": {"type": "string"}}},
+        },
+        **problem_responses(*(kind for kind in SUBMISSION_KINDS if kind != "queue-full")),
+    },
+)
+async def post_batch(
+    batch: Batch,
+    request: Request,
+    context: CurrentContext,
+    asker: CurrentAsker,
+    form: Annotated[Literal["json", "npz"], Query(alias="f", description="The form of the results.")] = "json",
+) -> StreamingResponse:
+    """Submit up to 1000 requests and stream their results; each has its own job, as if it were posted alone.
+
+    If one of them is not valid, none is submitted. The jobs continue when the connection ends: post the batch again.
+    """
+    asked = await run_sync(_checked, context, batch)
+    lines = _answers(request, context, asker, asked, form)
+    return StreamingResponse(lines, media_type=_LINES, headers={"Cache-Control": "no-store"})
+
+
+def _checked(context: Context, batch: Batch) -> list[_Asked]:
+    """Return the requests with their plans. Raises ProblemException, whose pointers begin with those of requests."""
+    asked: list[_Asked] = []
+    found: list[ProblemError] = []
+    for index, item in enumerate(batch.requests):
+        path = f"/requests/{index}"
+        model = PROCESSES.get(item.process)
+        if model is None:
+            names = ", ".join(sorted(PROCESSES))
+            found.append(ProblemError(pointer=f"{path}/process", detail="There is no such process", allowed=names))
+        else:
+            try:
+                parsed = parse_request(item.process, item.request)
+                asked.append(_Asked(item.process, parsed, checked_plan(item.process, parsed, context.settings)))
+            except ValidationError as error:
+                details = [{**one, "loc": ("body", *one["loc"])} for one in error.errors(include_url=False)]
+                found += _below(path, errors_of(details, model))
+            except ProblemException as error:
+                error.problem = error.problem.model_copy(update={"errors": _below(path, error.problem.errors)})
+                raise
+        if len(found) >= MAX_ERRORS:
+            break
+    if found:
+        raise ProblemException("invalid-request", errors=found[:MAX_ERRORS])
+    return asked
+
+
+def _below(path: str, errors: Sequence[ProblemError]) -> list[ProblemError]:
+    return [one.model_copy(update={"pointer": f"{path}/request{one.pointer}"}) for one in errors]
+
+
+async def _answers(
+    request: Request, context: Context, asker: Asker, asked: Sequence[_Asked], form: str
+) -> AsyncIterator[bytes]:
+    """Yield lines, until every request has one."""
+    waiting: dict[str, list[int]] = {}
+    with context.hub.ends() as ended:
+        for first in range(0, len(asked), _AT_A_TIME):
+            part = range(first, min(first + _AT_A_TIME, len(asked)))
+            jobs = await run_sync(_submit, context, asker, [asked[index] for index in part], limiter=context.threads)
+            decided: dict[str, None] = {}
+            for index, job in zip(part, jobs, strict=True):
+                if isinstance(job, Exception):
+                    problem = bytes((await answer_to(request, job)).body)
+                    yield b'{"index":%d,"problem":%s}\n' % (index, problem)
+                else:
+                    waiting.setdefault(job.id, []).append(index)
+                    if job.status in FINISHED:
+                        decided[job.id] = None
+            while not ended.empty():
+                decided[ended.get_nowait() or ""] = None
+            async for lines in _lines(context, asker, decided, waiting, form):
+                yield lines
+        looked = time.monotonic()
+        while waiting:
+            news: list[str | None] = []
+            try:
+                news.append(await asyncio.wait_for(ended.get(), _LOOK_SECONDS))
+            except TimeoutError:
+                news.append(None)
+                yield b"\n"
+            while not ended.empty():
+                news.append(ended.get_nowait())
+            if None in news or time.monotonic() - looked > _RENEW_SECONDS:
+                looked, news = time.monotonic(), [*waiting]
+            async for lines in _lines(context, asker, [one for one in news if one], waiting, form):
+                yield lines
+
+
+def _submit(context: Context, asker: Asker, asked: Iterable[_Asked]) -> list[Job | Exception]:
+    """Return the jobs of requests, or why they were not accepted (blocking)."""
+    jobs: list[Job | Exception] = []
+    for one in asked:
+        try:
+            jobs.append(start(context, one.process, one.request, one.plan, asker)[0])
+        except (QueueFull, redis.exceptions.RedisError) as error:
+            jobs.append(error)
+    return jobs
+
+
+async def _lines(
+    context: Context, asker: Asker, decided: Iterable[str], waiting: dict[str, list[int]], form: str
+) -> AsyncIterator[bytes]:
+    """Yield the lines of jobs that have ended; those are removed from `waiting`."""
+    ids = [one for one in dict.fromkeys(decided) if one in waiting]
+    for first in range(0, len(ids), _AT_A_TIME):
+        part = ids[first : first + _AT_A_TIME]
+        try:
+            answers = await run_sync(_read, context, asker, part, form, limiter=context.threads)
+        except redis.exceptions.RedisError:  # they are looked at again
+            continue
+        for job_id, answer in zip(part, answers, strict=True):
+            if answer is not None:
+                yield b"".join(b'{"index":%d,%s}\n' % (index, answer) for index in waiting.pop(job_id))
+
+
+def _read(context: Context, asker: Asker, ids: Sequence[str], form: str) -> list[bytes | None]:
+    """Return the members of the lines of jobs, None for one that has not ended (blocking)."""
+    return [_members(context, asker, job_id, form) for job_id in ids]
+
+
+def _members(context: Context, asker: Asker, job_id: str, form: str) -> bytes | None:
+    job = context.store.jobs.get(job_id, asker.name, with_request=False)
+    if job is None:
+        return b'"id":"%s","status":"dismissed"' % job_id.encode()
+    if job.status not in FINISHED:
+        return None
+    head: dict[str, Any] = {"id": job.id, "status": job.status}
+    if job.problem is not None:
+        head["problem"] = job.problem.model_dump(mode="json")
+    if job.status != "successful":
+        return json.dumps(head).encode()[1:-1]
+    info = context.store.results.info(job_id, LARGE_BYTES)
+    if info is None or info.data is None:
+        return json.dumps({**head, "href": f"{job_path(job_id)}/result"}).encode()[1:-1]
+    name, data = (b"npz", b'"%s"' % b64encode(info.data)) if form == "npz" else (b"result", render(info.data, "json"))
+    return json.dumps(head).encode()[1:-1] + b',"%s":%s' % (name, data)
