@@ -68,6 +68,9 @@ def test_json_of_a_line_is_that_of_the_result_and_a_large_result_is_linked(
         "status": "successful",
         "result": client.get(f"/v1/jobs/{job}/result").json(),
     }
+    as_text = client.post("/v1/batches", json={"requests": CURVES[:1]}, headers={"Accept": "text/plain"})
+    assert as_text.headers["content-type"].startswith("text/plain")
+    assert json.loads(as_text.text) == line
     monkeypatch.setattr(batches, "LARGE_BYTES", 10)
     (line,) = lines_of(client.post("/v1/batches", json={"requests": CURVES[:1]}))
     assert line == {"index": 0, "id": job, "status": "successful", "href": f"/v1/jobs/{job}/result"}

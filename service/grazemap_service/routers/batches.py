@@ -29,6 +29,8 @@ from grazemap_worker.store import Asker, QueueFull
 
 MOST_REQUESTS = 1000
 _LINES = "application/x-ndjson"
+# the same, for clients that know no lines of JSON, as generated ones
+_TEXT = "text/plain"
 # Requests that are submitted, and results that are read, between two looks at what has ended.
 _AT_A_TIME = 25
 # Seconds without news after which all jobs are looked at, and an empty line keeps the connection open.
@@ -75,7 +77,7 @@ class _Asked(NamedTuple):
             "place of the request. A job has `id`, `status`, and `result` or `npz` (base64); a result of more "
             "than a megabyte has `href` in their place. A failed job, and a request that was not accepted, have "
             "`problem`. Empty lines mean nothing.",
-            "content": {_LINES: {"schema": {"type": "string"}}},
+            "content": {_LINES: {"schema": {"type": "string"}}, _TEXT: {"schema": {"type": "string"}}},
         },
         **problem_responses(*(kind for kind in SUBMISSION_KINDS if kind != "queue-full")),
     },
@@ -93,7 +95,8 @@ async def post_batch(
     """
     asked = await run_sync(_checked, context, batch)
     lines = _answers(request, context, asker, asked, form)
-    return StreamingResponse(lines, media_type=_LINES, headers={"Cache-Control": "no-store"})
+    media_type = _TEXT if request.headers.get("accept", "").startswith(_TEXT) else _LINES
+    return StreamingResponse(lines, media_type=media_type, headers={"Cache-Control": "no-store", "Vary": "Accept"})
 
 
 def _checked(context: Context, batch: Batch) -> list[_Asked]:
