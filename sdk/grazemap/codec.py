@@ -14,10 +14,8 @@ JSON: NaN and infinities are null. The process and the version of the layout, fr
 
 from __future__ import annotations
 
-import io
 import json
 import math
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Set
 from itertools import pairwise
 from typing import Any
@@ -25,10 +23,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap import npz
+
 Document = dict[str, Any]
 # Number of elements of an array that are written at once, which takes less than a millisecond.
 _PIECE = 1024
-_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class CodecError(ValueError):
@@ -44,14 +43,7 @@ def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
         _flatten(key, value, arrays, shape)
     full = {**meta, "structure": shape}
     arrays["meta"] = np.array(json.dumps(full, sort_keys=True, separators=(",", ":"), allow_nan=False))
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-        for name in sorted(arrays):
-            member = zipfile.ZipInfo(name + ".npy", date_time=_EPOCH)
-            member.compress_type = zipfile.ZIP_DEFLATED
-            with archive.open(member, "w") as stream:
-                np.lib.format.write_array(stream, np.asanyarray(arrays[name], order="C"), allow_pickle=False)
-    return buffer.getvalue()
+    return npz.packed(arrays)
 
 
 def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
@@ -60,20 +52,13 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
         return _decoded(data)
     except MemoryError:  # not an error of the bytes
         raise
-    # For damaged bytes zipfile, zlib, numpy and json raise many kinds of errors, some of them undocumented.
+    # For damaged bytes zipfile, numpy and json raise many kinds of errors, some of them undocumented.
     except Exception as error:
         raise CodecError("not a grazemap result") from error
 
 
-def unpacked_size(data: bytes) -> int:
-    """Return the bytes of the arrays in an npz, as its directory says."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        return sum(member.file_size for member in archive.infolist())
-
-
 def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
-    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
+    arrays = npz.unpacked(data)
     meta: dict[str, Any] = json.loads(str(arrays.pop("meta")))
     shape: dict[str, str] = meta.pop("structure")
     document: Document = {}

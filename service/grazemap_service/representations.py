@@ -20,7 +20,8 @@ from anyio.to_thread import run_sync
 from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
 
-from grazemap.codec import Document, decode_npz, iter_json, unpacked_size
+from grazemap.codec import Document, decode_npz, iter_json
+from grazemap.npz import unpacked_size
 from grazemap.schema import schema_of
 from grazemap.schema.motions import for_json
 from grazemap_service.problems import ProblemException

@@ -1,0 +1,128 @@
+"""Npz files: named arrays in a zip archive. The same arrays give the same bytes.
+
+numpy and zipfile write and read the same files. For the many small arrays of a result they take four and ten times as
+long, most of it for the headers of the arrays, which repeat.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_LEVEL = 6
+_VERSION = 20
+_DEFLATED = 8
+_UNIX = 3
+_READABLE = 0o600 << 16
+# 1980-01-01, the first day of zip archives
+_DATE = 33
+_UTF8 = 0x800
+_ENCRYPTED = 1
+# version to extract, flags, method, time, date, checksum, packed and whole size, length of the name, extra length
+_MEMBER = struct.Struct("<HHHHHLLLHH")
+_HEADER_LENGTH = struct.Struct("<H")
+# where the lengths of name and extra field stand in the header of a member, and where these begin
+_LENGTHS, _NAME = 26, 30
+
+
+def packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return arrays as an npz file, in the order of their names. Raises ValueError for arrays of objects."""
+    members: list[bytes] = []
+    directory: list[bytes] = []
+    position = 0
+    for name in sorted(arrays):
+        array = np.asanyarray(arrays[name])
+        whole = _header(array.dtype.str, array.shape) + array.tobytes()
+        compressor = zlib.compressobj(_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
+        content = compressor.compress(whole) + compressor.flush()
+        path = f"{name}.npy".encode()
+        flags = 0 if path.isascii() else _UTF8
+        about = _MEMBER.pack(
+            _VERSION, flags, _DEFLATED, 0, _DATE, zlib.crc32(whole), len(content), len(whole), len(path), 0
+        )
+        members += [b"PK\3\4", about, path, content]
+        directory.append(
+            b"PK\1\2" + bytes((_VERSION, _UNIX)) + about + struct.pack("<HHHLL", 0, 0, 0, _READABLE, position) + path
+        )
+        position += _NAME + len(path) + len(content)
+    listed = b"".join(directory)
+    count = len(directory)
+    return b"".join(
+        [*members, listed, struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(listed), position, 0)]
+    )
+
+
+def unpacked(data: bytes) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an npz file, which share no memory with it.
+
+    Raises
+    ------
+    ValueError, zipfile.BadZipFile, zlib.error, struct.error
+        The bytes are not such a file, a checksum is wrong, or the size of an array is not that of its data.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = archive.infolist()
+    return {member.filename.removesuffix(".npy"): _array(_content(data, member)) for member in members}
+
+
+def unpacked_size(data: bytes) -> int:
+    """Return the bytes of the arrays in an npz file, as its directory says."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return sum(member.file_size for member in archive.infolist())
+
+
+def _content(data: bytes, member: zipfile.ZipInfo) -> bytes:
+    """Return a member's bytes, at most as many as the directory says."""
+    name = member.header_offset + _NAME
+    length, extra = struct.unpack_from("<HH", data, member.header_offset + _LENGTHS)
+    start = name + length + extra
+    content = data[start : start + member.compress_size]
+    if data[name : name + length] != member.orig_filename.encode("utf-8" if member.flag_bits & _UTF8 else "cp437"):
+        raise ValueError("a member has another name than in the directory")
+    if member.flag_bits & _ENCRYPTED or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError("a member is encrypted or compressed in another way")
+    if member.compress_type == zipfile.ZIP_DEFLATED:
+        content = zlib.decompressobj(-zlib.MAX_WBITS).decompress(content, member.file_size + 1)
+    if len(content) != member.file_size or zlib.crc32(content) != member.CRC:
+        raise ValueError("a member has another size or checksum than the directory says")
+    return content
+
+
+def _array(content: bytes) -> NDArray[Any]:
+    version = content[:8]
+    if version != b"\x93NUMPY\x01\x00":
+        raise ValueError("a member is not an array")
+    (length,) = _HEADER_LENGTH.unpack_from(content, len(version))
+    start = len(version) + _HEADER_LENGTH.size + length
+    dtype, shape, fortran = _described(content[:start])
+    # it has as many elements as there are bytes for, whatever the shape says
+    array = np.frombuffer(content, dtype, offset=start).copy()
+    return array.reshape(shape, order="F" if fortran else "C")
+
+
+@lru_cache(maxsize=4096)
+def _header(descr: str, shape: tuple[int, ...]) -> bytes:
+    if np.dtype(descr).hasobject:
+        raise ValueError("arrays of objects cannot be stored")
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": descr, "fortran_order": False, "shape": shape})
+    return stream.getvalue()
+
+
+@lru_cache(maxsize=4096)
+def _described(header: bytes) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
+    """Return the type and the shape of an array, and whether its first index varies fastest."""
+    stream = io.BytesIO(header)
+    np.lib.format.read_magic(stream)
+    shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
+    if dtype.hasobject:
+        raise ValueError("arrays of objects are not read")
+    return dtype, shape, fortran
