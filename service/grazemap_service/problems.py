@@ -160,7 +160,7 @@ async def _answer(request: Request, exception: Exception) -> Response:
         case StarletteHTTPException():
             return _routed(request, exception)
         case RequestValidationError():
-            process = request.url.path.rpartition("/")[2]
+            process = request.url.path.removesuffix("/estimate").rpartition("/")[2]
             errors = errors_of(exception.errors(), PROCESSES.get(process))
             return problem_response(make_problem("invalid-request", errors=errors))
         case QueueFull():
