@@ -31,6 +31,13 @@ _PIECE = 1024
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
+# No result takes more memory than this, and deflate makes its input at most 1032 times as long.
+_MOST_UNPACKED = 2 << 30
+_MOST_RATIO = 1032
+# Elements that take no bytes: rows without columns, and records without fields.
+_MOST_EMPTY = 1 << 24
+
+
 class CodecError(ValueError):
     """The bytes are not a result that this version can read."""
 
@@ -55,7 +62,10 @@ def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 
 
 def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
-    """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError."""
+    """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError.
+
+    No array is made that is larger than the bytes which are there.
+    """
     try:
         return _decoded(data)
     except MemoryError:  # not an error of the bytes
@@ -72,8 +82,11 @@ def unpacked_size(data: bytes) -> int:
 
 
 def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
-    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = archive.infolist()
+        if sum(member.file_size for member in members) > _MOST_UNPACKED:
+            raise CodecError("the arrays are too large")
+        arrays = {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
     meta: dict[str, Any] = json.loads(str(arrays.pop("meta")))
     shape: dict[str, str] = meta.pop("structure")
     document: Document = {}
@@ -81,6 +94,25 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
         if not any(kind == "records" and name.startswith(f"{other}.") for other, kind in shape.items()):
             _place(document, name, _unflatten(name, arrays, shape))
     return document, meta
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    """Return the array of a member whose header agrees with its length."""
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise CodecError("unknown compression")
+    if member.file_size > _MOST_RATIO * member.compress_size:
+        raise CodecError("a length is not possible")
+    with archive.open(member) as stream:
+        if np.lib.format.read_magic(stream) != (1, 0):
+            raise CodecError("unknown version of an array")
+        shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
+        if math.prod(shape) * dtype.itemsize != member.file_size - stream.tell():
+            raise CodecError("the shape of an array does not agree with its length")
+        if member.file_size == stream.tell() and math.prod(side or 1 for side in shape) > _MOST_EMPTY:
+            raise CodecError("an empty array is too long")
+        stream.seek(0)
+        array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+        return array
 
 
 def encode_json(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
@@ -208,8 +240,10 @@ def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str
 
 
 def _records(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[dict[str, Any]]:
-    columns = _columns(name, arrays, shape, {"count"})
-    return [{field: columns[field][i] for field in columns} for i in range(int(arrays[f"{name}.count"]))]
+    columns, count = _columns(name, arrays, shape, {"count"}), int(arrays[f"{name}.count"])
+    if count > (min(map(len, columns.values())) if columns else _MOST_EMPTY):
+        raise CodecError("there are fewer records than are counted")
+    return [{field: columns[field][i] for field in columns} for i in range(count)]
 
 
 def _columns(
@@ -231,6 +265,8 @@ def _column(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, s
         columns = _columns(name, arrays, shape)
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     offsets = arrays[f"{name}.offsets"]
+    if np.any(offsets[1:] < offsets[:-1]):
+        raise CodecError("offsets must increase")
     if kind == "array":
         pieces = [arrays[f"{name}.values"][a:b] for a, b in pairwise(offsets)]
         if f"{name}.shape" not in arrays:
