@@ -159,6 +159,17 @@ memory: export PYTHONPATH = .
 memory: $(STAMP)  ## the peak memory of requests at every limit, each for two minutes at most (half an hour)
 	$(BIN)/python tests/limits_of_memory.py
 
+# another program's environment, as it needs other versions
+SCHEMATHESIS := $(CURDIR)/.cache/schemathesis
+schemathesis: export PYTHONPATH = .
+schemathesis: $(STAMP)  ## a thousand requests from the API's document to each operation, and sequences of them (an hour)
+	$(PYTHON) -m venv $(SCHEMATHESIS)
+	$(SCHEMATHESIS)/bin/python -m pip install --quiet --disable-pip-version-check "schemathesis>=4.32,<5"
+	$(BIN)/python tests/described_requests.py $(SCHEMATHESIS)/bin/schemathesis 1000
+
+storage: $(STAMP)  ## append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
+	$(BIN)/python -m pytest -m "" tests/service/test_storage.py tests/service/test_http_storage_full.py
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

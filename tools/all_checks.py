@@ -37,6 +37,8 @@ TARGETS = (
     "long-transients",
     "resolve",
     "memory",
+    "schemathesis",
+    "storage",
     "proofs",
     "borders",
     "reproduce",

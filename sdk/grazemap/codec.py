@@ -28,6 +28,8 @@ from grazemap import npz
 Document = dict[str, Any]
 # Number of elements of an array that are written at once, which takes less than a millisecond.
 _PIECE = 1024
+# Elements that take no bytes: rows without columns, and records without fields.
+_MOST_EMPTY = 1 << 24
 
 
 class CodecError(ValueError):
@@ -47,7 +49,10 @@ def encode_npz(document: Mapping[str, Any], meta: Mapping[str, Any]) -> bytes:
 
 
 def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
-    """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError."""
+    """Return (document, meta) from the bytes that `encode_npz` made. Raises CodecError.
+
+    No array is made that is larger than the bytes which are there.
+    """
     try:
         return _decoded(data)
     except MemoryError:  # not an error of the bytes
@@ -193,8 +198,10 @@ def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str
 
 
 def _records(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> list[dict[str, Any]]:
-    columns = _columns(name, arrays, shape, {"count"})
-    return [{field: columns[field][i] for field in columns} for i in range(int(arrays[f"{name}.count"]))]
+    columns, count = _columns(name, arrays, shape, {"count"}), int(arrays[f"{name}.count"])
+    if count > (min(map(len, columns.values())) if columns else _MOST_EMPTY):
+        raise CodecError("there are fewer records than are counted")
+    return [{field: columns[field][i] for field in columns} for i in range(count)]
 
 
 def _columns(
@@ -216,6 +223,8 @@ def _column(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, s
         columns = _columns(name, arrays, shape)
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     offsets = arrays[f"{name}.offsets"]
+    if np.any(offsets[1:] < offsets[:-1]):
+        raise CodecError("offsets must increase")
     if kind == "array":
         pieces = [arrays[f"{name}.values"][a:b] for a, b in pairwise(offsets)]
         if f"{name}.shape" not in arrays:

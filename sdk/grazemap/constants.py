@@ -24,6 +24,10 @@ BACKOFF_LIMIT: Final = 10.0
 RETRY_AFTER_LIMIT: Final = 60.0
 RETRIED_STATUSES: Final = frozenset({429, 502, 503, 504})
 
+# Bytes of an answer, after decompression, and characters of an event: no result and no event of a service is longer.
+LONGEST_ANSWER: Final = 257 << 20
+LONGEST_EVENT: Final = 1 << 20
+
 # Seconds of silence after which an event stream counts as broken: the service sends a comment every 15 s.
 STREAM_SILENCE: Final = 45.0
 # Number of consecutive streams without an event after which the client polls instead.
@@ -46,3 +50,7 @@ LOCAL_STOP_TIMEOUT: Final = 10.0
 
 # Unit and factor that engineers read, by the unit of results in SI.
 ENGINEERING_UNITS: Final = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}
+
+# A number of a request is 0, or of a size between these, in any unit.
+SMALLEST_NUMBER: Final = 1e-60
+LARGEST_NUMBER: Final = 1e60

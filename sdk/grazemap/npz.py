@@ -7,6 +7,7 @@ long, most of it for the headers of the arrays, which repeat.
 from __future__ import annotations
 
 import io
+import math
 import struct
 import zipfile
 import zlib
@@ -29,6 +30,11 @@ _ENCRYPTED = 1
 # version to extract, flags, method, time, date, checksum, packed and whole size, length of the name, extra length
 _MEMBER = struct.Struct("<HHHHHLLLHH")
 _HEADER_LENGTH = struct.Struct("<H")
+# No result takes more memory than this, and deflate makes its input at most 1032 times as long.
+_MOST_UNPACKED = 2 << 30
+_MOST_RATIO = 1032
+# Elements of an array that take no bytes, such as rows without columns.
+_MOST_EMPTY = 1 << 24
 # where the lengths of name and extra field stand in the header of a member, and where these begin
 _LENGTHS, _NAME = 26, 30
 
@@ -70,6 +76,8 @@ def unpacked(data: bytes) -> dict[str, NDArray[Any]]:
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = archive.infolist()
+    if sum(member.file_size for member in members) > _MOST_UNPACKED:
+        raise ValueError("the arrays are too large")
     return {member.filename.removesuffix(".npy"): _array(_content(data, member)) for member in members}
 
 
@@ -89,6 +97,8 @@ def _content(data: bytes, member: zipfile.ZipInfo) -> bytes:
         raise ValueError("a member has another name than in the directory")
     if member.flag_bits & _ENCRYPTED or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError("a member is encrypted or compressed in another way")
+    if member.file_size > _MOST_RATIO * member.compress_size:
+        raise ValueError("a length is not possible")
     if member.compress_type == zipfile.ZIP_DEFLATED:
         content = zlib.decompressobj(-zlib.MAX_WBITS).decompress(content, member.file_size + 1)
     if len(content) != member.file_size or zlib.crc32(content) != member.CRC:
@@ -103,6 +113,8 @@ def _array(content: bytes) -> NDArray[Any]:
     (length,) = _HEADER_LENGTH.unpack_from(content, len(version))
     start = len(version) + _HEADER_LENGTH.size + length
     dtype, shape, fortran = _described(content[:start])
+    if start == len(content) and math.prod(side or 1 for side in shape) > _MOST_EMPTY:
+        raise ValueError("an empty array is too long")
     # it has as many elements as there are bytes for, whatever the shape says
     array = np.frombuffer(content, dtype, offset=start).copy()
     return array.reshape(shape, order="F" if fortran else "C")

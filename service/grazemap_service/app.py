@@ -55,5 +55,5 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app)
-    openapi.install(app, keys=settings.need_keys)
+    openapi.install(app, keys=settings.need_keys, masses=settings.max_masses)
     return app

@@ -50,6 +50,7 @@ async def current_asker(
     priority: Annotated[
         str | None,
         Header(
+            json_schema_extra={"pattern": "^([0-9]|(u=|i).*)$"},
             description="0 to 9, 5 when left out: each step doubles the share of a new job. No part of its id. What "
             "browsers send (RFC 9218) is ignored.",
         ),

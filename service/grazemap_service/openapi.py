@@ -40,6 +40,7 @@ Equal requests have the same job, also of different clients. Every error is a pr
 - **Oscillator**: a chain of masses; the first one moves between two stops at +clearance and -clearance, the last one is
   joined to the ground. Without `"units": "SI"` all numbers are nondimensional. In SI `omega` is in rad/s, `clearance`
   in m, and a list of dampings in N s/m. A single `damping` is the factor gamma of C = 2 gamma K, in s.
+- **Numbers** are 0, or between 1e-60 and 1e60 in size. An integer is written without a decimal point.
 - **Motions** n-p_r-q_l repeat after n periods of the forcing, with p impacts on the right stop (A) and q on the left
   one (C). -1: the stop is not touched; 0: the mass rests on it without an impact; -2: infinitely many impacts.
 - **verified**: the periodic orbit is isolated, admissible and stable, and n is its minimum period. Where a trajectory
@@ -80,18 +81,18 @@ def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-def install(app: FastAPI, *, keys: bool) -> None:
+def install(app: FastAPI, *, keys: bool, masses: int) -> None:
     """Make the app build its document with `document`, once."""
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            app.openapi_schema = document(app, keys=keys)
+            app.openapi_schema = document(app, keys=keys, masses=masses)
         return app.openapi_schema
 
     app.openapi = openapi  # type: ignore[method-assign]
 
 
-def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
+def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
     """Return the OpenAPI document.
 
     Parameters
@@ -100,14 +101,20 @@ def document(app: FastAPI, *, keys: bool) -> dict[str, Any]:
         With its routes.
     keys : bool
         Whether the service asks for a key.
+    masses : int
+        Number of masses that the service takes.
     """
     schema = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, tags=TAGS, routes=app.routes)
     for path, operations in schema["paths"].items():
         for operation in operations.values():
-            _correct(operation["responses"], everywhere=path.startswith(PREFIX))
+            _correct(operation, everywhere=path.startswith(PREFIX))
             if keys and path not in OPEN_PATHS:
                 operation["security"] = [{"key": []}]
     components = schema.setdefault("components", {})
+    fields = components["schemas"]["Oscillator"]["properties"]
+    for one in (fields["masses"], fields["stiffnesses"], fields["forcing"], *fields["damping"]["oneOf"]):
+        if one["type"] == "array":
+            one["maxItems"] = masses
     _type_jobs_and_results(schema)
     for unused in ("HTTPValidationError", "ValidationError"):
         components.get("schemas", {}).pop(unused, None)
@@ -126,18 +133,31 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
             responses[status]["content"]["application/json"]["schema"] = reference(job_name(process))
 
 
-def _correct(responses: dict[str, Any], *, everywhere: bool) -> None:
+def _correct(operation: dict[str, Any], *, everywhere: bool) -> None:
     """Remove what is not OpenAPI 3.1, and the framework's own 422; add the problems of all operations."""
+    responses = operation["responses"]
     for response in responses.values():
         for content in response.get("content", {}).values():
             if "itemSchema" in content:  # of OpenAPI 3.2
-                content["schema"] = {"type": "string", "description": "Server-sent events."}
+                content["schema"] = {"description": "Server-sent events."}
                 del content["itemSchema"]
     if _is_framework(responses.get("422", {})):
         del responses["422"]
+    for parameter in operation.get("parameters", ()):
+        _without_null(parameter["schema"])
+        if parameter["in"] in ("header", "query"):
+            responses.setdefault("422", problem_responses("invalid-request")[422])
     if everywhere:
         for status, response in problem_responses(*_EVERYWHERE).items():
             responses.setdefault(str(status), response)
+
+
+def _without_null(schema: dict[str, Any]) -> None:
+    """Make the schema of a parameter, which may be left out but is text, one without null."""
+    options = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
+    if len(options) == 1:
+        del schema["anyOf"]
+        schema |= options[0]
 
 
 def _is_framework(response: Mapping[str, Any]) -> bool:

@@ -1,5 +1,6 @@
 """One request: which failures are retried, for how long, and which exception is raised."""
 
+import gzip
 import json
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
@@ -7,7 +8,7 @@ from email.utils import format_datetime
 import httpx2
 import pytest
 from httpx2 import ConnectError, UnsupportedProtocol
-from sdk_played import Played
+from sdk_played import Lines, Played
 
 from grazemap import constants, errors
 
@@ -117,3 +118,42 @@ def test_the_status_line_decides_not_the_body(play):
     body = json.dumps({"type": "urn:x", "title": "T", "status": 200}).encode()
     with pytest.raises(errors.NotFound):
         play(httpx2.Response(404, content=body)).send(0)
+
+
+def endless():
+    """The lines of an endless body, 10 kB each."""
+    for k in range(1000):
+        assert k < 250, "it reads on"
+        yield "x" * 9999
+
+
+@pytest.mark.parametrize("status", [200, 404, 503])
+def test_an_endless_answer_is_not_read_to_its_end(play, monkeypatch, status):
+    monkeypatch.setattr(constants, "LONGEST_ANSWER", 1 << 20)
+    with pytest.raises(errors.ProtocolError, match="longer than 1048576 bytes"):
+        play(httpx2.Response(status, stream=Lines(endless(), lambda: None))).send(5)
+
+
+class Once(httpx2.SyncByteStream, httpx2.AsyncByteStream):
+    """A body in one piece, which is not read before it is asked for."""
+
+    def __init__(self, content: bytes) -> None:
+        self._content = content
+
+    def __iter__(self):
+        yield self._content
+
+    async def __aiter__(self):
+        yield self._content
+
+
+def test_a_compressed_answer_is_measured_by_what_it_holds(play, monkeypatch):
+    monkeypatch.setattr(constants, "LONGEST_ANSWER", 1 << 20)
+    headers = {"content-encoding": "gzip", "content-type": "application/json"}
+    for size, fits in ((1 << 19, True), (1 << 21, False)):
+        run = play(httpx2.Response(200, headers=headers, stream=Once(gzip.compress(bytes(size)))))
+        if fits:
+            assert run.send(0).content == bytes(size)
+        else:
+            with pytest.raises(errors.ProtocolError):
+                run.send(0)

@@ -6,7 +6,9 @@ import json
 import random
 import re
 import time
+import tracemalloc
 import warnings
+import zipfile
 
 import numpy as np
 import pytest
@@ -557,6 +559,64 @@ def test_npz_whose_structure_is_wrong_is_refused():
         np.savez(buffer, **{other: array for other, array in arrays.items() if other != name})
         with pytest.raises(CodecError):
             decode_npz(buffer.getvalue())
+
+
+def forged(shape: tuple[int, ...], descr: str = "<f8", content: bytes = bytes(80), name: str = "omega") -> bytes:
+    """The npz of a result with an array whose header says something else than the bytes that follow."""
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": descr, "fortran_order": False, "shape": shape})
+    result = io.BytesIO()
+    process = "codimension-two-points" if "." in name else "grazing-curves"
+    with zipfile.ZipFile(io.BytesIO(npz(process))) as whole, zipfile.ZipFile(result, "w") as archive:
+        for member in whole.namelist():
+            data = header.getvalue() + content if member == f"{name}.npy" else whole.read(member)
+            archive.writestr(member, data)
+    return result.getvalue()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        forged((1 << 28,)),
+        forged((1 << 20, 1 << 20)),
+        forged((-10,)),
+        forged((1 << 40, 0), content=b""),
+        forged((1 << 40,), "|V0", content=b""),
+        forged((10,), "|O"),
+        forged((1,), f"<U{1 << 28}"),
+        forged((), "<i8", (1 << 40).to_bytes(8, "little"), "points.count"),
+        forged((4,), "<i8", np.array([0, 2, 0, 2]).tobytes(), "points.families.offsets"),
+    ],
+    ids=["long", "square", "negative", "rows of nothing", "elements of nothing", "object", "text", "count", "offsets"],
+)
+def test_a_forged_array_is_refused_before_memory_is_taken_for_it(data):
+    tracemalloc.start()
+    try:
+        with pytest.raises(ResultFormatError, match="not a grazemap result"):
+            decode_result(data)
+        assert tracemalloc.get_traced_memory()[1] < 4 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_zip_bomb_is_refused_before_it_is_unpacked():
+    result = io.BytesIO()
+    with zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("omega.npy", "w") as stream:
+        np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": (8 << 20,)})
+        for _ in range(64):
+            stream.write(bytes(1 << 20))
+    small = result.getvalue()
+    # 64 MB, and a directory that says more than deflate can pack into so few bytes
+    assert len(small) < 1 << 17
+    place = small.rindex(b"PK\x01\x02") + 24
+    lying = small[:place] + (1 << 31).to_bytes(4, "little") + small[place + 4 :]
+    tracemalloc.start()
+    try:
+        with pytest.raises(ResultFormatError):
+            decode_result(lying)
+        assert tracemalloc.get_traced_memory()[1] < 4 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_pickles_are_never_loaded(tmp_path):

@@ -8,6 +8,7 @@ from httpx2 import ReadError
 from sdk_played import Lines, Played
 
 from grazemap import constants, errors
+from grazemap.client.connection import lines_of
 from grazemap.client.events import EventDecoder
 
 STREAM = {"content-type": "text/event-stream"}
@@ -123,6 +124,25 @@ def test_an_event_that_is_not_json_breaks_only_the_stream(play):
     service = play(["event: progress", "data: " + "[" * 100_000, ""], [*event(2), *END])
     assert service.follow().status == "successful"
     assert service.names == ["progress", "done"]
+
+
+def repeated(text: str):
+    """An endless stream, which fails when much of it is read."""
+    for k in range(1000):
+        assert k < 30, "it reads on"
+        yield text
+
+
+def test_an_endless_event_breaks_only_the_stream(play):
+    run = play(repeated("data: " + "x" * 100_000), finished_after=5)
+    run.follow()
+    assert run.names[-1] == "done"
+
+
+def test_an_endless_line_is_not_read_to_its_end():
+    parts = (part.encode() for part in repeated("x" * 100_000))
+    with pytest.raises(errors.ProtocolError, match="a line is longer"):
+        list(lines_of(httpx2.Response(200, content=parts)))
 
 
 def test_a_stream_that_ends_early_is_opened_again(play):

@@ -7,7 +7,7 @@ job, which is computed once.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import AsyncGenerator, Mapping
 from contextlib import AbstractAsyncContextManager
 from time import monotonic
 
@@ -15,7 +15,7 @@ import httpx2
 
 from grazemap import constants
 from grazemap.client.http import Settings, failure_of, pause, problem_of
-from grazemap.errors import ConnectionFailed, ServiceProblem
+from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
 
 
 class AsyncConnection:
@@ -64,14 +64,16 @@ class AsyncConnection:
         ConnectionFailed
             There was no answer after all attempts.
         ProtocolError
-            The answer cannot be read.
+            The answer cannot be read, or is longer than any of a service.
         """
         attempts = 1 + (self.settings.retries if retries is None else retries)
         for attempt in range(attempts):
             failure: ServiceProblem | ConnectionFailed
             retry_after: float | None = None
             try:
-                response = await self._http.request(method, path, params=params, headers=headers, content=content)
+                answer = self._http.stream(method, path, params=params, headers=headers, content=content)
+                async with answer as streamed:
+                    response = await _read(streamed)
             except httpx2.RequestError as error:
                 failure = failure_of(error)
                 again = not isinstance(error, httpx2.UnsupportedProtocol)
@@ -114,3 +116,27 @@ class AsyncConnection:
     async def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         await asyncio.sleep(seconds)
+
+
+async def _read(streamed: httpx2.Response) -> httpx2.Response:
+    """Return an answer with its body. Raises ProtocolError where this is too long."""
+    parts, size = [], 0
+    async for part in streamed.aiter_bytes():
+        size += len(part)
+        if size > constants.LONGEST_ANSWER:
+            raise ProtocolError(f"the answer is longer than {constants.LONGEST_ANSWER} bytes")
+        parts.append(part)
+    # the parts are decompressed
+    headers = [(name, value) for name, value in streamed.headers.multi_items() if name != "content-encoding"]
+    return httpx2.Response(streamed.status_code, headers=headers, content=b"".join(parts), request=streamed.request)
+
+
+async def lines_of(response: httpx2.Response) -> AsyncGenerator[str]:
+    """Yield the lines of a stream, without their ends. Raises ProtocolError where one is too long."""
+    rest = ""
+    async for text in response.aiter_text():
+        *lines, rest = (rest + text).split("\n")
+        if len(rest) > constants.LONGEST_EVENT:
+            raise ProtocolError(f"a line is longer than {constants.LONGEST_EVENT} characters")
+        for line in lines:
+            yield line.removesuffix("\r")

@@ -8,7 +8,7 @@ from contextlib import aclosing
 import httpx2
 
 from grazemap import constants
-from grazemap.client.async_connection import AsyncConnection
+from grazemap.client.async_connection import AsyncConnection, lines_of
 from grazemap.client.events import Event, EventDecoder
 from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
@@ -116,7 +116,7 @@ class AsyncFollower:
                 kind = response.headers.get("content-type", "")
                 if response.status_code != 200 or not kind.startswith("text/event-stream"):
                     return
-                async for line in response.aiter_lines():
+                async for line in lines_of(response):
                     event = decoder.feed(line)
                     if event is not None:
                         self._seen += event.id != self._last_id  # one without an id may come on every connection

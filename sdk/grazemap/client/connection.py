@@ -8,7 +8,7 @@ job, which is computed once.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from contextlib import AbstractContextManager
 from time import monotonic
 
@@ -16,7 +16,7 @@ import httpx2
 
 from grazemap import constants
 from grazemap.client.http import Settings, failure_of, pause, problem_of
-from grazemap.errors import ConnectionFailed, ServiceProblem
+from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
 
 
 class Connection:
@@ -65,14 +65,16 @@ class Connection:
         ConnectionFailed
             There was no answer after all attempts.
         ProtocolError
-            The answer cannot be read.
+            The answer cannot be read, or is longer than any of a service.
         """
         attempts = 1 + (self.settings.retries if retries is None else retries)
         for attempt in range(attempts):
             failure: ServiceProblem | ConnectionFailed
             retry_after: float | None = None
             try:
-                response = self._http.request(method, path, params=params, headers=headers, content=content)
+                answer = self._http.stream(method, path, params=params, headers=headers, content=content)
+                with answer as streamed:
+                    response = _read(streamed)
             except httpx2.RequestError as error:
                 failure = failure_of(error)
                 again = not isinstance(error, httpx2.UnsupportedProtocol)
@@ -115,3 +117,27 @@ class Connection:
     def sleep(self, seconds: float) -> None:
         """Wait for some seconds."""
         time.sleep(seconds)
+
+
+def _read(streamed: httpx2.Response) -> httpx2.Response:
+    """Return an answer with its body. Raises ProtocolError where this is too long."""
+    parts, size = [], 0
+    for part in streamed.iter_bytes():
+        size += len(part)
+        if size > constants.LONGEST_ANSWER:
+            raise ProtocolError(f"the answer is longer than {constants.LONGEST_ANSWER} bytes")
+        parts.append(part)
+    # the parts are decompressed
+    headers = [(name, value) for name, value in streamed.headers.multi_items() if name != "content-encoding"]
+    return httpx2.Response(streamed.status_code, headers=headers, content=b"".join(parts), request=streamed.request)
+
+
+def lines_of(response: httpx2.Response) -> Generator[str]:
+    """Yield the lines of a stream, without their ends. Raises ProtocolError where one is too long."""
+    rest = ""
+    for text in response.iter_text():
+        *lines, rest = (rest + text).split("\n")
+        if len(rest) > constants.LONGEST_EVENT:
+            raise ProtocolError(f"a line is longer than {constants.LONGEST_EVENT} characters")
+        for line in lines:
+            yield line.removesuffix("\r")

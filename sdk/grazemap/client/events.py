@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from grazemap.client.http import json_object
+from grazemap.constants import LONGEST_EVENT
+from grazemap.errors import ProtocolError
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class EventDecoder:
         self.last_id = last_id
         self._name = ""
         self._data: list[str] = []
+        self._length = 0
 
     def feed(self, line: str) -> Event | None:
         """Return the event that a line completes, or None.
@@ -44,7 +47,7 @@ class EventDecoder:
         Raises
         ------
         ProtocolError
-            An event whose data are not a JSON object.
+            An event whose data are not a JSON object, or too long.
         """
         if not line:
             return self._complete()
@@ -56,13 +59,16 @@ class EventDecoder:
             self._name = value
         elif field == "data":
             self._data.append(value)
+            self._length += len(value) + 1
+            if self._length > LONGEST_EVENT:
+                raise ProtocolError(f"an event is longer than {LONGEST_EVENT} characters")
         elif field == "id" and "\0" not in value:
             self.last_id = value
         return None
 
     def _complete(self) -> Event | None:
         name, data = self._name or "message", "\n".join(self._data)
-        self._name, self._data = "", []
+        self._name, self._data, self._length = "", [], 0
         if not data:
             return None
         return Event(self.last_id, name, json_object(data, "an event of the job"))

@@ -9,7 +9,7 @@ from contextlib import closing
 import httpx2
 
 from grazemap import constants
-from grazemap.client.connection import Connection
+from grazemap.client.connection import Connection, lines_of
 from grazemap.client.events import Event, EventDecoder
 from grazemap.client.http import pause
 from grazemap.errors import ProtocolError, WaitTimeout
@@ -117,7 +117,7 @@ class Follower:
                 kind = response.headers.get("content-type", "")
                 if response.status_code != 200 or not kind.startswith("text/event-stream"):
                     return
-                for line in response.iter_lines():
+                for line in lines_of(response):
                     event = decoder.feed(line)
                     if event is not None:
                         self._seen += event.id != self._last_id  # one without an id may come on every connection

@@ -26,8 +26,10 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
+from pydantic.config import JsonDict
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 from grazemap.errors import ProtocolError
 from grazemap.wire.error_texts import error_text, schema_of
 
@@ -36,8 +38,6 @@ if TYPE_CHECKING:
 else:  # its public way
     ModelMetaclass = type(BaseModel)
 
-SMALLEST_NUMBER = 1e-60
-LARGEST_NUMBER = 1e60
 _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 
 
@@ -147,12 +147,21 @@ def _sized(value: float) -> float:
 
 
 Sized = AfterValidator(_sized)
+_LARGEST: JsonDict = {"maximum": LARGEST_NUMBER}
+_NOT_TINY: JsonDict = {"exclusiveMinimum": 0, "exclusiveMaximum": SMALLEST_NUMBER}
+_NOT_TINY_NEGATIVE: JsonDict = {"exclusiveMinimum": -SMALLEST_NUMBER, "exclusiveMaximum": 0}
+# The same bounds in the JSON schema.
+_OF_ANY_SIGN_SIZED = Field(
+    json_schema_extra=_LARGEST | {"minimum": -LARGEST_NUMBER, "not": {"anyOf": [_NOT_TINY, _NOT_TINY_NEGATIVE]}}
+)
+_POSITIVE_SIZED = Field(gt=0, json_schema_extra=_LARGEST | {"minimum": SMALLEST_NUMBER})
+_NON_NEGATIVE_SIZED = Field(ge=0, json_schema_extra=_LARGEST | {"not": _NOT_TINY})
 # Last in an Annotated: bounds written after it would not get into the JSON schema.
 Listable = BeforeValidator(plain)
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
-Float = Annotated[float, Sized, Listable]
-Positive = Annotated[float, Field(gt=0), Sized, Listable]
-NonNegative = Annotated[float, Field(ge=0), Sized, Listable]
+Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
+Positive = Annotated[float, _POSITIVE_SIZED, Sized, Listable]
+NonNegative = Annotated[float, _NON_NEGATIVE_SIZED, Sized, Listable]
 
 
 class _Ordered(Request):

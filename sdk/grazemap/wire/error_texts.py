@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
+from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
+
 Schema = Mapping[str, Any]
 # All known names are much shorter, and the comparison of longer names takes time.
 _LONGEST_NAME = 64
@@ -44,6 +46,7 @@ UNITS = {"omega": "rad/s", "clearance": "m"}
 """The units of parameters in SI."""
 ONLY_IN_FLAGS = "; units are written on the command line only"
 """What is said of numbers that have a unit in SI."""
+_OF_EVERY_NUMBER = {SMALLEST_NUMBER, LARGEST_NUMBER}
 # Query parameters have no schema here.
 _PARSED = {"int_parsing": "an integer"}
 
@@ -178,4 +181,6 @@ def _describe_one(schema: Schema, root: Schema) -> str:
 
 def _bounds(schema: Schema) -> str:
     signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
-    return " and ".join(f"{sign} {schema[key]:.15g}" for key, sign in signs.items() if key in schema)
+    bounds = [(sign, schema[key]) for key, sign in signs.items() if key in schema]
+    # those of every number are said where a number is outside
+    return " and ".join(f"{sign} {value:.15g}" for sign, value in bounds if abs(value) not in _OF_EVERY_NUMBER)

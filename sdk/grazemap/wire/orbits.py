@@ -15,6 +15,7 @@ from grazemap.wire.job import motion_label
 from grazemap.wire.process import InitialState, MaxPeriod, Operation, PointRequest, ProcessRequest
 
 MAX_IMPACTS = 256
+_ONE_PER_IMPACT = Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True)
 Stop = Annotated[Literal[1, -1], Listable]
 
 
@@ -30,9 +31,9 @@ class OrbitMotion(Request):
     """Period, in forcing periods."""
     stops: Annotated[list[Stop], Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True), Listable]
     """The stops of a period's impacts in order: 1 is A (right), -1 is C (left)."""
-    phases: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    phases: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
     """Phases omega t of the impacts in radians, increasing: initial guess of Newton's method; only with velocities."""
-    velocities: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    velocities: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
     """Velocities of mass 1 before each impact, signed; only with phases."""
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
     """The motion's name n-p_r-q_l; it must agree with the period and the stops."""

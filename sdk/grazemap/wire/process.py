@@ -61,9 +61,9 @@ class PointRequest(ProcessRequest):
 class InitialState(Request):
     """The initial state of a trajectory; left out: at rest in the middle, forcing phase 0."""
 
-    displacement: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    displacement: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
     """Of every mass, N numbers; left out: 0."""
-    velocity: Annotated[list[Float], Field(fail_fast=True), Listable] | None = None
+    velocity: Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable] | None = None
     """Of every mass, N numbers; left out: 0."""
     phase: Float = 0.0
     """Of the forcing f sin(omega t + phase) at t = 0, in radians."""

@@ -32,7 +32,11 @@ router = APIRouter(tags=["jobs"])
 
 def resume_point(
     last_event_id: Annotated[
-        str | None, Header(description="The id of the last event that arrived; the stream continues after it.")
+        str | None,
+        Header(
+            description="The id of the last event that arrived; the stream continues after it.",
+            json_schema_extra={"pattern": "^([0-9]{1,19}(-[0-9]{1,19})?)?$"},
+        ),
     ] = None,
 ) -> str:
     """Return the id after which the stream continues. Raises ProblemException if it is not an event's id."""

@@ -33,7 +33,14 @@ async def list_jobs(
         str | None, Query(description="Only jobs of this process.", json_schema_extra={"enum": sorted(PROCESSES)})
     ] = None,
     limit: Annotated[int, Query(ge=1, le=500, description="Jobs on one page.")] = 50,
-    cursor: Annotated[str | None, Query(max_length=64, description="From the link `next` of a page.")] = None,
+    cursor: Annotated[
+        str | None,
+        Query(
+            max_length=64,
+            description="From the link `next` of a page.",
+            json_schema_extra={"pattern": "^[0-9]{1,18}$"},
+        ),
+    ] = None,
 ) -> Response:
     """List the jobs that the service stores, a page at a time; requests over 4 kB are left out (null)."""
     if process is not None and process not in PROCESSES:
