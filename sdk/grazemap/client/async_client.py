@@ -18,7 +18,7 @@ from grazemap.client.async_jobs import AsyncJobHandle
 from grazemap.client.http import Settings, json_object
 from grazemap.client.methods import Awaited, ProcessMethods
 from grazemap.results import Trajectories, Trajectory, html
-from grazemap.wire import Forecast, ProcessRequest, Status
+from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
 from grazemap.wire.base import plain
 
 
@@ -84,6 +84,10 @@ class AsyncClient(ProcessMethods, Awaited):
         """Return the service's description: versions, processes, limits."""
         response = await self._connection.send("GET", constants.API_PREFIX)
         return json_object(response.content, "the answer")
+
+    async def status(self) -> ServiceStatus:
+        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
+        return ServiceStatus.read((await self._connection.send("GET", f"{constants.API_PREFIX}/status")).content)
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
         """Submit a request and return its job without waiting; equal requests have the same job.

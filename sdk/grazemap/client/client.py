@@ -19,7 +19,7 @@ from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.methods import Blocking, ProcessMethods
 from grazemap.results import Trajectories, Trajectory, html
-from grazemap.wire import Forecast, ProcessRequest, Status
+from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
 from grazemap.wire.base import plain
 
 
@@ -85,6 +85,10 @@ class Client(ProcessMethods, Blocking):
         """Return the service's description: versions, processes, limits."""
         response = self._connection.send("GET", constants.API_PREFIX)
         return json_object(response.content, "the answer")
+
+    def status(self) -> ServiceStatus:
+        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
+        return ServiceStatus.read((self._connection.send("GET", f"{constants.API_PREFIX}/status")).content)
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
         """Submit a request and return its job without waiting; equal requests have the same job.
