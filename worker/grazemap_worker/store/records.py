@@ -77,12 +77,15 @@ class Asker:
         Share of the workers, relative to other askers.
     most_tiles : int, optional
         Maximum unfinished tiles of all jobs of this asker.
+    group : str
+        Of jobs, in which lists show this one too; empty: none.
     """
 
     name: str = "anonymous"
     priority: int = 5
     weight: float = 1.0
     most_tiles: int | None = None
+    group: str = ""
 
 
 class Bell(NamedTuple):
