@@ -29,6 +29,7 @@ PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
 RESULTS_RELATION = "http://www.opengis.net/def/rel/ogc/1.0/results"
 ANYBODY = Asker()
+NAME = "^[A-Za-z0-9._-]+$"
 _JOB_ID = re.compile(r"[0-9a-f]{64}")
 # The notes on requests, by the ids of their jobs.
 _NOTES: dict[str, list[Note]] = {}
@@ -43,8 +44,17 @@ async def current_asker(
         Header(
             alias="Grazemap-Client",
             max_length=64,
-            pattern="^[A-Za-z0-9._-]+$",
+            pattern=NAME,
             description="Who asks, where there are no keys: each has its share of the workers.",
+        ),
+    ] = None,
+    group: Annotated[
+        str | None,
+        Header(
+            alias="Grazemap-Group",
+            max_length=64,
+            pattern=NAME,
+            description="A name for a group of jobs, which lists of jobs can select. No part of a job's id.",
         ),
     ] = None,
     priority: Annotated[
@@ -56,7 +66,7 @@ async def current_asker(
         ),
     ] = None,
 ) -> Asker:
-    """Return who asks, and how urgently. Raises ProblemException if the priority is not one."""
+    """Return who asks, how urgently, and for which group. Raises ProblemException if the priority is not one."""
     if priority is None or priority.lstrip().startswith(("u=", "i")):
         level = ANYBODY.priority
     elif re.fullmatch("[0-9]", priority):
@@ -64,8 +74,8 @@ async def current_asker(
     else:
         raise invalid("?priority", "Not a priority", "0 to 9")
     if key is not None:
-        return Asker(f"key:{key.name}", level, key.weight, key.quota)
-    return Asker(name=f"client:{client}" if client else ANYBODY.name, priority=level)
+        return Asker(f"key:{key.name}", level, key.weight, key.quota, group or "")
+    return Asker(name=f"client:{client}" if client else ANYBODY.name, priority=level, group=group or "")
 
 
 CurrentAsker = Annotated[Asker, Depends(current_asker)]

@@ -26,6 +26,7 @@ from typing import Any
 
 import structlog
 from pydantic import ValidationError
+from redis.exceptions import RedisError
 
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
@@ -34,7 +35,8 @@ from grazemap_service.settings import StackSettings
 from grazemap_service.storage import REDIS, locked, opened_lock
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
-from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
+from grazemap_worker.redis_settings import USAGE_ERROR, RedisSettings, refusal_text
+from grazemap_worker.store import Store, connect
 
 _POLL_SECONDS = 0.1
 _STOP_SECONDS = 3.0
@@ -42,6 +44,8 @@ _STOP_SECONDS = 3.0
 _LOCK_SECONDS = 4.0
 # Seconds after which a line on stderr says what the stack waits for.
 _PATIENCE_SECONDS = 10.0
+# Seconds between attempts to count the children that ended, and until Redis has to answer.
+_COUNT_SECONDS = 0.5
 # A child that dies this often before the stack was ever ready counts as unable to start.
 _MOST_EARLY_DEATHS = 3
 
@@ -96,6 +100,11 @@ class Stack:
             environment["GRAZEMAP_REDIS_URL"] = server.url
             environment.pop("GRAZEMAP_REDIS_PASSWORD", None)  # the password of another Redis
             self._children.append(server)
+            self._store = Store(connect(server.url, _COUNT_SECONDS))
+        else:
+            self._store = Store(_redis_settings().connect(socket_timeout=_COUNT_SECONDS))
+        self._uncounted: list[str] = []
+        self._count_from = 0.0
         listening = self._listener.fileno()
         environment["GRAZEMAP_FD"] = str(listening)
         if workers is not None:
@@ -145,6 +154,18 @@ class Stack:
                 if refused or child.deaths >= _MOST_EARLY_DEATHS:
                     raise StackError(f"the {child.name} process does not start:\n{child.last_words()}")
             self._log.warning("child ended, starting it again", child=child.name, deaths=child.deaths)
+            self._uncounted.append("ended:supervisor" if child.name == "workers" else f"ended:{child.name}")
+        self._count()
+
+    def _count(self) -> None:
+        """Count the children that ended, for metrics, as soon as Redis answers."""
+        if not self._uncounted or time.monotonic() < self._count_from:
+            return
+        self._count_from = time.monotonic() + _COUNT_SECONDS
+        with suppress(RedisError):
+            while self._uncounted:
+                self._store.count(self._uncounted[0])
+                self._uncounted.pop(0)
 
     def ready(self) -> bool:
         """Return whether requests are answered and computed: the service is healthy, Redis writes, a worker lives."""
@@ -210,6 +231,14 @@ class Stack:
         except (ValueError, LookupError, TypeError):
             self._missing = f"{path} answers {answer.status}"
         return None
+
+
+def _redis_settings() -> RedisSettings:
+    """Return where Redis is. Raises StackError."""
+    try:
+        return RedisSettings()
+    except ValidationError as error:
+        raise StackError(refusal_text(error)) from None
 
 
 def _most_redis_bytes(workers: int | None) -> int:

@@ -166,6 +166,10 @@ def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack) -> N
     assert stack.job(identity)["status"] == "running", "the map was whole before everything was killed"
     stack.child("unixsocket:").kill()
     assert stack.wait_for(identity, 90) == undisturbed
+    until(lambda: stack.request("/v1/status")["events"]["ended:redis"] == 1, 5)
+    events = stack.request("/v1/status")["events"]
+    assert events["ended:service"] == 1
+    assert events["ended:worker"] >= 1
     redis.close()
 
 

@@ -31,6 +31,7 @@ class FakeService:
         self.results: dict[str, bytes] = {}
         self.ending = "successful"
         self.most_lines = 1000
+        self.ready = True
         self.upcoming: list[httpx2.Response | Exception] = []
 
     def __call__(self, request: httpx2.Request) -> httpx2.Response:
@@ -51,6 +52,8 @@ class FakeService:
             return self._submit(parts[1], json.loads(request.content))
         if parts == ["v1"]:
             return httpx2.Response(200, json={"version": "fake", "processes": []})
+        if parts == ["v1", "status"]:
+            return httpx2.Response(200, json=self._status())
         if parts == ["v1", "jobs"]:
             return self._list(request)
         if parts[2] not in self.jobs:
@@ -65,6 +68,23 @@ class FakeService:
         if parts[3:] == ["result"]:
             return self._result(request, job)
         return httpx2.Response(200, json=job)
+
+    def _status(self) -> dict[str, Any]:
+        statuses = [job["status"] for job in self.jobs.values()]
+        computes = {"job": "a" * 64, "process": "unfolding-maps", "tile": 3, "seconds": 150.0}
+        return {
+            "version": "fake",
+            "ready": self.ready,
+            "detail": "" if self.ready else "The disk is full.",
+            "workers": [{"small": False, "computes": computes}, {"small": True}],
+            "jobs": {status: statuses.count(status) for status in statuses},
+            "pending_tiles": 812,
+            "waiting": {"small": {"jobs": 0, "seconds": 0.0}, "long": {"jobs": 2, "seconds": 90.0}},
+            "claimed_seconds": 7200.0,
+            "stored_bytes": {"requests": 2100, "tiles": 3_000_000, "results:large": 1_000_000},
+            "budget_bytes": 2_000_000_000,
+            "events": {"failures:lost": 3, "failures:hung": 0},
+        }
 
     def _submit(self, process: str, body: dict[str, Any]) -> httpx2.Response:
         request = parse_request(process, body)

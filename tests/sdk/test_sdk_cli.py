@@ -177,6 +177,49 @@ def test_status_shows_the_service_and_its_jobs(url, service, capsys):
     assert "grazing-curves" in written
     # an id as commands and addresses take it
     assert next(iter(service.jobs)) in written.split()
+    for line in (
+        f"service   {url}, version fake",
+        "state     ready",
+        "workers   1, and 1 for small jobs; 1 compute",
+        "          unfolding-maps aaaaaaaaaaaa, tile 3, for 2.5 min",
+        "queue     812 unfinished tiles; the longest in work for 2 h",
+        "          2 long jobs wait, one for 90 s",
+        "store     4 MB of 2 GB, requests 2.1 kB",
+        "failures  failures:lost 3",
+    ):
+        assert line in written.splitlines()
+
+
+def test_status_of_a_service_that_is_not_ready_gives_1(url, service, capsys):
+    service.ready = False
+    assert cli.main(["status", "--url", url]) == 1
+    assert "state     not ready: The disk is full." in capsys.readouterr().out
+    assert cli.main(["status", "--json", "--url", url]) == 1
+    assert json.loads(capsys.readouterr().out)["pending_tiles"] == 812
+
+
+def test_status_says_why_jobs_failed(url, service, capsys):
+    service.ending = "failed"
+    with grazemap.Client(url) as client, pytest.raises(grazemap.errors.JobFailed):
+        client.grazing_curve(omega=[0.1, 0.2, 0.3])
+    assert cli.main(["status", "--url", url]) == 0
+    assert "Tile failed: tile 3" in capsys.readouterr().out
+
+
+def test_status_is_shown_again_until_it_is_interrupted(url, service, capsys, monkeypatch):
+    looks = []
+
+    def sleep(_: float) -> None:
+        looks.append(service.ready)
+        service.ready = False
+        if len(looks) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("grazemap.cli.status.time.sleep", sleep)
+    assert cli.main(["status", "--watch", "--url", url]) == 130
+    assert looks == [True, False]
+    written = capsys.readouterr().out
+    assert written.index("state     ready") < written.index("state     not ready")
 
 
 def test_status_without_a_service_gives_1(monkeypatch, capsys):

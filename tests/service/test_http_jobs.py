@@ -74,6 +74,35 @@ def test_a_job_goes_on_for_others_who_asked_for_it(client: TestClient, worker: A
     assert client.delete(f"{path}?for=all", headers={"Grazemap-Client": "two"}).json()["status"] == "dismissed"
 
 
+def test_lists_of_jobs_select_groups_and_classes(client: TestClient, worker: Any) -> None:
+    def ids(**selected: Any) -> list[str]:
+        return [job["id"] for job in client.get("/v1/jobs", params=selected).json()["jobs"]]
+
+    in_group = {"Grazemap-Group": "night"}
+    found = client.post("/v1/unfolding-maps", json=MAP, headers=in_group).json()
+    assert found["groups"] == ["night"]
+    curves = [post(client, points) for points in range(3, 63)]
+    assert found["id"] not in ids()
+    assert ids(small=False) == ids(group="night") == [found["id"]]
+    assert len(ids(small=True, limit=500)) == 60
+    assert ids(group="nigh") == []
+    # it belongs to all that asked for it, also when it is finished
+    worker.finish(curves[0])
+    client.post("/v1/grazing-curves", json={"omega": {**CURVE["omega"], "points": 3}}, headers=in_group)
+    assert ids(group="night") == [curves[0], found["id"]]
+    for number in range(12):
+        job = client.post("/v1/unfolding-maps", json=MAP, headers={"Grazemap-Group": f"g{number}"}).json()
+    assert job["groups"] == [f"g{number}" for number in range(4, 12)]
+    client.delete(f"/v1/jobs/{job['id']}?for=all")
+    again = client.post("/v1/unfolding-maps", json=MAP, headers=in_group).json()
+    assert (again["status"], again["groups"][-1]) == ("accepted", "night")
+    page = client.get("/v1/jobs", params={"small": True, "limit": 10}).json()
+    following = next(link["href"] for link in page["links"] if link["rel"] == "next")
+    assert "small=true" in following
+    assert client.get(following).json()["jobs"][0]["id"] == curves[-11]
+    assert client.get("/v1/jobs?group=a b").status_code == 422
+
+
 def test_an_unreadable_record_hides_no_other_job(client: TestClient, store: Store) -> None:
     good, bad = post(client, 2), post(client, 3)
     store.redis.hset(f"{PREFIX}job:{bad}", "estimate", "not an estimate")

@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from starlette.testclient import TestClient
 
 from grazemap.wire import PROCESSES, Oscillator, parse_request
 from grazemap_service.problems import KINDS
+from grazemap_worker.planning import Plan
+from grazemap_worker.store import Store
+from grazemap_worker.store.problems import TYPE_PREFIX, failure_problem, outdated_problem, refused_problem
+from grazemap_worker.store.records import FailureKind
 
 GUIDE = Path(__file__).parents[2] / "docs" / "api.md"
 
@@ -125,7 +129,8 @@ def test_keys_are_documented_where_they_are_required(client: TestClient, serve: 
     assert secured == set(document["paths"]) - {"/healthz", "/readyz"}
 
 
-def test_the_guide_lists_every_metric(client: TestClient) -> None:
+def test_the_guide_lists_every_metric(client: TestClient, store: Store) -> None:
+    store.say_budget()
     client.get("/v1")
     shown = re.findall(r"^# TYPE (\w+) (\w+)$", client.get("/metrics").text, re.MULTILINE)
     names = {name for name, _ in shown if not name.endswith("_created")}
@@ -135,13 +140,9 @@ def test_the_guide_lists_every_metric(client: TestClient) -> None:
 
 def test_the_guide_lists_every_problem() -> None:
     rows = re.findall(r"^\| `urn:grazemap:problem:([a-z-]+)` \| (\d+) \|", GUIDE.read_text("utf-8"), re.MULTILINE)
-    from_workers = {
-        "computation-refused",
-        "computation-failed",
-        "computation-too-long",
-        "core-outdated",
-        "worker-lost",
-    }
+    kinds = (failure_problem(kind, 0, Plan()) for kind in get_args(FailureKind))
+    problems = [*kinds, refused_problem(""), outdated_problem()]
+    from_workers = {problem.type.removeprefix(TYPE_PREFIX) for problem in problems}
     listed = {name: int(status) for name, status in rows if name not in from_workers}
     assert listed == {name: kind.status for name, kind in KINDS.items()}
-    assert from_workers <= {name for name, _ in rows}
+    assert {name for name, _ in rows} == from_workers | set(KINDS)

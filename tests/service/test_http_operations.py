@@ -24,7 +24,8 @@ from starlette.testclient import TestClient
 from grazemap.codec import encode_npz
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
-from grazemap_worker.store import Store, WorkerInfo
+from grazemap_worker.store import Store, WorkerInfo, core_version
+from grazemap_worker.store.keys import PREFIX
 
 CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
@@ -91,11 +92,56 @@ def test_metrics_count_by_route(client: TestClient, worker: Any) -> None:
     assert job["id"] not in text
 
 
+def metric(client: TestClient, name: str) -> float:
+    found = re.search(rf"^{re.escape(name)} (\S+)$", client.get("/metrics").text, re.MULTILINE)
+    assert found, name
+    return float(found[1])
+
+
+def test_metrics_say_how_long_tiles_wait_and_are_held(client: TestClient, store: Store) -> None:
+    def age(job_id: str, seconds: float) -> None:
+        store.redis.zincrby(f"{PREFIX}waiting:short", -seconds, job_id)
+
+    job_id = client.post("/v1/unfolding-maps", json=MAP).json()["id"]  # there is no worker yet
+    age(job_id, 100.0)
+    assert metric(client, 'grazemap_waiting_jobs{lane="short"}') == 1
+    assert metric(client, 'grazemap_waiting_seconds{lane="short"}') == pytest.approx(100, abs=10)
+    worker = WorkerInfo("w", "f", core_version(), frozenset({"core", "maps-3"}))
+    store.workers.renew(worker, 60)
+    store.jobs.bind("f", core_version(), [job_id])
+    assert metric(client, 'grazemap_waiting_seconds{lane="short"}') == pytest.approx(100, abs=10)
+    claims, _ = store.tiles.claim_next(worker, 60)
+    assert [claim.job_id for claim in claims] == [job_id]
+    assert metric(client, 'grazemap_waiting_seconds{lane="short"}') < 10  # one of its tiles was taken
+    claim = f"{PREFIX}job:{job_id}:claims"
+    holder, since = (store.redis.hget(claim, "0") or b"").decode().split("|")  # type: ignore[union-attr]
+    store.redis.hset(claim, "0", f"{holder}|{float(since) - 50}")
+    assert metric(client, "grazemap_claimed_seconds") == pytest.approx(50, abs=10)
+    computes = client.get("/v1/status").json()["workers"][0]["computes"]
+    assert (computes["job"], computes["process"], computes["tile"]) == (job_id, "unfolding-maps", 0)
+    client.delete(f"/v1/jobs/{job_id}")
+    assert metric(client, 'grazemap_waiting_jobs{lane="short"}') == 0
+    assert metric(client, "grazemap_claimed_seconds") == 0
+
+
+def test_metrics_say_what_redis_says_of_its_disk_and_memory(client: TestClient, store: Store) -> None:
+    assert metric(client, 'grazemap_store_writes_ok{kind="file"}') == 1
+    assert metric(client, "grazemap_store_memory_bytes") > 100_000
+    assert metric(client, 'grazemap_events_total{kind="ended:redis"}') == 0  # before there was one
+    store.count("ended:redis")
+    assert metric(client, 'grazemap_events_total{kind="ended:redis"}') == 1
+    assert client.get("/v1/status").json()["events"]["ended:redis"] == 1
+    assert "grazemap_result_budget_bytes" not in client.get("/metrics").text
+    store.say_budget()
+    assert metric(client, "grazemap_result_budget_bytes") == 2 << 30
+
+
 def test_every_address_that_accepts_get_accepts_head(client: TestClient, worker: Any, store: Store) -> None:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
     path = f"/v1/jobs/{job['id']}"
     worker.commit(job["id"], encode_npz({"kind": np.zeros((2, 2))}, {"tile": {}}), 1)
-    for address in ("/v1", "/v1/jobs", path, f"{path}/result/tiles", f"{path}/result/tiles/1", "/metrics", "/healthz"):
+    jobs = ("/v1/jobs", path, f"{path}/result/tiles", f"{path}/result/tiles/1")
+    for address in ("/v1", *jobs, "/metrics", "/healthz", "/v1/status"):
         whole, head = client.get(address), client.head(address)
         assert (whole.status_code, head.status_code, head.content) == (200, 200, b""), address
         assert head.headers["content-type"] == whole.headers["content-type"]

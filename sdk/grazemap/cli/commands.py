@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from grazemap.cli import checking, completion, computing, saved, stack, storage
+from grazemap.cli import checking, completion, computing, saved, stack, status, storage
 from grazemap.version import __version__
 from grazemap.wire import PROCESSES, ProblemError
 from grazemap.wire.error_texts import suggestion
@@ -45,7 +45,8 @@ def parser(processes: Collection[str] = tuple(PROCESSES)) -> argparse.ArgumentPa
     top.add_argument("--version", action="version", version=f"grazemap {__version__}")
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
     computing.add_processes(commands, processes)
-    stack.add_commands(commands)
+    stack.add_command(commands)
+    status.add_command(commands)
     storage.add_commands(commands)
     saved.add_commands(commands)
     checking.add_command(commands)

@@ -1,4 +1,4 @@
-"""The commands `up` and `status`, and the client of the service that a command uses."""
+"""The command `up`, and the client of the service that a command uses."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _ANSWERS_WITHIN = 2.0
 _LISTENS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
-def add_commands(commands: Any) -> None:
-    """Add the commands to the parser's."""
+def add_command(commands: Any) -> None:
+    """Add the command to the parser's."""
     up = commands.add_parser("up", help="run a service with its workers on this machine")
     host, port = (_setting(name, default) for name, default in _LISTENS.items())
     up.add_argument("--host", default=host, help="address to listen on; overrides GRAZEMAP_HOST (default: %(default)s)")
@@ -42,17 +42,11 @@ def add_commands(commands: Any) -> None:
     up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
     up.set_defaults(command=_up)
 
-    status = commands.add_parser("status", help="show a running service and its jobs")
-    status.add_argument(
-        "--url", help=f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
-    )
-    status.set_defaults(command=_status)
-
 
 def running_or_local(url: str | None, quiet: bool) -> Client:
     """Return a client of the service that is named, or that runs at the default address, or of a temporary stack."""
     if url or os.environ.get("GRAZEMAP_URL"):
-        return _client(url)
+        return client_of(url)
     with Client(timeout=_ANSWERS_WITHIN, retries=0) as looking:
         try:
             found = "processes" in looking.describe()
@@ -65,9 +59,10 @@ def running_or_local(url: str | None, quiet: bool) -> Client:
     return Client()
 
 
-def _client(url: str | None) -> Client:
+def client_of(url: str | None, retries: int = constants.DEFAULT_RETRIES) -> Client:
+    """Return a client of the service that is named, or that runs at the default address. Raises InvalidCommand."""
     try:
-        return Client(url)
+        return Client(url, retries=retries)
     except ValueError as error:
         raise InvalidCommand(str(error)) from error
 
@@ -121,17 +116,3 @@ def _addresses(line: bytes) -> str:
     except (ValueError, KeyError, TypeError) as error:
         raise ProtocolError("the stack did not print its address") from error
     return f"explorer  {url}/\ndocs      {url}/docs\nmetrics   {url}/metrics\nCtrl-C stops it."
-
-
-def _status(options: argparse.Namespace) -> int:
-    with _client(options.url) as client:
-        described = client.describe()
-        jobs = client.jobs(limit=10)
-    print(f"service   {client.base_url}")
-    for name, value in described.items():
-        if not isinstance(value, list | dict):
-            print(f"{name:<9} {value}")
-    for handle in jobs:
-        progress = handle.progress
-        print(f"job       {handle.id}  {handle.process:<22} {handle.status:<10} {progress.done}/{progress.total}")
-    return DONE

@@ -18,7 +18,7 @@ from grazemap.client.async_jobs import AsyncJobHandle
 from grazemap.client.http import Settings, json_object
 from grazemap.client.methods import Awaited, ProcessMethods
 from grazemap.results import Trajectories, Trajectory, html
-from grazemap.wire import Forecast, ProcessRequest, Status
+from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
 from grazemap.wire.base import plain
 
 
@@ -39,6 +39,8 @@ class AsyncClient(ProcessMethods, Awaited):
         Further attempts after 429, 502, 503, 504 and broken connections. No request is computed twice.
     transport : httpx2.AsyncBaseTransport, optional
         A transport of httpx2, for example to an application in the same process.
+    group : str, optional
+        A name for the jobs that are submitted, to find them in lists: up to 64 letters, digits, `.`, `_` and `-`.
 
     Raises
     ------
@@ -54,10 +56,11 @@ class AsyncClient(ProcessMethods, Awaited):
         timeout: float = constants.DEFAULT_TIMEOUT,
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.AsyncBaseTransport | None = None,
+        group: str | None = None,
     ) -> None:
         url = base_url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
         key = os.environ.get("GRAZEMAP_API_KEY") if api_key is None else api_key
-        self._connection = AsyncConnection(Settings(url, key, cache_dir, timeout, retries), transport)
+        self._connection = AsyncConnection(Settings(url, key, cache_dir, timeout, retries, group), transport)
 
     @property
     def base_url(self) -> str:
@@ -84,6 +87,10 @@ class AsyncClient(ProcessMethods, Awaited):
         """Return the service's description: versions, processes, limits."""
         response = await self._connection.send("GET", constants.API_PREFIX)
         return json_object(response.content, "the answer")
+
+    async def status(self) -> ServiceStatus:
+        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
+        return ServiceStatus.read((await self._connection.send("GET", f"{constants.API_PREFIX}/status")).content)
 
     async def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> AsyncJobHandle:
         """Submit a request and return its job without waiting; equal requests have the same job.
@@ -154,10 +161,26 @@ class AsyncClient(ProcessMethods, Awaited):
         return AsyncJobHandle(self._connection, await async_jobs.look(self._connection, job_id))
 
     async def jobs(
-        self, status: Status | None = None, process: str | None = None, limit: int = 50
+        self,
+        status: Status | None = None,
+        process: str | None = None,
+        limit: int = 50,
+        group: str | None = None,
+        small: bool | None = None,
     ) -> list[AsyncJobHandle]:
-        """Return up to `limit` jobs, newest first."""
-        found = await async_jobs.list_jobs(self._connection, status, process, limit)
+        """Return up to `limit` jobs, newest first.
+
+        Parameters
+        ----------
+        status, process, group : str, optional
+            Only jobs of these; of a group are those that a client of that `group` has submitted.
+        small : bool, optional
+            True: only jobs that take milliseconds, False: only the others.
+        """
+        selected = {"status": status, "process": process, "group": group}
+        if small is not None:
+            selected["small"] = str(small).lower()
+        found = await async_jobs.list_jobs(self._connection, selected, limit)
         return [AsyncJobHandle(self._connection, job) for job in found]
 
     @overload

@@ -19,7 +19,7 @@ from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
 from grazemap.client.methods import Blocking, ProcessMethods
 from grazemap.results import Trajectories, Trajectory, html
-from grazemap.wire import Forecast, ProcessRequest, Status
+from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
 from grazemap.wire.base import plain
 
 
@@ -40,6 +40,8 @@ class Client(ProcessMethods, Blocking):
         Further attempts after 429, 502, 503, 504 and broken connections. No request is computed twice.
     transport : httpx2.BaseTransport, optional
         A transport of httpx2, for example to an application in the same process.
+    group : str, optional
+        A name for the jobs that are submitted, to find them in lists: up to 64 letters, digits, `.`, `_` and `-`.
 
     Raises
     ------
@@ -55,10 +57,11 @@ class Client(ProcessMethods, Blocking):
         timeout: float = constants.DEFAULT_TIMEOUT,
         retries: int = constants.DEFAULT_RETRIES,
         transport: httpx2.BaseTransport | None = None,
+        group: str | None = None,
     ) -> None:
         url = base_url or os.environ.get("GRAZEMAP_URL") or constants.DEFAULT_BASE_URL
         key = os.environ.get("GRAZEMAP_API_KEY") if api_key is None else api_key
-        self._connection = Connection(Settings(url, key, cache_dir, timeout, retries), transport)
+        self._connection = Connection(Settings(url, key, cache_dir, timeout, retries, group), transport)
 
     @property
     def base_url(self) -> str:
@@ -85,6 +88,10 @@ class Client(ProcessMethods, Blocking):
         """Return the service's description: versions, processes, limits."""
         response = self._connection.send("GET", constants.API_PREFIX)
         return json_object(response.content, "the answer")
+
+    def status(self) -> ServiceStatus:
+        """Return what the service does: its workers, what waits, what is stored, and what has failed."""
+        return ServiceStatus.read((self._connection.send("GET", f"{constants.API_PREFIX}/status")).content)
 
     def submit(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> JobHandle:
         """Submit a request and return its job without waiting; equal requests have the same job.
@@ -154,9 +161,27 @@ class Client(ProcessMethods, Blocking):
         """Return the handle of a job that was submitted before. Raises NotFound."""
         return JobHandle(self._connection, jobs.look(self._connection, job_id))
 
-    def jobs(self, status: Status | None = None, process: str | None = None, limit: int = 50) -> list[JobHandle]:
-        """Return up to `limit` jobs, newest first."""
-        found = jobs.list_jobs(self._connection, status, process, limit)
+    def jobs(
+        self,
+        status: Status | None = None,
+        process: str | None = None,
+        limit: int = 50,
+        group: str | None = None,
+        small: bool | None = None,
+    ) -> list[JobHandle]:
+        """Return up to `limit` jobs, newest first.
+
+        Parameters
+        ----------
+        status, process, group : str, optional
+            Only jobs of these; of a group are those that a client of that `group` has submitted.
+        small : bool, optional
+            True: only jobs that take milliseconds, False: only the others.
+        """
+        selected = {"status": status, "process": process, "group": group}
+        if small is not None:
+            selected["small"] = str(small).lower()
+        found = jobs.list_jobs(self._connection, selected, limit)
         return [JobHandle(self._connection, job) for job in found]
 
     @overload

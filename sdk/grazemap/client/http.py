@@ -27,6 +27,7 @@ _ADDRESS = "base_url must look like http://host:port or https://host"
 _HEADER_TEXT = re.compile(r"[!-~]*")
 # Job ids become parts of addresses and of file names in the cache.
 JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
+_GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 # Who asks, for a service without keys: its workers are shared by those who ask.
 _ASKER = secrets.token_hex(8)
 # The title and the detail of the service's problem.
@@ -48,6 +49,7 @@ class Settings:
         cache_dir: str | os.PathLike[str] | None,
         timeout: float,
         retries: int,
+        group: str | None = None,
     ) -> None:
         try:
             parts = httpx2.URL(base_url)
@@ -62,6 +64,9 @@ class Settings:
             raise ValueError("api_key must be printable ASCII without spaces")
         if timeout <= 0 or retries < 0:
             raise ValueError("timeout must be > 0 and retries >= 0")
+        if group is not None and not _GROUP.fullmatch(group):
+            raise ValueError("group must be up to 64 letters, digits, '.', '_' and '-'")
+        self.group = group
         self.base_url, self.api_key = base_url.rstrip("/"), api_key
         self.cache = ResultCache(cache_dir) if cache_dir is not None else None
         self.timeout, self.retries = timeout, retries
@@ -70,6 +75,8 @@ class Settings:
     def headers(self) -> dict[str, str]:
         """Headers of every request."""
         common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json", "grazemap-client": _ASKER}
+        if self.group is not None:
+            common["grazemap-group"] = self.group
         return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64decode
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from typing import Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
@@ -208,10 +208,10 @@ def look(connection: Connection, job_id: str) -> Job:
     return Job.read((connection.send("GET", job_path(job_id))).content)
 
 
-def list_jobs(connection: Connection, status: str | None, process: str | None, limit: int) -> list[Job]:
-    """Return up to `limit` jobs, newest first, page by page."""
+def list_jobs(connection: Connection, selected: Mapping[str, str | None], limit: int) -> list[Job]:
+    """Return up to `limit` jobs, newest first, page by page, with these parameters of a list."""
     found: list[Job] = []
-    asked = {name: text for name, text in (("status", status), ("process", process)) if text}
+    asked = {name: text for name, text in selected.items() if text}
     cursor: str | None = None
     while len(found) < limit:
         params: dict[str, str | int] = {**asked, "limit": min(limit - len(found), 100)}

@@ -37,6 +37,7 @@ from grazemap.wire.requests import (
     UnfoldingDiagramsRequest,
     UnfoldingMapsRequest,
 )
+from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
 
 __all__ = [
     "FINISHED",
@@ -47,6 +48,7 @@ __all__ = [
     "BifurcationDiagramsRequest",
     "BranchInterval",
     "CodimensionTwoPointsRequest",
+    "Computing",
     "CoordinateRange",
     "CurveMotion",
     "DiscontinuityMappingsRequest",
@@ -71,11 +73,14 @@ __all__ = [
     "Progress",
     "ProofsRequest",
     "Range",
+    "ServiceStatus",
     "Statement",
     "Status",
     "TrajectoriesRequest",
     "UnfoldingDiagramsRequest",
     "UnfoldingMapsRequest",
+    "Waiting",
+    "WorkerState",
     "canonical",
     "canonical_id",
     "grid_points",

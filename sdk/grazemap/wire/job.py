@@ -74,6 +74,8 @@ class Job(Response):
 
     `waiting_for` says what an unfinished job waits for: kernels that are compiled, a worker, or other jobs.
     It is None while the job is computed, when it is finished, and in lists of jobs.
+
+    `groups` are the last ones that it was submitted with.
     """
 
     id: str
@@ -85,6 +87,7 @@ class Job(Response):
     estimate: Estimate = Estimate()
     cpu_seconds: float | None = None
     core_version: str = ""
+    groups: list[str] = []
     created: str | None = None
     started: str | None = None
     finished: str | None = None

@@ -1,14 +1,20 @@
-"""Health of the process, readiness for jobs, and metrics: /healthz, /readyz, /metrics."""
+"""Health of the process, readiness for jobs, status and metrics: /healthz, /readyz, /v1/status, /metrics."""
 
 from __future__ import annotations
 
+import redis.exceptions
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Response
 from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel, Field
 
+from grazemap.wire import ServiceStatus
 from grazemap_service.context import Context, CurrentContext
+from grazemap_service.metrics import with_zeros
 from grazemap_service.openapi import problem_responses
+from grazemap_service.problems import KINDS
+from grazemap_service.settings import VERSION
+from grazemap_worker.store import is_full
 
 router = APIRouter(tags=["operations"])
 
@@ -60,6 +66,42 @@ def _readiness(context: Context) -> Readiness:
 
 
 @router.get(
+    "/v1/status",
+    operation_id="get_status",
+    summary="What the service does",
+    responses=problem_responses("store-unavailable"),
+)
+@router.head("/v1/status", include_in_schema=False)
+async def get_status(context: CurrentContext) -> ServiceStatus:
+    """Return what the workers do, what waits, what is stored, and what has failed."""
+    return await run_sync(_status, context, limiter=context.threads)
+
+
+def _status(context: Context) -> ServiceStatus:
+    counts = context.store.counts()
+    ready = True
+    try:
+        detail = _readiness(context).detail
+    except redis.exceptions.RedisError as error:
+        if not is_full(error):
+            raise
+        ready, detail = False, KINDS["storage-full"].meaning
+    return ServiceStatus(
+        version=VERSION,
+        ready=ready,
+        detail=detail,
+        workers=counts.workers,
+        jobs=counts.jobs,
+        pending_tiles=counts.pending_tiles,
+        waiting=counts.waiting,
+        claimed_seconds=counts.claimed_seconds,
+        stored_bytes=counts.bytes,
+        budget_bytes=counts.budget,
+        events=with_zeros(counts.events),
+    )
+
+
+@router.get(
     "/metrics",
     operation_id="get_metrics",
     summary="Prometheus metrics",
@@ -68,5 +110,5 @@ def _readiness(context: Context) -> Readiness:
 )
 @router.head("/metrics", include_in_schema=False)
 def get_metrics(context: CurrentContext) -> Response:
-    """Return requests, latencies, jobs by status, unfinished tiles and live workers."""
+    """Return requests and latencies, what the store holds and does, what waits, and what has failed."""
     return Response(context.metrics.render(), headers={"Content-Type": CONTENT_TYPE_LATEST})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 from urllib.parse import urlencode
 
@@ -10,7 +11,7 @@ from fastapi import APIRouter, Query, Response
 
 from grazemap.wire import PROCESSES, Job, JobList, Link, Note, Status
 from grazemap_service.context import CurrentContext
-from grazemap_service.jobs import PREFIX, CurrentAsker, KnownJob, job_response, stored_job, with_links
+from grazemap_service.jobs import NAME, PREFIX, CurrentAsker, KnownJob, job_response, stored_job, with_links
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
 
@@ -32,6 +33,12 @@ async def list_jobs(
     process: Annotated[
         str | None, Query(description="Only jobs of this process.", json_schema_extra={"enum": sorted(PROCESSES)})
     ] = None,
+    group: Annotated[
+        str | None, Query(max_length=64, pattern=NAME, description="Only jobs submitted with this `Grazemap-Group`.")
+    ] = None,
+    small: Annotated[
+        bool | None, Query(description="Only jobs that take milliseconds; `false`: only the others.")
+    ] = None,
     limit: Annotated[int, Query(ge=1, le=500, description="Jobs on one page.")] = 50,
     cursor: Annotated[
         str | None,
@@ -47,8 +54,11 @@ async def list_jobs(
         raise invalid("?process", "There is no such process", ", ".join(sorted(PROCESSES)))
 
     def listed() -> bytes:
-        found, following = context.store.jobs.page(status, process, limit, cursor)
-        page = JobList(jobs=[with_links(job) for job in found], links=_links(status, process, limit, following))
+        found, following = context.store.jobs.page(status, process, limit, cursor, group, small)
+        selected = {"status": status, "process": process, "group": group, "limit": limit}
+        if small is not None:
+            selected["small"] = str(small).lower()
+        page = JobList(jobs=[with_links(job) for job in found], links=_links(selected, following))
         return page.model_dump_json().encode()
 
     try:
@@ -58,13 +68,12 @@ async def list_jobs(
     return Response(text, media_type="application/json", headers={"Cache-Control": "no-store"})
 
 
-def _links(status: Status | None, process: str | None, limit: int, following: str | None) -> list[Link]:
+def _links(selected: Mapping[str, str | int | None], following: str | None) -> list[Link]:
     """Return the links of a page: the first one, and the next one if there is one."""
     links = [Link(href=f"{PREFIX}/jobs", rel="first")]
     if following is not None:
-        query = {"status": status, "process": process, "limit": limit, "cursor": following}
-        text = urlencode({name: value for name, value in query.items() if value is not None})
-        links.append(Link(href=f"{PREFIX}/jobs?{text}", rel="next"))
+        query = {name: value for name, value in selected.items() if value is not None} | {"cursor": following}
+        links.append(Link(href=f"{PREFIX}/jobs?{urlencode(query)}", rel="next"))
     return links
 
 

@@ -12,9 +12,11 @@ from grazemap_worker.store.connection import connect, is_away, is_full, trouble
 from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES, queue_name
 from grazemap_worker.store.problems import full_problem, refused_problem
 from grazemap_worker.store.records import (
+    EVENT_KINDS,
     Asker,
     Bell,
     Claim,
+    Counts,
     Finished,
     QueueFull,
     QuotaUsed,
@@ -32,10 +34,12 @@ def core_version() -> str:
 
 __all__ = [
     "ASSEMBLY",
+    "EVENT_KINDS",
     "MOST_RESULT_BYTES",
     "Asker",
     "Bell",
     "Claim",
+    "Counts",
     "Finished",
     "QueueFull",
     "QuotaUsed",

@@ -94,6 +94,7 @@ class Jobs:
             most_large=MOST_LARGE_RECORDS,
             most_bytes=MOST_RECORD_BYTES,
             interest=INTEREST_SECONDS,
+            group=asker.group,
         )
         if answer[0] in (b"full", b"quota"):
             most = asker.most_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
@@ -141,11 +142,13 @@ class Jobs:
         process: str | None = None,
         limit: int = 50,
         cursor: str | None = None,
+        group: str | None = None,
+        small: bool | None = None,
     ) -> tuple[list[Job], str | None]:
         """Return one page of jobs, newest first, and the cursor of the next page (None: this is the last one).
 
         Jobs that are submitted between two pages do not move the pages after them. Requests over
-        `LISTED_REQUEST_BYTES` are left out (None).
+        `LISTED_REQUEST_BYTES` are left out (None). Small jobs are those of one tile that takes milliseconds.
 
         Raises
         ------
@@ -160,6 +163,8 @@ class Jobs:
             before=f"({cursor}" if cursor else "+inf",
             most=limit + 1,
             process=process or "",
+            group=group or "",
+            class_="" if small is None else "small" if small else "large",
             longest=LISTED_REQUEST_BYTES,
         )
         found = [self._read(identity.decode(), record) for identity, _, record in page[:limit]]
@@ -266,6 +271,7 @@ def _read_job(job_id: str, record: Mapping[bytes, bytes]) -> Job:
             "estimate": Estimate.model_validate_json(fields["estimate"]),
             "cpu_seconds": float(spent) if spent is not None else None,
             "core_version": fields["core_version"],
+            "groups": [name for name in fields.get("groups", "").split("|") if name],
             **{name: _timestamp(fields.get(name)) for name in ("created", "started", "finished")},
             "problem": Problem.model_validate_json(problem) if problem else None,
         }

@@ -24,7 +24,9 @@ never run their scripts on the same keys. `older_layouts` takes over the jobs of
     results:<class>     the least-recently-used order; results:sizes: class and size of each
     tiles:kept          sorted set: finished jobs with tiles, by the time at which these are removed
     bytes               hash: bytes of requests, tiles, results:small, results:large
-    counts              hash: how often something happened: failures of each kind, poisoned records and entries
+    waiting:<lane>      sorted set: the jobs that have tiles to claim, by the time of the last claim, or of the offer
+    budget              string: the bytes that results and tiles may take, as the workers have it
+    counts              hash: how often something happened: failures of each kind, poisoned records and entries, ends
     worker:<name>       string with a time to live: the lease of a worker, its fingerprint the value
     workers             hash: name -> description
     starting            string with a time to live: what workers do that are not ready yet

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
-from grazemap.wire import ProcessRequest
+from pydantic import BaseModel
+
+from grazemap.wire import ProcessRequest, Waiting, WorkerState
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.store.keys import ASSEMBLY, MOST_RESULT_BYTES
 
@@ -75,12 +77,15 @@ class Asker:
         Share of the workers, relative to other askers.
     most_tiles : int, optional
         Maximum unfinished tiles of all jobs of this asker.
+    group : str
+        Of jobs, in which lists show this one too; empty: none.
     """
 
     name: str = "anonymous"
     priority: int = 5
     weight: float = 1.0
     most_tiles: int | None = None
+    group: str = ""
 
 
 class Bell(NamedTuple):
@@ -153,13 +158,52 @@ class WorkerInfo:
     small: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Counts:
-    """What the store holds: jobs by status, unfinished tiles, live workers, results, bytes, and counts of failures."""
+# What is counted; metrics begin with 0.
+EVENT_KINDS = (
+    *(f"failures:{kind}" for kind in get_args(FailureKind)),
+    "poisoned:records",
+    "poisoned:entries",
+    *(f"ended:{name}" for name in ("worker", "supervisor", "service", "redis")),
+    "hung:worker",
+)
+
+
+class Counts(BaseModel):
+    """What the store holds and what happens in it.
+
+    Attributes
+    ----------
+    jobs : dict
+        By status.
+    pending_tiles, results : int
+        Unfinished tiles, and stored results.
+    bytes, events : dict
+        Stored bytes by kind, and how often something happened.
+    budget : int, optional
+        Bytes that results and tiles may take; None until a worker has said it.
+    waiting : dict
+        By lane.
+    workers : list
+        The live ones.
+    claimed_seconds : float
+        The longest time for which a tile has been held, also by a worker that is gone.
+    """
 
     jobs: dict[str, int]
     pending_tiles: int
-    workers: int
     results: int
     bytes: dict[str, int]
     events: dict[str, int]
+    budget: int | None = None
+    waiting: dict[str, Waiting]
+    workers: list[WorkerState]
+    claimed_seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Persistence:
+    """Whether the last write of each kind to Redis' disk succeeded, and its memory; limit 0: none."""
+
+    writes_ok: dict[str, bool]
+    memory_bytes: int
+    memory_limit_bytes: int

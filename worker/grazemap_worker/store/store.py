@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from typing import get_args
+import json
 
 from redis import Redis
+from redis.exceptions import NoPermissionError
 
-from grazemap.wire import Status
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.jobs import Jobs
 from grazemap_worker.store.keys import PREFIX
 from grazemap_worker.store.ledger import Results, Tiles
 from grazemap_worker.store.older_layouts import OlderLayouts
-from grazemap_worker.store.records import Counts
+from grazemap_worker.store.records import Counts, Persistence
 from grazemap_worker.store.workers import Workers
 
 DEFAULT_RESULT_BYTES = 2 << 30
+# The fields of INFO that say how the last write of each kind ended.
+_WRITES = {
+    "file": "aof_last_write_status",
+    "file-rewrite": "aof_last_bgrewrite_status",
+    "snapshot": "rdb_last_bgsave_status",
+}
 
 
 class Store:
@@ -50,6 +56,8 @@ class Store:
     def __init__(self, redis: Redis, result_bytes: int = DEFAULT_RESULT_BYTES) -> None:
         scripts = Scripts(redis)
         self.redis = redis
+        self._scripts = scripts
+        self._result_bytes = result_bytes
         self._redis = scripts.redis
         self.workers = Workers(scripts)
         self.jobs = Jobs(scripts, self.workers)
@@ -65,22 +73,21 @@ class Store:
         """Write a key of no meaning. Raises RedisError where Redis refuses writes."""
         self._redis.set(f"{PREFIX}written", 1, ex=60)
 
+    def say_budget(self) -> None:
+        """Store the byte budget of results, for metrics."""
+        self._redis.set(f"{PREFIX}budget", self._result_bytes)
+
     def counts(self) -> Counts:
-        """Return what the store holds, for metrics."""
-        names: tuple[Status, ...] = get_args(Status)
-        pipeline = self._redis.pipeline(transaction=False)
-        for name in names:
-            pipeline.zcard(f"{PREFIX}status:{name}")
-        pipeline.get(f"{PREFIX}unfinished:tiles")
-        pipeline.hlen(f"{PREFIX}results:sizes")
-        pipeline.hgetall(f"{PREFIX}bytes")
-        pipeline.hgetall(f"{PREFIX}counts")
-        *by_status, remaining, results, stored, counted = pipeline.execute()
-        return Counts(
-            jobs=dict(zip(names, by_status, strict=True)),
-            pending_tiles=int(remaining or 0),
-            workers=len([worker for worker in self.workers.live() if not worker.small]),
-            results=results,
-            bytes={name.decode(): int(size) for name, size in stored.items()},
-            events={name.decode(): int(number) for name, number in counted.items()},
-        )
+        """Return what the store holds and what happens in it, for metrics and the status."""
+        found = json.loads(self._scripts.run("counts"))
+        found["workers"] = found["workers"] or []
+        return Counts.model_validate(found)
+
+    def persistence(self) -> Persistence | None:
+        """Return what Redis says of its disk and memory; None where this user may not ask."""
+        try:
+            disk, memory = (self._redis.info(section) for section in ("persistence", "memory"))
+        except NoPermissionError:
+            return None
+        writes = {kind: disk[field] == "ok" for kind, field in _WRITES.items() if field in disk}
+        return Persistence(writes, memory["used_memory"], memory.get("maxmemory", 0))

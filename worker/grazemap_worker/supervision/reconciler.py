@@ -41,6 +41,7 @@ class Reconciler:
         self._cursor, jobs = store.jobs.some_unfinished(self._cursor, JOBS_A_ROUND)
         store.jobs.bind(self._fingerprint, core_version(), jobs)
         store.tiles.sweep()
+        store.say_budget()
         self._leftovers.sweep(store.redis)
         waiting = store.tiles.waiting(self._fingerprint)
         for small in {lane == "small" for lane, _ in waiting}:

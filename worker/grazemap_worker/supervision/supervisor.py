@@ -13,6 +13,7 @@ import signal
 import socket
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from types import FrameType
 
@@ -92,6 +93,7 @@ class Supervisor:
                     self._spawn(slot)
                 elif slot.pid and (reason := self._hangs(slot)):
                     self._log.warning("worker killed", worker=slot.name, reason=reason)
+                    self._count("hung:worker")
                     os.kill(slot.pid, signal.SIGKILL)
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
@@ -165,6 +167,11 @@ class Supervisor:
             slot.not_before = now + (min(_LONGEST_WAIT, 0.1 * 2**slot.failures) if slot.failures > 1 else 0.0)
             self._log.warning("worker ended", worker=slot.name, status=os.waitstatus_to_exitcode(status))
             self._forget(slot.name, return_claims=False)
+            self._count("ended:worker")
+
+    def _count(self, name: str) -> None:
+        with suppress(RedisError):  # not counted then; the log has it
+            self._store.count(name)
 
     def _forget(self, name: str, *, return_claims: bool) -> None:
         """Give back the tiles of a dead worker at once; if Redis is unavailable, its lease runs out."""

@@ -3,6 +3,7 @@
 -- Returns {whether there is more to claim, {id, tile, attempts that lost their worker, process, request, core version,
 -- plan, estimate}, ...}.
 local holder, fingerprint = given.holder, given.fingerprint
+local MOST_HELD = 100
 local flows, found, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
 
 local function take(id, tile)
@@ -76,6 +77,8 @@ local function serve(flow)
   take(id, tile)
   if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
     withdraw(id)
+  else
+    redis.call('ZADD', key('waiting', get(id, 'lane')), 'XX', now(), id)
   end
   return cost
 end
@@ -106,6 +109,11 @@ end
 if given.job then
   take_given(given.job, given.tile)
   return found
+end
+
+-- the index of what a holder has grows by each claim
+if redis.call('SCARD', key('held', holder)) > MOST_HELD then
+  claims_of(holder)
 end
 
 local function next_flow()

@@ -119,7 +119,8 @@ local function flow_of(id)
 end
 
 local function withdraw(id)
-  local fingerprint, flow = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'flow'))
+  local fingerprint, flow, lane = unpack(redis.call('HMGET', key('job', id), 'fingerprint', 'flow', 'lane'))
+  redis.call('ZREM', key('waiting', lane or ''), id)
   if not flow or flow == '' then
     return
   end
@@ -141,13 +142,18 @@ local function least(set)
   return tonumber(first[2] or 0)
 end
 
--- Puts an unfinished job that is bound to numerics into its flow, if it has tiles to claim.
+-- Puts an unfinished job into its flow, if it is bound to numerics and has tiles to claim. It waits from now on.
 local function offer(id)
-  local status, fingerprint, present = unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint', 'flow'))
-  if not (status and unfinished(status)) or not fingerprint or fingerprint == '' or (present and present ~= '') then
+  local status, fingerprint, present, lane =
+    unpack(redis.call('HMGET', key('job', id), 'status', 'fingerprint', 'flow', 'lane'))
+  if not (status and unfinished(status)) or (present and present ~= '') then
     return
   end
   if redis.call('EXISTS', key('job', id, 'again')) == 0 and number(id, 'next') >= number(id, 'total') then
+    return
+  end
+  redis.call('ZADD', key('waiting', lane or ''), 'NX', now(), id)
+  if not fingerprint or fingerprint == '' then
     return
   end
   local flow = flow_of(id)
@@ -174,7 +180,7 @@ local function claims_of(holder)
     if claimed_by(id, tile) == holder then
       found[#found + 1] = { id, tile }
     else
-      redis.call('SREM', key('held', holder), entry)
+      redis.pcall('SREM', key('held', holder), entry) -- where writes are refused it stays
     end
   end
   return found

@@ -1,8 +1,9 @@
 -- Starts a job, unless it is there already. Arguments: id, process, core_version, estimate, tiles, after (steps of
 -- putting the tiles together; 0: only tiles are counted), lane, kernels, asker, priority, weight, cost (seconds of a
 -- tile), and the limits: most_tiles, asker_tiles (of this asker), most_small, most_large (records), most_bytes (of
--- requests), interest (seconds). Bytes: request, plan.
+-- requests), interest (seconds); group ('': none). Bytes: request, plan.
 -- Returns {'there' or 'started', what `seen` does} or {'full', unfinished tiles} or {'quota', unfinished tiles of the asker}.
+local MOST_GROUPS = 8
 local id, total, request, plan = given.id, given.tiles, ARGV[3], ARGV[4]
 
 local function join()
@@ -15,7 +16,20 @@ local function join()
   end
 end
 
+-- The last groups that it belongs to, as "|a|b|".
+local function groups()
+  local before, name = get(id, 'groups') or '|', '|' .. given.group .. '|'
+  if given.group == '' or string.find(before, name, 1, true) then
+    return before
+  end
+  local _, number = string.gsub(before, '|', '|')
+  return (number > MOST_GROUPS and string.gsub(before, '^|[^|]*', '') or before) .. given.group .. '|'
+end
+
 local status = get(id, 'status')
+if status and given.group ~= '' then
+  redis.pcall('HSET', key('job', id), 'groups', groups()) -- where writes are refused it stays as it is
+end
 if status and unfinished(status) then
   join()
   return { 'there', seen(id) }
@@ -88,6 +102,10 @@ local etag = get(id, 'etag')
 if etag then
   before[#before + 1] = 'etag'
   before[#before + 1] = etag
+end
+if groups() ~= '|' then
+  before[#before + 1] = 'groups'
+  before[#before + 1] = groups()
 end
 add_bytes('requests', bytes_after() - bytes_of('requests'))
 if status then

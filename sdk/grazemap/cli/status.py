@@ -1,0 +1,108 @@
+"""The command `status`: what a running service does, what waits, what is stored, and what has failed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from grazemap import constants
+from grazemap.cli.outcome import DONE, FAILED
+from grazemap.cli.stack import client_of
+from grazemap.client import Client
+from grazemap.client.jobs import JobHandle
+from grazemap.errors import GrazemapError
+from grazemap.wire import ServiceStatus, Status
+
+# Seconds between two looks.
+_AGAIN = 2.0
+# Jobs that are shown one by one, at most so many.
+_LISTED: dict[Status, int] = {"running": 20, "accepted": 5, "failed": 3}
+_CLEAR = "\x1b[H\x1b[J"
+
+
+def add_command(commands: Any) -> None:
+    """Add the command to the parser's."""
+    status = commands.add_parser("status", help="show a running service and its jobs")
+    status.add_argument(
+        "--url", help=f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
+    )
+    status.add_argument("--json", action="store_true", help="print the service's own answer, for programs")
+    status.add_argument("--watch", action="store_true", help="show it again every two seconds, until Ctrl-C")
+    status.set_defaults(command=_status)
+
+
+def _status(options: argparse.Namespace) -> int:
+    with client_of(options.url, retries=0) as client:
+        while options.watch:
+            try:
+                text = _shown(client, options.json)[0]
+            except GrazemapError as error:
+                text = f"{client.base_url}: {error}"
+            print(text if options.json else _CLEAR + text, flush=True)
+            time.sleep(_AGAIN)
+        text, ready = _shown(client, options.json)
+        print(text)
+    return DONE if ready else FAILED
+
+
+def _shown(client: Client, as_json: bool) -> tuple[str, bool]:
+    """Return the text, and whether the service is ready."""
+    status = client.status()
+    if as_json:
+        return json.dumps(status.model_dump(mode="json")), status.ready
+    lines = [f"service   {client.base_url}, version {status.version}", *_lines(status)]
+    for name, most in _LISTED.items():
+        jobs = client.jobs(status=name, limit=most) if status.jobs.get(name) else []
+        lines += [f"{name:<10}{_job(job)}" for job in jobs]
+        if status.jobs.get(name, 0) > len(jobs):
+            lines.append(f"{'':<10}and {status.jobs[name] - len(jobs)} other {name} jobs")
+    return "\n".join(lines), status.ready
+
+
+def _lines(status: ServiceStatus) -> Iterator[str]:
+    state = "ready" if status.ready else "not ready"
+    yield f"state     {state}: {status.detail}" if status.detail else f"state     {state}"
+    ordinary, small = ([one for one in status.workers if one.small == of_small] for of_small in (False, True))
+    busy = sum(one.computes is not None for one in status.workers)
+    yield f"workers   {len(ordinary)}, and {len(small)} for small jobs; {busy} compute"
+    for one in (worker.computes for worker in ordinary):
+        if one is not None:
+            tile = "joins the tiles" if one.tile < 0 else f"tile {one.tile}"
+            yield f"          {one.process} {one.job[:12]}, {tile}, for {_time(one.seconds)}"
+    yield f"queue     {status.pending_tiles} unfinished tiles; the longest in work for {_time(status.claimed_seconds)}"
+    for lane, waiting in status.waiting.items():
+        if waiting.jobs:
+            yield f"          {waiting.jobs} {lane} jobs wait, one for {_time(waiting.seconds)}"
+    stored = sum(size for kind, size in status.stored_bytes.items() if kind != "requests")
+    budget = "" if status.budget_bytes is None else f" of {_size(status.budget_bytes)}"
+    yield f"store     {_size(stored)}{budget}, requests {_size(status.stored_bytes.get('requests', 0))}"
+    text = ", ".join(f"{kind} {number}" for kind, number in status.events.items() if number)
+    yield f"failures  {text or 'none'}"
+
+
+def _job(job: JobHandle) -> str:
+    """Return a line about a job."""
+    progress = job.progress
+    said = f"{progress.done}/{progress.total} {progress.unit}"
+    if job.status == "running" and progress.eta_seconds is not None:
+        said += f", about {_time(progress.eta_seconds)} left"
+    if job.problem is not None:
+        said = f"{job.problem.title}: {job.problem.detail}"
+    return f"{job.id}  {job.process:<22}  {said}"
+
+
+def _time(seconds: float) -> str:
+    return _scaled(seconds, (("s", 1.0), ("min", 60.0), ("h", 3600.0)), 2.0)
+
+
+def _size(size: float) -> str:
+    return _scaled(size, (("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9)), 1.0)
+
+
+def _scaled(value: float, units: Sequence[tuple[str, float]], least: float) -> str:
+    """Return a number in the largest unit of which it has at least so many, else in the first."""
+    name, size = next((unit for unit in reversed(units) if value >= least * unit[1]), units[0])
+    return f"{value / size:.3g} {name}"
