@@ -159,6 +159,11 @@ memory: export PYTHONPATH = .
 memory: $(STAMP)  ## the peak memory of requests at every limit, each for two minutes at most (half an hour)
 	$(BIN)/python tests/limits_of_memory.py
 
+chaos: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+chaos: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+chaos: kernels $(STAMP)  ## 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
+	$(BIN)/python tests/signals_at_random.py
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

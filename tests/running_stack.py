@@ -23,7 +23,9 @@ MAP = {
 
 
 class RunningStack:
-    """A stack in a process of its own, and requests to it."""
+    """A stack in a process of its own, and requests to it, each for `timeout` seconds at most."""
+
+    timeout = 20.0
 
     def __init__(self, *options: str) -> None:
         self.popen = subprocess.Popen(
@@ -42,7 +44,7 @@ class RunningStack:
         request = urllib.request.Request(
             self.url + path, data, {"Content-Type": "application/json"} if body else {}, method=method
         )
-        with urllib.request.urlopen(request, timeout=20) as answer:
+        with urllib.request.urlopen(request, timeout=self.timeout) as answer:
             content = answer.read()
             return json.loads(content) if "json" in answer.headers["Content-Type"] else content
 

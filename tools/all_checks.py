@@ -37,6 +37,7 @@ TARGETS = (
     "long-transients",
     "resolve",
     "memory",
+    "chaos",
     "proofs",
     "borders",
     "reproduce",
