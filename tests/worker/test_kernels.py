@@ -100,7 +100,8 @@ def test_a_process_that_is_stopped_while_it_compiles_is_replaced(
 def test_processes_that_compile_end_with_their_supervisor(
     function: Callable[..., None], arguments: tuple[object, ...]
 ) -> None:
-    process = multiprocessing.get_context("spawn").Process(target=function, args=(*arguments, os.getpid() + 1))
+    context = multiprocessing.get_context("spawn")
+    process = context.Process(target=function, args=(*arguments, os.getpid() + 1), daemon=True)
     process.start()  # of another process, as if that had ended meanwhile
     process.join(20)
     assert process.exitcode == -signal.SIGKILL
