@@ -170,6 +170,11 @@ schemathesis: $(STAMP)  ## a thousand requests from the API's document to each o
 storage: $(STAMP)  ## append-only files with a hundred damaged tails, and a full disk and memory of Redis (two minutes)
 	$(BIN)/python -m pytest -m "" tests/service/test_storage.py tests/service/test_http_storage_full.py
 
+chaos: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+chaos: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+chaos: kernels $(STAMP)  ## 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
+	$(BIN)/python tests/signals_at_random.py
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

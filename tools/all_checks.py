@@ -39,6 +39,7 @@ TARGETS = (
     "memory",
     "schemathesis",
     "storage",
+    "chaos",
     "proofs",
     "borders",
     "reproduce",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -15,6 +16,7 @@ from grazemap_service.representations import Renderings
 from grazemap_service.request_log import Observe
 from grazemap_service.routers import batches, docs, events, health, jobs, processes, results, root
 from grazemap_service.settings import VERSION, Settings
+from grazemap_worker import watchdog
 from grazemap_worker.store import Store, core_version
 
 # Seconds; short, so that clients learn that Redis does not respond before all threads wait for it.
@@ -43,7 +45,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        beats = asyncio.create_task(_beat())
         yield
+        beats.cancel()
         await hub.close()
         connection.close()
 
@@ -57,3 +61,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     docs.install(app)
     openapi.install(app, keys=settings.need_keys, masses=settings.max_masses)
     return app
+
+
+async def _beat() -> None:
+    """Say for ever that the event loop goes on."""
+    while True:
+        watchdog.beat()
+        await asyncio.sleep(watchdog.INTERVAL_SECONDS)

@@ -13,6 +13,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
+import structlog
+
+from grazemap_service.liveness import Liveness
 from grazemap_worker.parent_death import tied
 
 # A child that lived this long is not part of a crash loop; others wait 0.2, 0.4, ... s before the next start.
@@ -142,6 +145,8 @@ class PythonChild(Child):
         The whole environment of the child.
     log : Path
         The file for its stdout and stderr.
+    liveness : Liveness
+        Where the child says that it goes on.
     inherited : sequence of int
         Open file descriptors that the child keeps.
     """
@@ -152,16 +157,26 @@ class PythonChild(Child):
         command: Sequence[str],
         environment: Mapping[str, str],
         log: Path,
+        liveness: Liveness,
         inherited: Sequence[int] = (),
     ) -> None:
         self.name = name
         self._command = list(command)
-        self._environment = dict(environment)
+        self._environment = {**environment, **liveness.environment}
+        self._liveness = liveness
         self.log = log
         self._inherited = tuple(inherited)
 
     def end_if_hung(self) -> None:
-        """Do nothing: workers have time limits of their own, and whether the service answers is not watched."""
+        """Kill it if it is stopped, or no longer says that it goes on; what it has started ends with it."""
+        if self._process is not None and self.running and (reason := self._liveness.hangs()):
+            structlog.get_logger("grazemap_service.stack").warning("child killed", child=self.name, reason=reason)
+            self._process.kill()
+
+    def end(self, deadline: float) -> None:
+        """Wait for its end until `deadline` (monotonic seconds), then kill it."""
+        super().end(deadline)
+        self._liveness.close()
 
     def last_words(self) -> str:
         """Return the end of its log."""
@@ -169,7 +184,9 @@ class PythonChild(Child):
 
     def _spawned(self) -> subprocess.Popen[bytes]:
         with self.log.open("ab") as output:
-            return self._popen(self._command, output, signal.SIGKILL, self._environment)
+            process = self._popen(self._command, output, signal.SIGKILL, self._environment)
+        self._liveness.begin(process.pid)
+        return process
 
 
 def bound_log(log: Path) -> None:

@@ -30,7 +30,8 @@ from redis.exceptions import RedisError
 
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
-from grazemap_service.redis_server import NoRedisError, RedisServer
+from grazemap_service.liveness import Liveness
+from grazemap_service.redis_server import LONGEST_SOCKET_PATH, NoRedisError, RedisServer
 from grazemap_service.settings import StackSettings
 from grazemap_service.storage import REDIS, locked, opened_lock
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
@@ -109,10 +110,11 @@ class Stack:
         environment["GRAZEMAP_FD"] = str(listening)
         if workers is not None:
             environment["GRAZEMAP_WORKERS"] = str(workers)
+        self._sockets = TemporaryFolder(longest=LONGEST_SOCKET_PATH - len("/service"))
         for name, module in (("service", "grazemap_service"), ("workers", "grazemap_worker")):
             inherited, own = ((listening,), environment | keys) if name == "service" else ((), environment)
-            command = [sys.executable, "-m", module]
-            self._children.append(PythonChild(name, command, own, data / f"{name}.log", inherited))
+            command, liveness = [sys.executable, "-m", module], Liveness(self._sockets.path / name)
+            self._children.append(PythonChild(name, command, own, data / f"{name}.log", liveness, inherited))
 
     @property
     def missing(self) -> str:
@@ -186,6 +188,7 @@ class Stack:
         deadline = time.monotonic() + _STOP_SECONDS
         for child in reversed(self._children):
             child.end(deadline)
+        self._sockets.close()
         self._listener.close()
         self._lock.close()
 

@@ -22,6 +22,7 @@ from watching import until
 from grazemap_service import append_only, children, storage
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import PythonChild
+from grazemap_service.liveness import Liveness
 from grazemap_service.redis_server import NoRedisError, RedisServer
 from grazemap_service.settings import StackSettings
 from grazemap_worker.store import connect
@@ -319,7 +320,7 @@ def test_logs_are_bounded_while_their_processes_write(tmp_path: Path, monkeypatc
         "print('the end', flush=True)\ntime.sleep(60)"
     )
     log = tmp_path / "child.log"
-    child = PythonChild("child", [sys.executable, "-c", code], {}, log)
+    child = PythonChild("child", [sys.executable, "-c", code], {}, log, Liveness(tmp_path / "socket"))
     child.start()
     largest = 0
     try:

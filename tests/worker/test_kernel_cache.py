@@ -92,13 +92,13 @@ def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
     started: list[tuple[list[str], object]] = []
 
     class Process:
-        def __init__(self, target: object, args: tuple[list[str], object], daemon: bool) -> None:
+        pid, exitcode = None, 0
+
+        def __init__(self, target: object, args: tuple[list[str], object, int], daemon: bool) -> None:
             assert daemon
             started.append(args)
 
         def start(self) -> None: ...
-
-        def join(self) -> None: ...
 
     context = SimpleNamespace(Process=Process, Value=multiprocessing.get_context("spawn").Value)
     monkeypatch.setattr(warmup, "warm_up", lambda *parts: ran.append(parts))
@@ -110,7 +110,7 @@ def test_two_processes_compile_where_there_are_two_cores_and_nothing_is_cached(
     kernel_cache.compile_kernels(folder, kernel_cache.WarmUp())
     alone_in_parts = [("grazing",), ("trajectories",), ("orbits",), ("maps",), ()]
     assert ran == ([()] if cached else [("maps",), ()] if cores > 1 else alone_in_parts)
-    helped = {part for parts, _ in started for part in parts}
+    helped = {part for parts, *_ in started for part in parts}
     assert bool(helped) != alone
     assert helped | {part for parts in ran for part in parts} == (set() if cached else set(warmup.PARTS))
 

@@ -25,8 +25,8 @@ from grazemap.codec import decode_npz
 from grazemap.wire import Estimate, Job, UnfoldingMapsRequest, grid_values
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.planning import Plan
+from grazemap_worker.progress import HUNG_SECONDS
 from grazemap_worker.queue import bells
-from grazemap_worker.queue.horse import HUNG_SECONDS
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, connect, core_version
 from grazemap_worker.supervision.supervisor import SMALL_TILE_SECONDS
@@ -190,6 +190,25 @@ def test_stopped_workers_are_replaced(start: Start, store: Store) -> None:
         worker.suspend()
     until(lambda: not living(stopped), HUNG_SECONDS + 5)
     until(lambda: len(supervisor.children()) == 4, 5)
+    assert_whole(store, job.id)
+
+
+def test_a_worker_that_continues_after_its_tile_was_computed_elsewhere_changes_nothing(
+    start: Start, store: Store
+) -> None:
+    supervisor = start("slow")
+    job = submit(store)
+    until(lambda: horses(supervisor), 5)
+    horse = horses(supervisor)[0]
+    worker = horse.parent()
+    assert worker is not None
+    for process in (worker, horse):
+        process.suspend()
+    until(lambda: store.counts().events == {"failures:lost": 1}, LEASE_SECONDS + 4)
+    until(lambda: len(store.tiles.finished(job.id)) == SIX.count, 10)
+    for process in (worker, horse):
+        process.resume()
+    until(lambda: not living([horse]), 5)
     assert_whole(store, job.id)
 
 

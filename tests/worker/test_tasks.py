@@ -17,11 +17,10 @@ from steps import commit_tile
 from grazemap.codec import Document, decode_npz
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical, grid_values
 from grazemap_core.errors import ParameterError
-from grazemap_worker import tasks
+from grazemap_worker import progress, tasks
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
-from grazemap_worker.queue import horse
 from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
 from tests import parsing
 
@@ -212,7 +211,7 @@ def test_a_tile_over_its_processor_time_ends_with_a_problem(worker: pytest.Monke
 
 
 def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr(horse, "HUNG_SECONDS", 0.5)
+    worker.setattr(progress, "HUNG_SECONDS", 0.5)
     found = large(store, lambda: os.kill(os.getpid(), signal.SIGSTOP), worker)
     assert found.problem is not None
     assert found.problem.type == "urn:grazemap:problem:computation-hung"
@@ -220,7 +219,7 @@ def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.Mon
 
 
 def test_a_process_that_waits_for_ever_is_hung_too(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr(horse, "HUNG_SECONDS", 0.5)
+    worker.setattr(progress, "HUNG_SECONDS", 0.5)
     found = large(store, lambda: time.sleep(60), worker)
     assert found.problem is not None
     assert found.problem.type == "urn:grazemap:problem:computation-hung"

@@ -44,11 +44,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from grazemap_worker.store import Store
     from grazemap_worker.supervision.kernels import Kernels
     from grazemap_worker.supervision.supervisor import Supervisor
+    from grazemap_worker.watchdog import beating
 
     # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     progress = kernel_cache.WarmUp()
-    with said(Store(settings.connect()).workers.say_starting, progress.text):
+    with beating(), said(Store(settings.connect()).workers.say_starting, progress.text):
         kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder, progress), progress)
     Supervisor(settings, numerics(), Kernels()).run()
 

@@ -14,56 +14,16 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from grazemap_worker.parent_death import die_with_parent
+from grazemap_worker.progress import HUNG_SECONDS, Progress
 from grazemap_worker.store.records import FailureKind
 
-# Seconds without progress (processor time, or the state "stopped") after which a process counts as hung.
-HUNG_SECONDS = 10.0
 # Below other processes, so that small questions are answered while maps are computed.
 NICENESS = 10
 _LOOK_SECONDS = 0.5
-_TICK = 1.0 / os.sysconf("SC_CLK_TCK")
 # Share of the memory limit from which on a process that was aborted counts as out of memory.
 _NEAR_LIMIT = 0.7
-
-
-class Seen(NamedTuple):
-    """The state letter of a process, and its processor time in seconds."""
-
-    state: str
-    cpu_seconds: float
-
-
-def seen(pid: int) -> Seen | None:
-    """Return what a process does, or None when it is gone or the system does not say (Linux only)."""
-    try:
-        # the name, in brackets, may have spaces
-        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
-    except OSError:
-        return None
-    return Seen(fields[0].decode(), (int(fields[11]) + int(fields[12])) * _TICK)
-
-
-class Progress:
-    """Notices that a process hangs: it is stopped, or uses no processor time while it should."""
-
-    def __init__(self, pid: int) -> None:
-        self._pid = pid
-        self._since = time.monotonic()
-        self.cpu_seconds = 0.0
-
-    def hangs(self, *, computing: bool) -> bool:
-        """Look at the process; return whether it made no progress for `HUNG_SECONDS`."""
-        found, now = seen(self._pid), time.monotonic()
-        if found is None:
-            return False
-        stopped = found.state in "Tt"
-        if found.cpu_seconds > self.cpu_seconds or not (computing or stopped):
-            self._since = now
-        self.cpu_seconds = found.cpu_seconds
-        return now - self._since > HUNG_SECONDS
 
 
 @dataclass(frozen=True)

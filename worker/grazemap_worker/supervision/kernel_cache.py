@@ -14,16 +14,21 @@ import shutil
 import stat
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import TextIO
 
 import structlog
 
+from grazemap_worker.parent_death import die_with_parent
+from grazemap_worker.progress import Progress
 from grazemap_worker.settings import available_cores
 
 # One character for every warm-up in a row that did not end. A single one may have been stopped by a user.
 _MARK = "warming-up"
 _MOST_UNFINISHED = 2
+_LOOK_SECONDS = 0.5
 
 SECONDS = {"grazing": 8.0, "trajectories": 11.5, "orbits": 7.5, "maps": 36.0}
 """The parts of the core's warm-up, and the seconds that one core of a server took to compile each."""
@@ -64,11 +69,10 @@ class WarmUp:
 
     def lock(self, lock: TextIO) -> None:
         """Take a lock, and write this process's id into its file for those who wait for it."""
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not _locked(lock):
             self._awaited = Path(lock.name)
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            while not _locked(lock):  # looked at again and again, so that this process is seen to go on
+                time.sleep(_LOOK_SECONDS)
             self._awaited = None
             self._began = time.monotonic()
         lock.truncate(0)
@@ -112,14 +116,37 @@ def compile_kernels(folder: Path, progress: WarmUp) -> None:
             progress.begin(_LONGEST)
             helper = [part for part in SECONDS if part not in _LONGEST]
             context = multiprocessing.get_context("spawn")
-            other = context.Process(target=_compile, args=(helper, progress), daemon=True)
+            other = context.Process(target=_help, args=(helper, progress, os.getpid()), daemon=True)
             other.start()
             _compile(_LONGEST, progress)
-            other.join()
+            _join(other)
         else:
             progress.begin(list(SECONDS))
             _compile(list(SECONDS), progress)
     run()
+
+
+def _help(parts: Sequence[str], progress: WarmUp, parent: int) -> None:
+    """Compile some parts in a process that ends with its parent."""
+    die_with_parent(parent)
+    _compile(parts, progress)
+
+
+def _join(other: BaseProcess) -> None:
+    """Wait for the end of a process that compiles; kill it if it hangs, as what it leaves is compiled here."""
+    progress = Progress(other.pid or 0)
+    while other.exitcode is None:
+        other.join(_LOOK_SECONDS)
+        if progress.hangs(computing=True):
+            other.kill()
+
+
+def _locked(lock: TextIO) -> bool:
+    """Take a lock unless another process has it; return whether it is taken."""
+    with suppress(BlockingIOError):
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
+    return False
 
 
 def _compile(parts: Sequence[str], progress: WarmUp) -> None:

@@ -8,14 +8,19 @@ have them. An empty file beside the compiled kernels says which are cached.
 from __future__ import annotations
 
 import multiprocessing
+import os
 import time
 from collections.abc import Iterable
+from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import structlog
 
+from grazemap_worker import watchdog
+from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.planning import COMPILING_SECONDS
+from grazemap_worker.progress import Progress
 
 MAPS = "maps-"
 WARM = ("core", f"{MAPS}3")
@@ -46,18 +51,22 @@ class Kernels:
         if self._process is None and not _mark(name).exists():
             self._began = time.monotonic()
             context = multiprocessing.get_context("spawn")
-            self._process = context.Process(target=compile_maps, args=(masses_of(name),), daemon=True)
+            self._process = context.Process(target=_compile, args=(masses_of(name), os.getpid()), daemon=True)
             self._process.start()
+            self._progress = Progress(self._process.pid or 0)
             return False
         if self._process is not None:
-            if self._process.is_alive():
+            # not is_alive(), which never learns of the end of a process that the supervisor has waited for
+            if not wait([self._process.sentinel], 0):
+                if self._progress.hangs(computing=True):
+                    structlog.get_logger("grazemap_worker").warning("compiling hangs and is begun again", kernels=name)
+                    self._process.kill()
+                    self._process = None
                 return False
-            if self._process.exitcode:
-                # the tile itself will say what is wrong
-                structlog.get_logger("grazemap_worker").error("kernels do not compile", kernels=name)
             self._process = None
         try:
-            compile_maps(masses_of(name))  # loads them
+            with watchdog.beating():
+                compile_maps(masses_of(name))  # loads them; if they do not compile, the tile itself will say why
             _mark(name).touch()
         except Exception:
             structlog.get_logger("grazemap_worker").exception("kernels cannot be loaded", kernels=name)
@@ -85,6 +94,11 @@ class Kernels:
 def masses_of(name: str) -> int:
     """Return the number of masses that kernels are for."""
     return int(name.removeprefix(MAPS))
+
+
+def _compile(masses: int, parent: int) -> None:
+    die_with_parent(parent)
+    compile_maps(masses)
 
 
 def compile_maps(masses: int) -> None:

@@ -20,10 +20,12 @@ from types import FrameType
 import structlog
 from redis.exceptions import RedisError
 
+from grazemap_worker import watchdog
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.parent_death import adopt_orphans, die_with_parent
+from grazemap_worker.progress import Progress
 from grazemap_worker.queue import leftovers
-from grazemap_worker.queue.horse import Progress, limit_memory
+from grazemap_worker.queue.horse import limit_memory
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
@@ -98,9 +100,8 @@ class Supervisor:
             if now >= next_round:
                 next_round = now + INTERVAL_SECONDS
                 try:
-                    self._kernels.want(self._reconciler.reconcile())
-                    for name, text in self._kernels.said().items():
-                        self._store.workers.say_compiling(name, text)
+                    with watchdog.beating():  # a round may have much to take over
+                        self._round()
                     redis_away = False
                 except RedisError as error:
                     if not redis_away:
@@ -112,6 +113,11 @@ class Supervisor:
             time.sleep(_POLL_SECONDS)
         self._kernels.stop()
         self._stop_workers()
+
+    def _round(self) -> None:
+        self._kernels.want(self._reconciler.reconcile())
+        for name, text in self._kernels.said().items():
+            self._store.workers.say_compiling(name, text)
 
     def _hangs(self, slot: _Slot) -> str:
         """Return why a worker must be killed; empty if it need not be."""
@@ -175,6 +181,7 @@ class Supervisor:
 
     def _forget(self, name: str, *, return_claims: bool) -> None:
         """Give back the tiles of a dead worker at once; if Redis is unavailable, its lease runs out."""
+        watchdog.beat()  # each may wait for Redis
         try:
             self._store.workers.remove(name, return_claims=return_claims)
             leftovers.forget_worker(self._store.redis, name, self._numerics.fingerprint)

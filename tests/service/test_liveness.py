@@ -1,0 +1,131 @@
+"""A child of the stack that hangs is noticed; one that is busy, or starts slowly, is left alone."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from watching import until
+
+from grazemap_service import liveness
+from grazemap_service.children import PythonChild
+from grazemap_service.liveness import Liveness
+from grazemap_worker import progress, watchdog
+from grazemap_worker.progress import Stopwatch
+
+BEATS = "import time\nfrom grazemap_worker.watchdog import beat\n"
+
+Start = Callable[[str], PythonChild]
+
+
+@pytest.fixture
+def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
+    """Start a child that runs a program; it hangs after fewer seconds than usual."""
+    monkeypatch.setattr(liveness, "SILENT_SECONDS", 1.0)
+    monkeypatch.setattr(progress, "HUNG_SECONDS", 1.0)
+    started: list[PythonChild] = []
+    with tempfile.TemporaryDirectory() as folder:  # with a short name
+
+        def begin(program: str) -> PythonChild:
+            watched = Liveness(Path(folder) / f"{len(started)}")
+            command = [sys.executable, "-c", program]
+            started.append(PythonChild("child", command, os.environ, tmp_path / "log", watched))
+            started[-1].start()
+            return started[-1]
+
+        yield begin
+        for child in started:
+            child.end(0)
+
+
+def looked_after(child: PythonChild, seconds: float) -> bool:
+    """Look after a child for so long; return whether it ended."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if child.look():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_a_child_that_is_silent_after_it_has_spoken_is_replaced(start: Start) -> None:
+    child = start(BEATS + "beat()\ntime.sleep(60)")
+    first = child.pid
+    assert looked_after(child, 20)
+    until(lambda: child.look() or child.pid != first, 5)
+    assert child.running
+
+
+def test_a_child_that_is_stopped_is_replaced_even_before_it_has_spoken(start: Start) -> None:
+    child = start("import time\ntime.sleep(60)")
+    assert not looked_after(child, 2.5)
+    psutil.Process(child.pid).suspend()
+    assert looked_after(child, 5)
+
+
+def test_a_child_that_goes_on_is_left_alone(start: Start) -> None:
+    child = start(BEATS + "while True:\n    beat()\n    time.sleep(0.3)")
+    assert not looked_after(child, 4)
+
+
+def test_a_pause_of_the_watcher_is_not_one_of_the_watched(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    stopwatch = Stopwatch()
+    now[0] += 3600.0
+    assert stopwatch.look(reset=False) < liveness.SILENT_SECONDS / 2
+    for _ in range(100):
+        now[0] += 0.1
+        seconds = stopwatch.look(reset=False)
+    assert seconds == pytest.approx(13.0)
+    assert stopwatch.look(reset=True) == 0.0
+
+
+@pytest.fixture
+def heard(monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.socket]:
+    """The socket on which this process is heard."""
+    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as found:
+        found.bind(f"{folder}/socket")
+        found.settimeout(5)
+        monkeypatch.setenv("NOTIFY_SOCKET", f"{folder}/socket")
+        yield found
+
+
+def test_a_main_thread_that_waits_is_not_said_to_go_on(heard: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watchdog, "INTERVAL_SECONDS", 0.1)
+    heard.setblocking(False)
+
+    def messages() -> int:
+        count = 0
+        try:
+            while True:
+                assert heard.recv(100) == b"WATCHDOG=1"
+                count += 1
+        except BlockingIOError:
+            return count
+
+    with watchdog.beating():
+        threading.Event().wait(0.3)
+        messages()
+        threading.Event().wait(1.0)
+        assert messages() <= 1
+        deadline = time.monotonic() + 1.0
+        while time.monotonic() < deadline:
+            pass
+        assert messages() >= 3
+
+
+def test_a_watcher_that_does_not_read_is_not_waited_for(heard: socket.socket) -> None:
+    began = time.monotonic()
+    for _ in range(1000):
+        watchdog.beat()
+    assert time.monotonic() - began < 5
+    assert heard.recv(100) == b"WATCHDOG=1"
