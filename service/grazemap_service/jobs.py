@@ -120,7 +120,7 @@ def submit(context: Context, process: str, request: ProcessRequest, asker: Asker
     settings = context.settings
     planned = checked_plan(process, request, settings)
     job, bell = context.store.jobs.submit(
-        process, request, context.core_version, planned, settings.max_pending_tiles, asker
+        process, request, context.core_version, planned, settings.max_pending_tiles, asker, settings.max_seconds
     )
     structlog.contextvars.bind_contextvars(job_id=job.id)
     if bell is not None:

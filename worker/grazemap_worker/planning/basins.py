@@ -17,7 +17,7 @@ from grazemap_worker.planning.rates import (
 
 def _plan(request: BasinsRequest) -> Plan:
     rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
-    cost = period_cost(request.oscillator, request.omega)
+    cost = period_cost(request.oscillator, request.omega, request.clearance)
     periods = min(float(request.max_periods), PERIODS_TO_SETTLE + BASIN_UNSETTLED * request.max_periods)
     seconds = periods * cost / BASIN_PERIODS_PER_SECOND
     at_worst = WORST_SLOWER * request.max_periods * cost / MAP_PERIODS_PER_SECOND
@@ -33,4 +33,4 @@ def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
     return [of_grid(across, down, limits.pixels)]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega), compiles=True)
+PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega, request.clearance), compiles=True)

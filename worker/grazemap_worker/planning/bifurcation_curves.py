@@ -29,7 +29,7 @@ def _of_motions(request: BifurcationCurvesRequest) -> Plan:
 
     A point of a curve needs singular values and differences, and costs a few times as much as a point of a branch.
     """
-    cost = period_cost(request.oscillator, request.omega.start)
+    cost = period_cost(request.oscillator, request.omega.start, request.clearance.start)
     periods, seconds = 0.0, 0.0
     for motion in request.motions or ():
         impacts = len(motion.stops)
@@ -42,7 +42,7 @@ def _of_motions(request: BifurcationCurvesRequest) -> Plan:
 
 
 def _longest_period(request: BifurcationCurvesRequest) -> float | None:
-    return None if request.motions is None else period_cost(request.oscillator, request.omega.start)
+    return None if request.motions is None else period_cost(request.oscillator, request.omega.start, request.clearance.start)
 
 
 PLANNING = Planning(_plan, longest_period=_longest_period)

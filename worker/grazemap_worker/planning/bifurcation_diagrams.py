@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, grid_values
-from grazemap_worker.planning.costs import period_cost, period_costs
+from grazemap_worker.planning.costs import mean_cost, period_cost
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
 from grazemap_worker.planning.rates import DIAGRAM_SETTLING_PERIODS, PERIODS_PER_SECOND
@@ -14,8 +12,9 @@ from grazemap_worker.planning.rates import DIAGRAM_SETTLING_PERIODS, PERIODS_PER
 def _plan(request: BifurcationDiagramsRequest) -> Plan:
     values = grid_values(request.range)
     each = request.transient_periods + request.periods
-    omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
-    costs = float(period_costs(request.oscillator, omegas).sum())
+    fixed = [request.fixed]
+    sides = (request.range, fixed) if request.vary == "omega" else (fixed, request.range)
+    costs = len(values) * mean_cost(request.oscillator, *sides)
     seconds = (each + DIAGRAM_SETTLING_PERIODS) * costs / PERIODS_PER_SECOND
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
@@ -30,8 +29,9 @@ def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
 
 
 def _longest_period(request: BifurcationDiagramsRequest) -> float:
-    least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
-    return period_cost(request.oscillator, least)
+    least = float(grid_values(request.range)[0])
+    omega, clearance = (least, request.fixed) if request.vary == "omega" else (request.fixed, least)
+    return period_cost(request.oscillator, omega, clearance)
 
 
 PLANNING = Planning(_plan, _counts, _longest_period)

@@ -10,7 +10,7 @@ from grazemap_worker.planning.rates import MAPPING_SECONDS, PERIODS_PER_SECOND
 
 
 def _plan(request: DiscontinuityMappingsRequest) -> Plan:
-    cost = period_cost(request.oscillator, request.omega)
+    cost = period_cost(request.oscillator, request.omega, max(request.overshoot))
     seconds = len(request.overshoot) * (MAPPING_SECONDS + request.returns * cost / PERIODS_PER_SECOND)
     return Plan(estimate=Estimate(seconds=seconds))
 
@@ -24,4 +24,4 @@ def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count
     ]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega, max(request.overshoot)))

@@ -41,8 +41,32 @@ RESOLUTION_AT_WORST = 180.0
 # The same for the states of a basin, which run side by side and mostly lead to few attractors.
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_UNSETTLED = 0.02
-# |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
-REFERENCE_STIFFNESS = 33.0
+# Seconds of a trajectory, as `python -m benchmarks.rates` fits them to random ones: of a forcing period, of a cell per
+# mass, of an impact, and of an impact per mass; of finding the modes, and of the same per square of the masses; of a
+# sample per mass, and per square of the masses.
+PERIOD_SECONDS = 2.0e-6
+CELL_SECONDS = 4.0e-9
+IMPACT_SECONDS = 8.0e-7
+IMPACT_MASS_SECONDS = 1.6e-7
+SETUP_SECONDS = 4.0e-3
+SETUP_MASS_SECONDS = 1.2e-5
+SAMPLE_MASS_SECONDS = 6.0e-8
+SAMPLE_SQUARE_SECONDS = 3.7e-9
+# The minimum number of cells of a period, and how much more cells cost where mass 1 comes to rest, as its release is
+# looked for.
+LEAST_CELLS = 16.0
+HELD_CELLS = 5.0
+# The number of impacts in a period T is BOUNCES T sqrt(a / clearance), a being the acceleration that presses mass 1
+# against a stop, as `python -m benchmarks.rates` fits it; more where fast modes have many cells; at most
+# MOST_PERIOD_IMPACTS, at which the core ends a trajectory. A chatter is followed until its impacts have 2e-5 of the speed.
+BOUNCES = 0.4
+CHATTER_REST = 2.0e-5
+FAST_CELLS = 700.0
+MOST_PERIOD_IMPACTS = 1.0e5
+# Forcing periods in which a resonance without damping is taken to grow.
+GROWTH_PERIODS = 100.0
+# Number of omegas, and of clearances, of a grid at which the cost of a period is computed.
+SAMPLED_SIDE = 16
 # Seconds of a tile: short enough for a small map to keep all workers busy; starting a tile takes 1/30 s.
 TILE_SECONDS = 0.6
 # Maximum estimate of a tile: one that takes four times as long is stopped after an hour.

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
-from grazemap_worker.planning.costs import expected_periods, period_cost, period_costs
+from grazemap_worker.planning.costs import expected_periods, mean_cost, period_cost
 from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 from grazemap_worker.planning.rates import (
@@ -38,7 +38,7 @@ from grazemap_worker.planning.rates import (
 def plan(request: UnfoldingMapsRequest) -> Plan:
     """Return the tiles of a map and its estimate."""
     rows, columns = grid_points(request.clearance), grid_points(request.omega)
-    cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
+    cost = mean_cost(request.oscillator, request.omega, request.clearance)
     periods_per_pixel = expected_periods(request.max_periods)
     sweeps = request.policy.startswith("sweep")
     rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
@@ -90,7 +90,8 @@ def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
 
 def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
     """Return the cost of a period at the minimum omega of the grid."""
-    return period_cost(request.oscillator, float(grid_values(request.omega)[0]))
+    omega, clearance = (float(grid_values(side)[0]) for side in (request.omega, request.clearance))
+    return period_cost(request.oscillator, omega, clearance)
 
 
 PLANNING = Planning(plan, _counts, longest_period, compiles=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -32,7 +33,8 @@ class ResultTooLarge(Exception):
 class Claim:
     """The right to compute one tile, for as long as the holder's lease is renewed.
 
-    `canonical` is the request as the store holds it, `request` the same parsed.
+    `canonical` is the request as the store holds it, `request` the same parsed; `left_seconds` is the processor time that
+    the job may still take.
     """
 
     job_id: str
@@ -44,6 +46,7 @@ class Claim:
     request: ProcessRequest
     core_version: str
     plan: Plan
+    left_seconds: float = math.inf
 
     @property
     def seconds(self) -> float:
