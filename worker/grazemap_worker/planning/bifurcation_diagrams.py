@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+import math
+
 from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, grid_values
-from grazemap_worker.planning.costs import mean_cost, period_cost
+from grazemap_worker.planning.costs import (
+    chance_seconds,
+    expected_periods,
+    mean_cost,
+    orbit_seconds,
+    period_cost,
+    setup_seconds,
+)
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import DIAGRAM_SETTLING_PERIODS, PERIODS_PER_SECOND
+from grazemap_worker.planning.rates import (
+    DIAGRAM_SETTLING_PERIODS,
+    FULL_COLUMN,
+    MAP_PERIODS_PER_SECOND,
+    PERIODS_PER_SECOND,
+)
 
 
 def _plan(request: BifurcationDiagramsRequest) -> Plan:
@@ -15,7 +29,11 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     fixed = [request.fixed]
     sides = (request.range, fixed) if request.vary == "omega" else (fixed, request.range)
     costs = len(values) * mean_cost(request.oscillator, *sides)
-    seconds = (each + DIAGRAM_SETTLING_PERIODS) * costs / PERIODS_PER_SECOND
+    watched = each + DIAGRAM_SETTLING_PERIODS
+    alone = math.sqrt(FULL_COLUMN) / MAP_PERIODS_PER_SECOND
+    seconds = costs * (each / PERIODS_PER_SECOND + expected_periods(request.oscillator, watched) * alone)
+    seconds += chance_seconds(request.oscillator, len(values), watched, costs / len(values))
+    seconds += len(values) * (setup_seconds(request.oscillator) + orbit_seconds(request.oscillator, *sides))
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
 

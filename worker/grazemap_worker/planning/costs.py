@@ -25,15 +25,22 @@ from grazemap_worker.planning.rates import (
     HELD_CELLS,
     IMPACT_MASS_SECONDS,
     IMPACT_SECONDS,
+    LANES_AT_REST,
     LEAST_CELLS,
+    LEAST_UNSETTLED,
+    MOST_ORBIT_IMPACTS,
     MOST_PERIOD_IMPACTS,
+    ORBIT_SECONDS,
     PERIOD_SECONDS,
     PERIODS_PER_SECOND,
     PERIODS_TO_SETTLE,
+    RUN_ON,
+    RUN_ON_PERIODS,
+    RUN_ON_SAMPLE,
     SAMPLED_SIDE,
     SETUP_MASS_SECONDS,
     SETUP_SECONDS,
-    UNSETTLED,
+    UNSETTLED_POWER,
 )
 
 Floats = NDArray[np.float64]
@@ -87,25 +94,37 @@ def period_impacts(oscillator: Oscillator, omega: Floats, clearance: Floats) -> 
     return np.minimum(np.minimum(bounces, _impacts_to_rest(oscillator.restitution)) * fast, MOST_PERIOD_IMPACTS)
 
 
-def period_costs(oscillator: Oscillator, omega: Floats, clearance: Floats) -> Floats:
-    """Return the cost of a forcing period, in periods of the default oscillator, for shapes as in `period_impacts`."""
+def period_costs(oscillator: Oscillator, omega: Floats, clearance: Floats, *, lanes: bool = False) -> Floats:
+    """Return the cost of a forcing period, in periods of the default oscillator, for shapes as in `period_impacts`.
+
+    In the `lanes` of maps it is higher where mass 1 comes to rest, as such lanes are computed one by one.
+    """
     size = oscillator.size
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         impacts = period_impacts(oscillator, omega, clearance)
         rests = impacts >= _impacts_to_rest(oscillator.restitution)
         cells = _cells(oscillator, omega) * size * np.where(rests, HELD_CELLS, 1.0)
         seconds = PERIOD_SECONDS + CELL_SECONDS * cells + (IMPACT_SECONDS + IMPACT_MASS_SECONDS * size) * impacts
+        if lanes:
+            seconds *= np.where(rests, LANES_AT_REST, 1.0)
     return PERIODS_PER_SECOND * np.where(np.isnan(seconds), np.inf, seconds)
 
 
-def period_cost(oscillator: Oscillator, omega: float, clearance: float) -> float:
+def period_cost(oscillator: Oscillator, omega: float, clearance: float, *, lanes: bool = False) -> float:
     """Return the cost of a forcing period at one point, as `period_costs`."""
-    return float(period_costs(oscillator, np.array([omega]), np.array([clearance]))[0])
+    return float(period_costs(oscillator, np.array([omega]), np.array([clearance]), lanes=lanes)[0])
 
 
 def mean_cost(oscillator: Oscillator, omega: Grid, clearance: Grid) -> float:
-    """Return the mean cost of a forcing period over a grid, from SAMPLED_SIDE values along each side."""
-    return float(period_costs(oscillator, _some(omega)[:, None], _some(clearance)).mean())
+    """Return the mean cost of a forcing period in lanes over a grid, from SAMPLED_SIDE values along each side."""
+    return float(period_costs(oscillator, _some(omega)[:, None], _some(clearance), lanes=True).mean())
+
+
+def orbit_seconds(oscillator: Oscillator, omega: Grid, clearance: Grid) -> float:
+    """Return the mean seconds in which the orbit of a trajectory that settles is solved for and verified."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        impacts = np.fmin(period_impacts(oscillator, _some(omega)[:, None], _some(clearance)), MOST_ORBIT_IMPACTS)
+    return ORBIT_SECONDS * oscillator.size * (1.0 - unsettled(oscillator)) * float((impacts**2).mean())
 
 
 def setup_seconds(oscillator: Oscillator) -> float:
@@ -113,9 +132,20 @@ def setup_seconds(oscillator: Oscillator) -> float:
     return SETUP_SECONDS + SETUP_MASS_SECONDS * oscillator.size**2
 
 
-def expected_periods(max_periods: int) -> float:
+def unsettled(oscillator: Oscillator) -> float:
+    """Return the share of trajectories that are expected not to settle: all of them where impacts take no energy."""
+    return max(LEAST_UNSETTLED, oscillator.restitution**UNSETTLED_POWER)
+
+
+def expected_periods(oscillator: Oscillator, max_periods: int) -> float:
     """Return the forcing periods that a pixel is expected to take on average."""
-    return min(float(max_periods), PERIODS_TO_SETTLE + UNSETTLED * max_periods)
+    return min(float(max_periods), PERIODS_TO_SETTLE + unsettled(oscillator) * max_periods)
+
+
+def chance_seconds(oscillator: Oscillator, trajectories: float, max_periods: int, cost: float) -> float:
+    """Return the seconds in which a sample of the chaotic ones among trajectories is run on."""
+    sample = min(RUN_ON_SAMPLE, unsettled(oscillator) * trajectories)
+    return sample * min(RUN_ON * max_periods, RUN_ON_PERIODS) * cost / PERIODS_PER_SECOND
 
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:

@@ -30,9 +30,19 @@ ADAPTIVE_STRIPS_CLOSED = 16
 ADAPTIVE_SIDE = 60.0
 ADAPTIVE_POWER = 0.45
 ADAPTIVE_PERIODS = 1.6
-# Periods that a pixel takes on average to settle, and the share of pixels that reach max_periods.
+# Periods that a pixel takes on average to settle, and the share of pixels that reach max_periods: this power of the
+# restitution, but not less than LEAST_UNSETTLED.
 PERIODS_TO_SETTLE = 45
-UNSETTLED = 0.1
+UNSETTLED_POWER = 10
+LEAST_UNSETTLED = 0.02
+# The orbit of a trajectory that settles, per mass and square of its impacts in a period, of which it has no more than
+# are given.
+ORBIT_SECONDS = 2.0e-6
+MOST_ORBIT_IMPACTS = 256
+# Number of chaotic trajectories that are run on for so many times the periods, and the maximum of their periods.
+RUN_ON_SAMPLE = 20
+RUN_ON = 10
+RUN_ON_PERIODS = 5.0e6
 # The share of sensitive trajectories in a map with chaotic transients, and the mean and maximum seconds in which one of
 # them is resolved (`make resolve` prints the mean).
 SENSITIVE = 0.02
@@ -40,7 +50,6 @@ RESOLUTION_SECONDS = 6.0
 RESOLUTION_AT_WORST = 180.0
 # The same for the states of a basin, which run side by side and mostly lead to few attractors.
 BASIN_PERIODS_PER_SECOND = 8.0e5
-BASIN_UNSETTLED = 0.02
 # Seconds of a trajectory, as `python -m benchmarks.rates` fits them to random ones: of a forcing period, of a cell per
 # mass, of an impact, and of an impact per mass; of finding the modes, and of the same per square of the masses; of a
 # sample per mass, and per square of the masses.
@@ -56,6 +65,8 @@ SAMPLE_SQUARE_SECONDS = 3.7e-9
 # looked for.
 LEAST_CELLS = 16.0
 HELD_CELLS = 5.0
+# How much more a period costs in the lanes of a map where mass 1 comes to rest: such lanes are computed one by one.
+LANES_AT_REST = 8.0
 # The number of impacts in a period T is BOUNCES T sqrt(a / clearance), a being the acceleration that presses mass 1
 # against a stop, as `python -m benchmarks.rates` fits it; more where fast modes have many cells; at most
 # MOST_PERIOD_IMPACTS, at which the core ends a trajectory. A chatter is followed until its impacts have 2e-5 of the speed.
@@ -81,8 +92,8 @@ CURVE_SECONDS = 5.0e-8
 POINTS_SECONDS = 1.0e-5
 # One overshoot of a discontinuity mapping, exact and leading order.
 MAPPING_SECONDS = 1.0e-2
-# Naming the motion at a value of a bifurcation diagram, besides its trajectory: the mean cost, in forcing periods.
-DIAGRAM_SETTLING_PERIODS = 200
+# Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle.
+DIAGRAM_SETTLING_PERIODS = 500
 # Maximum number of forcing periods of the trajectories that search for a motion with given stops.
 SEARCH_PERIODS = 1.2e4
 # One frequency of the bifurcation curves in closed form, per mass, for each period up to the longest.
