@@ -137,4 +137,6 @@ def _described(header: bytes) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
     shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
     if dtype.hasobject:
         raise ValueError("arrays of objects are not read")
+    if min(shape, default=0) < 0:  # numpy takes it for a length that follows from the others
+        raise ValueError("a length of an array is negative")
     return dtype, shape, fortran

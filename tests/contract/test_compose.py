@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 import subprocess
 import time
@@ -31,10 +32,17 @@ def test_no_container_has_more_rights_than_it_needs(name: str) -> None:
     assert not any(entry.startswith("redis") for entry in service.get("ports", []))
 
 
+def test_redis_is_the_version_that_is_embedded_by_its_digest() -> None:
+    said = subprocess.run([find_redis_server(), "--version"], capture_output=True, text=True, check=True).stdout
+    image = re.fullmatch(r"valkey/valkey:([\d.]+)@sha256:[0-9a-f]{64}", SERVICES["redis"]["image"])
+    assert image
+    assert f"v={image[1]} " in said
+
+
 def test_redis_takes_any_password_and_does_not_show_it(tmp_path: Path) -> None:
-    program, password = tmp_path / "redis-server", """a/b+c='"\\$(id) d"""
+    program, password = tmp_path / "valkey-server", """a/b+c='"\\$(id) d"""
     program.symlink_to(find_redis_server())
-    assert SERVICES["redis"]["user"] == "redis"
+    assert SERVICES["redis"]["user"] == "valkey"
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     *shell, script = (part.replace("$$", "$") for part in SERVICES["redis"]["command"])
@@ -61,7 +69,7 @@ def test_redis_takes_any_password_and_does_not_show_it(tmp_path: Path) -> None:
             raise AssertionError("it takes another password")
         assert client.config_get("maxmemory-policy") == {"maxmemory-policy": "noeviction"}
         arguments = Path(f"/proc/{process.pid}/cmdline").read_bytes()
-        assert b"redis-server" in arguments  # not a shell: signals reach it
+        assert b"valkey-server" in arguments  # not a shell: signals reach it
         assert password.encode() not in arguments
         with pytest.raises(RedisError):
             Redis(port=port).ping()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
+from jsonschema import Draft202012Validator
 from starlette.testclient import TestClient
 
 from grazemap.wire import PROCESSES, Oscillator, parse_request
@@ -102,6 +103,34 @@ def test_the_guide_has_every_field_of_the_oscillator_with_its_default() -> None:
     assert {name: json.loads(rows[name].strip("`")) for name in fields} == Oscillator().model_dump()
     (body,) = re.findall(r"-d '\n(\{.*?)'\n", section, re.DOTALL)
     assert parse_request("grazing-curves", json.loads(body)).oscillator.size == 2
+
+
+def test_bounds_of_numbers_lists_and_parameters_are_documented(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    masses = schemas["Oscillator"]["properties"]["masses"]
+    assert (masses["minItems"], masses["maxItems"]) == (1, 64)
+    assert (masses["items"]["minimum"], masses["items"]["maximum"]) == (1e-60, 1e60)
+    phase = Draft202012Validator(schemas["InitialState"]["properties"]["phase"])
+    assert [x for x in (0, 1e-60, -1e60, 5e-324, -5e-324, 1e61, -1e61) if phase.is_valid(x)] == [0, 1e-60, -1e60]
+    for method, path, operation in operations(document):
+        parameters = operation.get("parameters", [])
+        assert all("anyOf" not in one["schema"] for one in parameters), path
+        if any(one["in"] != "path" for one in parameters):
+            assert "422" in operation["responses"], (method, path)
+
+
+def test_the_pattern_of_the_priority_is_that_of_the_service(client: TestClient, document: dict[str, Any]) -> None:
+    (one,) = (p for p in document["paths"]["/v1/proofs"]["post"]["parameters"] if p["name"] == "priority")
+    right, wrong = ["0", "u=3", "i"], ["", "10", "x"]
+    for value in (*right, *wrong):
+        answer = client.get(f"/v1/jobs/{'0' * 64}", headers={"priority": value})
+        assert answer.status_code == (404 if value in right else 422)
+        assert bool(re.search(one["schema"]["pattern"], value)) == (value in right)
+
+
+def test_errors_of_an_estimate_say_what_is_allowed(client: TestClient) -> None:
+    answer = client.post("/v1/grazing-curves/estimate", json={"omega": {"start": 1, "stop": 2, "points": 2.5}})
+    assert answer.json()["errors"][0]["allowed"] == "an integer >= 2"
 
 
 def test_bounds_are_documented(document: dict[str, Any]) -> None:
