@@ -11,6 +11,7 @@ from unittest.mock import patch
 import httpx2
 
 from grazemap import AsyncClient
+from grazemap_core.warmup import STEPS
 from grazemap_service import jobs
 from grazemap_service.app import create_app
 from grazemap_service.context import Context
@@ -21,7 +22,6 @@ from grazemap_worker.numerics import numerics
 from grazemap_worker.planning import LANE_WEIGHTS
 from grazemap_worker.store import Bell, Store, WorkerInfo, connect, core_version
 from grazemap_worker.store.ledger import LANES
-from grazemap_worker.supervision.kernels import WARM
 
 
 @asynccontextmanager
@@ -30,7 +30,7 @@ async def client() -> AsyncIterator[AsyncClient]:
     with tempfile.TemporaryDirectory() as folder, RedisServer(Path(folder)) as server:
         store = Store(connect(server.url))
         ours = numerics()
-        worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(WARM), small=True)
+        worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(STEPS), small=True)
         store.workers.renew(worker, 600)
 
         def drain(_context: Context, _bell: Bell) -> None:

@@ -1,18 +1,46 @@
-"""The cache folder of compiled kernels, set before any kernel is defined.
+"""The cache of compiled kernels: one folder for each version of all that the machine code depends on.
 
-Numba invalidates a cached function when the file that defines it changes, but not when the file of a function compiled
-into it changes. Therefore the name of the folder contains a fingerprint of all source files of the core. The folder
-lies below NUMBA_CACHE_DIR if that is set, otherwise in the `__pycache__` of the core.
+The folder's name contains a hash of the core's sources, the versions of Python, numba, llvmlite and numpy, the
+processor that code is generated for, and the settings that choose instructions. So nothing in a folder is ever out of
+date. The folder lies below NUMBA_CACHE_DIR if that is set, otherwise in the `__pycache__` of the core.
+
+Each compiled function is a file of its own, an *entry*, with a checksum. Numba itself keeps an index of each function,
+which two processes at once, or one that is killed between two writes, can leave with the data of another signature. An
+entry is renamed into its place when it is complete; one that is damaged is compiled again alone. A *step* is a list of
+entries that are loaded together (`warmup`).
 """
 
+from __future__ import annotations
+
 import hashlib
+import json
+import logging
+import os
+import pickle
+import sys
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
+from uuid import uuid4
 
 import numba
+from numba.core import caching, config, dispatcher
+from numba.core.registry import cpu_target
+from numba.core.serialize import dumps
 
 _CORE = Path(__file__).parent
+_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
+_DIGEST = hashlib.sha256
+_DIGEST_BYTES = 32
+_STEP = ".step"
+
+_used: set[str] = set()
+"""The names of the entries that this process has loaded or saved."""
 
 
+@cache
 def source_fingerprint() -> str:
     """Return a short hash of every source file of the core."""
     digest = hashlib.sha256()
@@ -22,7 +50,155 @@ def source_fingerprint() -> str:
     return digest.hexdigest()[:16]
 
 
+@cache
+def folder_name() -> str:
+    """Return the name of the folder for this process's kernels."""
+    parts = {
+        "sources": source_fingerprint(),
+        "python": sys.implementation.cache_tag,
+        "versions": [version(name) for name in ("numba", "llvmlite", "numpy")],
+        "target": cpu_target.target_context.codegen().magic_tuple(),
+        "settings": [str(getattr(config, name)) for name in _SETTINGS],
+    }
+    return f"kernels-{hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]}"
+
+
+def folder() -> Path:
+    """Return the folder for this process's kernels."""
+    return Path(numba.config.CACHE_DIR)  # type: ignore[attr-defined]  # set when numba is imported
+
+
 def choose_folder() -> None:
-    """Set numba's cache folder for all functions that are decorated afterwards."""
-    below = numba.config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set when numba is imported
-    numba.config.CACHE_DIR = str(Path(below) / f"kernels-{source_fingerprint()}")  # type: ignore[attr-defined]
+    """Set the cache of all functions of the core that are decorated afterwards."""
+    below = numba.config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # as above
+    numba.config.CACHE_DIR = str(Path(below) / folder_name())  # type: ignore[attr-defined]  # as above
+    dispatcher.FunctionCache = _cache_of  # type: ignore[attr-defined]  # numba asks it for every cached function
+
+
+def record(step: str) -> None:
+    """Store which entries a step consists of: all that this process has used until now."""
+    _write(folder() / f"{step}{_STEP}", json.dumps(sorted(_used)).encode())
+
+
+def holds(step: str) -> bool:
+    """Return whether all entries of a step are in the folder, and undamaged."""
+    try:
+        names = json.loads((folder() / f"{step}{_STEP}").read_bytes())
+    except (OSError, ValueError):
+        return False
+    return all(_content(folder() / name) is not None for name in names)
+
+
+class _Entries:
+    """The entries of one function, with the interface of numba's index of it."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self._folder, self._name = folder, name
+
+    def _entry(self, key: Any) -> Path:
+        return self._folder / f"{self._name}.{_DIGEST(repr(key).encode()).hexdigest()[:16]}.kernel"
+
+    def save(self, key: Any, data: Any) -> None:
+        """Store an entry; without space for it the function is compiled in every process."""
+        content = dumps((key, data))  # type: ignore[no-untyped-call]
+        path = self._entry(key)
+        try:
+            _write(path, _DIGEST(content).digest() + content)
+        except OSError as error:
+            logging.getLogger(__name__).warning("a compiled kernel cannot be stored: %s", error)
+        else:
+            _used.add(path.name)
+
+    def load(self, key: Any) -> Any:
+        """Return what was stored under a key; None if nothing was, or if it is damaged."""
+        path = self._entry(key)
+        content = _content(path)
+        if content is None:
+            return None
+        stored, data = pickle.loads(content)
+        if stored != key:
+            return None
+        _used.add(path.name)
+        return data
+
+    def flush(self) -> None:
+        """Remove every entry."""
+        for path in self._folder.glob(f"{self._name}.*.kernel"):
+            path.unlink(missing_ok=True)
+
+
+class _Locator(caching._CacheLocator):
+    """The folder of the core's kernels. Its name stands for the sources, so that files' times say nothing."""
+
+    def ensure_cache_path(self) -> None:
+        """Do nothing: the folder is made when an entry is written."""
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return str(folder())
+
+    def get_source_stamp(self) -> tuple[()]:
+        """Return what is the same for all entries of a folder."""
+        return ()
+
+    def get_disambiguator(self) -> str:
+        """Return nothing: names of functions are unique with their module's."""
+        return ""
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., object], py_file: str) -> _Locator:
+        """Return the locator, for every function of the core."""
+        return cls()
+
+
+class _KernelImpl(caching.CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # type: ignore[list-item]
+
+
+class _KernelCache(caching.FunctionCache):
+    """Numba's cache of a function, with `_Entries` instead of an index."""
+
+    _impl_class = _KernelImpl
+
+    def __init__(self, py_func: Callable[..., object]) -> None:
+        super().__init__(py_func)  # type: ignore[no-untyped-call]
+        self._cache_file: Any = _Entries(folder(), f"{py_func.__module__}.{py_func.__qualname__}")
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled function, or None if it must be compiled: also if what is stored cannot be loaded."""
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except Exception as error:
+            logging.getLogger(__name__).warning("the compiled kernel %s cannot be loaded: %r", self._name, error)
+            return None
+
+
+def _cache_of(py_func: Callable[..., object]) -> Any:
+    """Return the cache of a function: numba's own for those of others."""
+    ours = py_func.__module__.partition(".")[0] == __package__
+    return _KernelCache(py_func) if ours else caching.FunctionCache(py_func)  # type: ignore[no-untyped-call]
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file that is complete or not there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f"{path.name}.{uuid4().hex[:16]}.tmp")
+    try:
+        unfinished.write_bytes(content)
+        os.replace(unfinished, path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+def _content(path: Path) -> bytes | None:
+    """Return the content of an entry; None if there is none, or if its checksum does not fit."""
+    try:
+        stored = path.read_bytes()
+    except OSError:
+        return None
+    digest, content = stored[:_DIGEST_BYTES], stored[_DIGEST_BYTES:]
+    if _DIGEST(content).digest() == digest:
+        return content
+    logging.getLogger(__name__).warning("the compiled kernel %s is damaged and is compiled again", path.name)
+    return None

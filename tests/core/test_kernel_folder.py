@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: below a folder that carries the fingerprint of all sources of the core."""
+"""Where compiled kernels are kept: in a folder named after all that they depend on, each a file with a checksum."""
 
 import json
 import os
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import grazemap_core
-from grazemap_core.kernel_folder import source_fingerprint
+from grazemap_core.kernel_folder import folder_name
 
 CORE = Path(grazemap_core.__file__).parent
 COMPILES = re.compile(r"^@(njit|kernel|fused_kernel|inlined|fused_inlined)\b", re.MULTILINE)
@@ -62,7 +62,7 @@ def cache_folders(modules: list[str], tmp_path: Path, when: str = "") -> dict[st
 
 
 def outside(found: dict[str, dict[str, str]], tmp_path: Path) -> list[str]:
-    folder = tmp_path / f"kernels-{source_fingerprint()}"
+    folder = tmp_path / folder_name()
     return [
         f"{module}.{name}"
         for module, kernels in found.items()
@@ -84,3 +84,45 @@ def test_a_kernel_defined_before_the_folder_is_chosen_is_detected(tmp_path: Path
     late = cache_folders([module], tmp_path, "late")
     kernels = "eliminate", "multiply", "add_transposed_product", "cholesky"
     assert outside(late, tmp_path) == [f"{module}.{name}" for name in kernels]
+
+
+# Calls two kernels that compile quickly, each for a type of its own, and prints what was compiled.
+CALLS = """
+import sys, time
+import numpy as np
+from numba.core import event
+from grazemap_core import kernel_folder
+from grazemap_core.numerics.kernels.dense import multiply
+from grazemap_core.contact.kernels.cell_factors import shortfall
+
+compiled = []
+
+class Listener(event.Listener):
+    def on_start(self, _event): ...
+    def on_end(self, ended): compiled.append(ended.data["dispatcher"].py_func.__name__)
+
+event.register("numba:compile", Listener())
+order = "F" if "F" in sys.argv else "C"
+while "after" in sys.argv and time.time() < float(sys.argv[-1]):
+    pass
+left, right, product = (np.asarray(np.eye(3), order=order) for _ in range(3))
+multiply(product, left, right)
+multiply(product[:2, :2], left[:2, :2], right[:2, :2])
+kernel_folder.record("step")
+print(*compiled)
+"""
+
+
+def call(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """Start a process that calls kernels with a cache in a folder."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
+    command = [sys.executable, "-c", CALLS, *arguments]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def compiled(folder: Path, *arguments: str) -> tuple[list[str], str]:
+    """Return the names of the kernels that a process has compiled, and what it said."""
+    with call(folder, *arguments) as process:
+        said, errors = process.communicate()
+    assert process.returncode == 0, errors
+    return said.split(), errors

@@ -292,12 +292,14 @@ def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, st
         notes = client.post(f"/v1/{process}/estimate", json=body).json()["notes"]
         return [note["detail"] for note in notes if note["code"] == "compiles-first"]
 
-    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"core", "maps-3"})), 60)
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3"})), 60)
     (detail,) = noted("unfolding-maps", MAP | {"oscillator": chain})
-    assert detail.startswith("the first map of a chain of 2 masses compiles kernels first, usually in about 30 s")
+    assert detail.startswith("kernels for this number of masses, 2, are compiled first, usually in about 36 s")
     assert noted("unfolding-maps", MAP) == []
     assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
-    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"core", "maps-3", "maps-2"})), 60)
+    (detail,) = noted("periodic-orbits", ORBIT)
+    assert detail.startswith("kernels are compiled first, usually in about 8 s")
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3", "maps-2"})), 60)
     assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
 
 

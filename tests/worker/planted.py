@@ -27,14 +27,14 @@ from grazemap_worker.processes.unfolding_maps import assemble
 from grazemap_worker.queue import drainer  # noqa: F401
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import WorkerInfo, core_version
-from grazemap_worker.supervision.kernels import WARM, Kernels
+from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.supervisor import Supervisor
 
 BUSY_SECONDS = 0.1
 LONG_SECONDS = 3.5
 
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
-INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset(WARM))
+INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset({"curves", "trajectories", "maps-3"}))
 
 
 def product_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
@@ -85,7 +85,9 @@ def main() -> None:
     logs.configure("INFO")
     tasks.PROCESSES = {"unfolding-maps": planted(mode)}
     settings = WorkerSettings(redis_url=redis_url, workers=int(workers), result_bytes=1 << 20)
-    Supervisor(settings, NUMERICS, Kernels()).run()
+    kernels = Kernels(())
+    kernels.ready |= INFO.kernels
+    Supervisor(settings, NUMERICS, kernels).run()
 
 
 if __name__ == "__main__":

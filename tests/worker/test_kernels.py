@@ -1,121 +1,179 @@
-"""Kernels for other numbers of masses: compiled once, in a process of its own, and said meanwhile."""
+"""Steps of kernels: compiled in processes of their own, loaded when they are cached, and said meanwhile."""
 
 from __future__ import annotations
 
-import multiprocessing
-import operator
+import json
 import os
 import signal
-from collections.abc import Callable
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numba
-import psutil
 import pytest
-from watching import living, until
+from watching import until
 
-import grazemap_core  # noqa: F401 - chooses the folder of the kernels, which the tests change
+from grazemap_core import kernel_folder, warmup
 from grazemap_worker import progress
-from grazemap_worker.supervision import kernel_cache
+from grazemap_worker.planning import compiling_seconds, kernels_of
 from grazemap_worker.supervision import kernels as kernels_module
-from grazemap_worker.supervision.kernels import WARM, Kernels
+from grazemap_worker.supervision.kernels import Kernels
+from tests.sdk.sdk_documents import REQUESTS
+
+USED = Path(__file__).with_name("kernels_used.py")
 
 
 @pytest.fixture
-def compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The numbers of masses that were loaded here; nothing is compiled."""
-    found: list[int] = []
+def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The steps that were loaded here; nothing is compiled, and processes that should compile sleep."""
+    found: list[str] = []
+    sleeps = [sys.executable, "-c", "import time; time.sleep(60)"]
+    popen = subprocess.Popen
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(kernels_module, "compile_maps", found.append)
+    monkeypatch.setattr(warmup, "load", found.append)
+    monkeypatch.setattr(kernels_module.subprocess, "Popen", lambda _, **options: popen(sleeps, **options))
+    monkeypatch.setattr(kernels_module, "available_cores", lambda: 2)
     return found
 
 
-def advance(kernels: Kernels) -> bool:
-    until(kernels.advance, 30)
-    return True
+def kill(kernels: Kernels, step: str) -> None:
+    """Kill the process that compiles a step, and tell of it as a supervisor does."""
+    (pid,) = (pid for pid, compiler in kernels._compilers.items() if step in compiler.steps)
+    os.kill(pid, signal.SIGKILL)
+    kernels.ended(*os.waitpid(pid, 0))
 
 
-def test_only_kernels_of_maps_are_compiled(compiled: list[int]) -> None:
-    kernels = Kernels()
-    kernels.want([*WARM, "core", "maps-", "maps-x", "another"])
+def end(kernels: Kernels) -> None:
+    kernels.stop()
+    for pid in list(kernels._compilers):
+        kernels.ended(*os.waitpid(pid, 0))
+
+
+def test_only_steps_are_compiled(loaded: list[str]) -> None:
+    kernels = Kernels(())
+    kernels.want(["core", "maps-", "maps-x", "maps-0", "another", "-3"])
     assert not kernels.advance()
     assert kernels.said() == {}
 
 
-def test_what_is_cached_is_loaded_at_once(compiled: list[int], tmp_path: Path) -> None:
-    (tmp_path / "compiled-maps-5").touch()
+def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list[str]) -> None:
+    for step in warmup.STEPS:
+        kernel_folder.record(step)
     kernels = Kernels()
-    kernels.want({"maps-5"})
     assert kernels.advance()
-    assert compiled == [5]
-    assert kernels.ready == {*WARM, "maps-5"}
+    assert loaded == list(warmup.STEPS)
+    assert kernels.ready == set(warmup.STEPS)
+    assert kernels._compilers == {}
     assert not kernels.advance()
 
 
-def test_what_is_not_cached_is_compiled_in_another_process_first(tmp_path: Path, compiled: list[int]) -> None:
+def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: list[str]) -> None:
     kernels = Kernels()
-    kernels.want({"maps-2", "maps-7"})
     assert not kernels.advance()
-    assert kernels.said()["maps-2"] == "kernels for 2 masses, compiling for 0 s (about 30 s usually)"
-    assert kernels.said()["maps-7"] == "kernels for 7 masses, after others"
-    assert advance(kernels)
-    assert compiled == [2]
-    assert (tmp_path / "compiled-maps-2").exists()
-    assert kernels.said().keys() == {"maps-7"}
+    steps = [compiler.steps for compiler in kernels._compilers.values()]
+    assert steps == [["curves", "trajectories", "orbits"], ["maps-3", "diagrams-3"]]
+    said = kernels.said()
+    assert said["curves"] == "kernels for curves, compiling for 0 s (about 9 s usually)"
+    assert said["trajectories"] == "kernels for trajectories, after others"
+    assert said["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 36 s usually)"
+    kernel_folder.record("curves")  # as the process does
+    assert kernels.advance()
+    assert kernels.ready == {"curves"} == set(loaded)
+    assert kernels.said()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 12 s usually)"
+    assert not kernels.advance()
+    end(kernels)
+
+
+def test_a_process_that_is_killed_compiles_again_and_keeps_what_it_had(loaded: list[str]) -> None:
+    kernels = Kernels()
     kernels.advance()
-    kernels.stop()
+    kernel_folder.record("curves")
+    kernels.advance()
+    for _ in range(2):
+        kill(kernels, "trajectories")
+        assert not kernels.advance()
+        assert kernel_folder.holds("curves")
+    assert kernels.ready == {"curves"}
+    kill(kernels, "trajectories")
+    assert kernels.advance()  # left to the tiles
+    assert kernels.ready == {"curves", "trajectories"}
+    end(kernels)
 
 
-@pytest.fixture
-def quick(compiled: list[int], monkeypatch: pytest.MonkeyPatch) -> Kernels:
-    """Kernels that wait for a process that compiles nothing."""
-    monkeypatch.setattr(kernels_module, "_compile", operator.add)
-    kernels = Kernels()
-    kernels.want({"maps-7"})
-    assert not kernels.advance()
-    return kernels
-
-
-def test_the_end_of_the_process_is_noticed_though_the_supervisor_has_waited_for_it(quick: Kernels) -> None:
-    assert quick._process is not None
-    os.waitpid(quick._process.pid or 0, 0)
-    assert advance(quick)
-    assert "maps-7" in quick.ready
-
-
-def test_a_process_that_is_stopped_while_it_compiles_is_replaced(
-    quick: Kernels, monkeypatch: pytest.MonkeyPatch
+def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
+    loaded: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert quick._process is not None
     monkeypatch.setattr(progress, "HUNG_SECONDS", 0.5)
-    stopped = psutil.Process(quick._process.pid)
-    stopped.suspend()
-    assert advance(quick)
-    assert living([stopped]) == []
+    kernels = Kernels(["maps-3"])
+    assert not kernels.advance()
+    (stopped,) = kernels._compilers
+    os.kill(stopped, signal.SIGSTOP)
+
+    def ended() -> bool:
+        kernels.advance()
+        pid, status = os.waitpid(stopped, os.WNOHANG)
+        if pid:
+            kernels.ended(pid, status)
+        return bool(pid)
+
+    until(ended, 10)
+    kernels.advance()
+    (again,) = kernels._compilers.values()
+    assert again.steps == ["maps-3"]
+    end(kernels)
 
 
-@pytest.mark.parametrize(
-    ("function", "arguments"), [(kernels_module._compile, (3,)), (kernel_cache._help, ([], kernel_cache.WarmUp()))]
-)
-def test_processes_that_compile_end_with_their_supervisor(
-    function: Callable[..., None], arguments: tuple[object, ...]
+def test_kernels_that_cannot_be_loaded_leave_it_to_the_tile_to_say_why(
+    loaded: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(target=function, args=(*arguments, os.getpid() + 1), daemon=True)
-    process.start()  # of another process, as if that had ended meanwhile
-    process.join(20)
-    assert process.exitcode == -signal.SIGKILL
-
-
-def test_kernels_that_cannot_be_compiled_leave_it_to_the_tile_to_say_why(
-    compiled: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(masses: int) -> None:
+    def broken(step: str) -> None:
         raise ArithmeticError
 
-    (tmp_path / "compiled-maps-5").touch()
-    monkeypatch.setattr(kernels_module, "compile_maps", broken)
-    kernels = Kernels()
-    kernels.want({"maps-5"})
+    kernel_folder.record("maps-5")
+    monkeypatch.setattr(warmup, "load", broken)
+    kernels = Kernels(["maps-5"])
     assert kernels.advance()
     assert "maps-5" in kernels.ready
+
+
+def test_a_process_that_compiles_ends_with_its_supervisor(tmp_path: Path) -> None:
+    script = (
+        "from grazemap_worker.supervision.kernels import Kernels\n"
+        "kernels = Kernels(['maps-61'])\nkernels.advance()\nprint(*kernels._compilers, flush=True)\n"
+        "import time; time.sleep(60)"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, env=environment) as supervisor:
+        assert supervisor.stdout is not None
+        pid = int(supervisor.stdout.readline())
+        assert Path(f"/proc/{pid}").exists()
+        supervisor.kill()
+    until(lambda: not running(pid), 10)
+
+
+def running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_every_process_names_a_step() -> None:
+    from grazemap.wire import parse_request
+
+    for name, body in REQUESTS.items():
+        process = name.partition(" ")[0]
+        step = kernels_of(process, parse_request(process, body))
+        assert step in warmup.STEPS
+        assert compiling_seconds(step) > 0.0
+
+
+@pytest.mark.timeout(600)  # the kernels may have to be compiled
+def test_a_step_has_all_that_its_processes_need() -> None:
+    began = time.monotonic()
+    run = subprocess.run([sys.executable, USED], capture_output=True, text=True, check=False, cwd=USED.parents[2])
+    assert run.returncode == 0, run.stderr
+    lines = [json.loads(line) for line in run.stdout.splitlines()]
+    assert len(lines) == len(REQUESTS) + 1, time.monotonic() - began
+    assert [line for line in lines if line[2]] == []

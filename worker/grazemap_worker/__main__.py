@@ -12,7 +12,7 @@ from grazemap_worker.environment import one_thread
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Compile the kernels and supervise the workers until SIGTERM or SIGINT."""
+    """Supervise the workers until SIGTERM or SIGINT, and compile their kernels."""
     parser = argparse.ArgumentParser(prog="python -m grazemap_worker", description=__doc__)
     parser.add_argument("--workers", type=int, help="worker processes (default: GRAZEMAP_WORKERS, or one per core)")
     parser.add_argument("--redis-url", help="default: GRAZEMAP_REDIS_URL")
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         settings = WorkerSettings(**given)
         logs.configure(settings.log_level)
-        folder = kernel_cache.use_folder(settings.cache_dir)
+        kernel_cache.use_folder(settings.cache_dir)
     except ValidationError as error:
         _refuse(refusal_text(error))
     except kernel_cache.CacheFolderError as error:
@@ -37,21 +37,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
-    from grazemap_worker import tasks  # noqa: F401 - what the workers need is loaded before they are forked
-    from grazemap_worker.numerics import numerics
-    from grazemap_worker.queue import drainer  # noqa: F401
     from grazemap_worker.said import said
     from grazemap_worker.store import Store
-    from grazemap_worker.supervision.kernels import Kernels
-    from grazemap_worker.supervision.supervisor import Supervisor
     from grazemap_worker.watchdog import beating
 
-    # An ordinary end, so that the kernel cache is left in order; the supervisor brings its own handler.
+    # An ordinary end while it loads; the supervisor brings its own handler.
     signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
-    progress = kernel_cache.WarmUp()
-    with beating(), said(Store(settings.connect()).workers.say_starting, progress.text):
-        kernel_cache.warm_up(folder, lambda: kernel_cache.compile_kernels(folder, progress), progress)
-    Supervisor(settings, numerics(), Kernels()).run()
+    with beating(), said(Store(settings.connect()).workers.say_starting, lambda: "loading the kernels"):
+        from grazemap_core import kernel_folder
+        from grazemap_worker.supervision.kernels import Kernels
+
+        mark = kernel_cache.mark_used(kernel_folder.folder())
+        kernels = Kernels()
+        kernels.advance()  # others compile what is missing, while this process loads what the workers need
+
+        from grazemap_worker import tasks  # noqa: F401
+        from grazemap_worker.numerics import numerics
+        from grazemap_worker.queue import drainer  # noqa: F401
+        from grazemap_worker.supervision.supervisor import Supervisor
+    with mark:
+        Supervisor(settings, numerics(), kernels).run()
 
 
 def _refuse(reason: str) -> NoReturn:

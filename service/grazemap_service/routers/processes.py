@@ -17,7 +17,7 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
 from grazemap_service.routers.results import result_response
-from grazemap_worker.planning import COMPILING_SECONDS, kernels_of
+from grazemap_worker.planning import PLANNING, compiling_seconds, kernels_of
 from grazemap_worker.store import Asker
 
 # Seconds without news after which the status of a job is read.
@@ -130,12 +130,13 @@ def _forecast(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, 
 
 def _compiled_first(context: Context, process: str, request: ProcessRequest) -> list[Note]:
     """Return a note on kernels that the job would compile first (blocking)."""
-    masses = request.oscillator.size
-    if not context.store.workers.compiles_first(kernels_of(process, request), context.core_version):
+    kernels = kernels_of(process, request)
+    if not context.store.workers.compiles_first(kernels, context.core_version):
         return []
+    chain = f" for this number of masses, {request.oscillator.size}," if PLANNING[process].of_masses else ""
     detail = (
-        f"the first map of a chain of {masses} mass{'' if masses == 1 else 'es'} compiles kernels first, usually in "
-        f"about {COMPILING_SECONDS:.0f} s, which the estimate does not contain"
+        f"kernels{chain} are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate "
+        "does not contain"
     )
     return [Note(code="compiles-first", detail=detail)]
 

@@ -11,7 +11,7 @@ from importlib import import_module
 
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap_worker.planning.plan import LANE_WEIGHTS, Plan, Tile
-from grazemap_worker.planning.planning import COMPILING_SECONDS, Limits, Planning
+from grazemap_worker.planning.planning import Limits, Planning, compiling_seconds
 from grazemap_worker.planning.rates import TILE_SECONDS
 
 PLANNING: Mapping[str, Planning] = {
@@ -21,7 +21,17 @@ PLANNING: Mapping[str, Planning] = {
 
 def kernels_of(process: str, request: ProcessRequest) -> str:
     """Return the name of the kernels that a request needs: those of maps depend on the number of masses."""
-    return f"maps-{request.oscillator.size}" if PLANNING[process].compiles else "core"
+    planning = PLANNING[process]
+    return f"{planning.kernels}-{request.oscillator.size}" if planning.of_masses else planning.kernels
 
 
-__all__ = ["COMPILING_SECONDS", "LANE_WEIGHTS", "PLANNING", "TILE_SECONDS", "Limits", "Plan", "Tile", "kernels_of"]
+__all__ = [
+    "LANE_WEIGHTS",
+    "PLANNING",
+    "TILE_SECONDS",
+    "Limits",
+    "Plan",
+    "Tile",
+    "compiling_seconds",
+    "kernels_of",
+]

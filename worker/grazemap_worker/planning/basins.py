@@ -33,4 +33,6 @@ def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
     return [of_grid(across, down, limits.pixels)]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega), compiles=True)
+PLANNING = Planning(
+    _plan, _counts, lambda request: period_cost(request.oscillator, request.omega), kernels="maps", of_masses=True
+)

@@ -45,4 +45,4 @@ def _longest_period(request: BifurcationCurvesRequest) -> float | None:
     return None if request.motions is None else period_cost(request.oscillator, request.omega.start)
 
 
-PLANNING = Planning(_plan, longest_period=_longest_period)
+PLANNING = Planning(_plan, longest_period=_longest_period, kernels="orbits")

@@ -34,4 +34,4 @@ def _longest_period(request: BifurcationDiagramsRequest) -> float:
     return period_cost(request.oscillator, least)
 
 
-PLANNING = Planning(_plan, _counts, _longest_period)
+PLANNING = Planning(_plan, _counts, _longest_period, kernels="diagrams", of_masses=True)

@@ -24,4 +24,4 @@ def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count
     ]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega), kernels="orbits")

@@ -18,4 +18,6 @@ def _plan(request: OrbitBranchesRequest) -> Plan:
     return orbit.model_copy(update={"estimate": estimate})
 
 
-PLANNING = Planning(_plan, periodic_orbits.counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(
+    _plan, periodic_orbits.counts, lambda request: period_cost(request.oscillator, request.omega), kernels="orbits"
+)

@@ -23,4 +23,4 @@ def counts(request: PeriodicOrbitsRequest, limits: Limits) -> list[Count]:
     return [Count("/transient_periods", "periods", request.transient_periods, limits.tile_periods)]
 
 
-PLANNING = Planning(plan, counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(plan, counts, lambda request: period_cost(request.oscillator, request.omega), kernels="orbits")

@@ -10,8 +10,12 @@ from grazemap.wire import CoordinateRange, Grid, grid_points
 from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
-COMPILING_SECONDS = 30.0
-"""The time in which one core of a server compiles, roughly, the kernels of maps for another number of masses."""
+_COMPILING_SECONDS = {"curves": 9.0, "trajectories": 12.0, "orbits": 8.0, "maps": 36.0, "diagrams": 44.0}
+
+
+def compiling_seconds(kernels: str) -> float:
+    """Return the time in which one core of a server compiles kernels, roughly."""
+    return _COMPILING_SECONDS[kernels.partition("-")[0]]
 
 
 class Limits(NamedTuple):
@@ -54,15 +58,18 @@ class Planning:
         The cost of the longest forcing period that is simulated, as `costs.period_cost`; None: none is. Like the counts
         it is checked before the plan is made, whose numbers could overflow.
     after : callable (request) -> list of Step
-    compiles : bool
-        Whether its kernels are compiled for each number of masses.
+    kernels : str
+        The step of `grazemap_core.warmup` that compiles its kernels, without a number of masses.
+    of_masses : bool
+        Whether they are compiled for each number of masses.
     """
 
     plan: Callable[[Any], Plan]
     counts: Callable[[Any, Limits], list[Count]] = lambda request, limits: []
     longest_period: Callable[[Any], float | None] = lambda request: None
     after: Callable[[Any], list[Step]] = lambda request: []
-    compiles: bool = False
+    kernels: str = "curves"
+    of_masses: bool = False
 
 
 def of_grid(across: tuple[str, Grid | CoordinateRange], down: tuple[str, Grid | CoordinateRange], limit: int) -> Count:

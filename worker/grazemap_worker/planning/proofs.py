@@ -12,4 +12,4 @@ def _plan(request: ProofsRequest) -> Plan:
     return Plan(estimate=Estimate(seconds=min(PROOF_SECONDS[request.statement.kind], request.time_limit)))
 
 
-PLANNING = Planning(_plan)
+PLANNING = Planning(_plan, kernels="orbits")

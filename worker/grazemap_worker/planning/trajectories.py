@@ -30,4 +30,6 @@ def _counts(request: TrajectoriesRequest, limits: Limits) -> list[Count]:
     ]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(
+    _plan, _counts, lambda request: period_cost(request.oscillator, request.omega), kernels="trajectories"
+)

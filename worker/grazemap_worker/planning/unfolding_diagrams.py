@@ -58,4 +58,4 @@ def _after(request: UnfoldingDiagramsRequest) -> list[Step]:
     ]
 
 
-PLANNING = Planning(_plan, _counts, unfolding_maps.longest_period, _after, compiles=True)
+PLANNING = Planning(_plan, _counts, unfolding_maps.longest_period, _after, kernels="diagrams", of_masses=True)

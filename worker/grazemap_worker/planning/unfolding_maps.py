@@ -93,4 +93,4 @@ def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> 
     return period_cost(request.oscillator, float(grid_values(request.omega)[0]))
 
 
-PLANNING = Planning(plan, _counts, longest_period, compiles=True)
+PLANNING = Planning(plan, _counts, longest_period, kernels="maps", of_masses=True)

@@ -24,7 +24,7 @@ from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import Store, WorkerInfo
 
 # RQ waits for work this long less 15 s at a time, and renews its heartbeat, and the lease with it, in between.
-WORKER_TTL = 18
+WORKER_TTL = 16
 _BEAT_SECONDS = 1.0
 
 

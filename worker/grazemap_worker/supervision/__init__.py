@@ -1,1 +1,1 @@
-"""The parent of the workers: it compiles the kernels once, forks workers, replaces dead ones, and reconciles."""
+"""The parent of the workers: it has the kernels compiled, forks workers, replaces dead ones, and reconciles."""

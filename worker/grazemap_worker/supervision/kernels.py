@@ -1,123 +1,131 @@
-"""The kernels that the workers of this machine have: those of the warm-up, and those that jobs ask for.
+"""The kernels of this machine's workers, by steps: those of a first start, and those that jobs ask for.
 
-The kernels of maps have the number of masses as a constant. Those for another number than that of the warm-up are
-compiled before any tile that needs them, in one process, and then loaded here, so that workers that are forked later
-have them. An empty file beside the compiled kernels says which are cached.
+A step (`grazemap_core.warmup`) is compiled in a process of its own, into the cache, and then loaded here, so that
+workers that are forked afterwards have it. Two processes compile at a first start where there are two cores: the
+kernels of maps take as long as all others. Two stacks that start at once each compile what is missing, and wait for
+nothing; what one of them has compiled, the other one loads.
 """
 
 from __future__ import annotations
 
-import multiprocessing
 import os
+import subprocess
+import sys
 import time
+from collections import Counter
 from collections.abc import Iterable
-from multiprocessing.connection import wait
-from multiprocessing.process import BaseProcess
-from pathlib import Path
+from dataclasses import dataclass
 
 import structlog
 
+from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
-from grazemap_worker.parent_death import die_with_parent
-from grazemap_worker.planning import COMPILING_SECONDS
+from grazemap_worker.parent_death import tied
+from grazemap_worker.planning import compiling_seconds
 from grazemap_worker.progress import Progress
+from grazemap_worker.settings import available_cores
 
-MAPS = "maps-"
-WARM = ("core", f"{MAPS}3")
-"""The kernels of the warm-up."""
-_MARK = "compiled-"
+# A process that compiles may be killed, as by a system without memory; what is not compiled then is left to tiles.
+_MOST_TRIES = 3
+_MOST_PROCESSES = 2
+
+
+@dataclass
+class _Compiler:
+    """A process that compiles steps one after another: those that it has not compiled yet, since when the first."""
+
+    process: subprocess.Popen[bytes]
+    progress: Progress
+    steps: list[str]
+    began: float
 
 
 class Kernels:
-    """The names of the kernels that are loaded in this process (`ready`), and those that are compiled for it."""
+    """The names of the steps that are loaded in this process (`ready`), and those that are compiled for it."""
 
-    def __init__(self) -> None:
-        self.ready = set(WARM)
+    def __init__(self, steps: Iterable[str] = warmup.STEPS) -> None:
+        self.ready: set[str] = set()
         self._wanted: list[str] = []
-        self._process: BaseProcess | None = None
-        self._began = 0.0
+        self._compilers: dict[int, _Compiler] = {}
+        self._tries: Counter[str] = Counter()
+        self._said_ready = 0
+        self._log = structlog.get_logger("grazemap_worker")
+        self.want(steps)
 
     def want(self, names: Iterable[str]) -> None:
-        """Ask for kernels; names that are not of kernels for maps are ignored."""
-        for name in sorted(names):
-            if name.removeprefix(MAPS).isdigit() and name not in self.ready and name not in self._wanted:
+        """Ask for steps; names that are none are ignored."""
+        for name in names:
+            if warmup.is_step(name) and name not in self.ready and name not in self._wanted:
                 self._wanted.append(name)
 
     def advance(self) -> bool:
-        """Go on with what is wanted, a step at a time; return whether more kernels are ready."""
-        if not self._wanted:
-            return False
-        name = self._wanted[0]
-        if self._process is None and not _mark(name).exists():
-            self._began = time.monotonic()
-            context = multiprocessing.get_context("spawn")
-            self._process = context.Process(target=_compile, args=(masses_of(name), os.getpid()), daemon=True)
-            self._process.start()
-            self._progress = Progress(self._process.pid or 0)
-            return False
-        if self._process is not None:
-            # not is_alive(), which never learns of the end of a process that the supervisor has waited for
-            if not wait([self._process.sentinel], 0):
-                if self._progress.hangs(computing=True):
-                    structlog.get_logger("grazemap_worker").warning("compiling hangs and is begun again", kernels=name)
-                    self._process.kill()
-                    self._process = None
-                return False
-            self._process = None
-        try:
-            with watchdog.beating():
-                compile_maps(masses_of(name))  # loads them; if they do not compile, the tile itself will say why
-            _mark(name).touch()
-        except Exception:
-            structlog.get_logger("grazemap_worker").exception("kernels cannot be loaded", kernels=name)
-        self._wanted.remove(name)
-        self.ready.add(name)
-        return True
+        """Load what is compiled, and go on compiling; return whether more is ready than the last time."""
+        for name in [name for name in self._wanted if kernel_folder.holds(name)]:
+            self._load(name)
+        for compiler in self._compilers.values():
+            if compiler.progress.hangs(computing=True):
+                self._log.warning("compiling hangs and is begun again", kernels=compiler.steps[:1])
+                compiler.process.kill()
+        self._compile()
+        before, self._said_ready = self._said_ready, len(self.ready)
+        return self._said_ready > before
+
+    def ended(self, pid: int, status: int) -> None:
+        """Take note of a child of this process that has ended, with its wait status."""
+        compiler = self._compilers.pop(pid, None)
+        if compiler is None:
+            return
+        code = compiler.process.returncode = os.waitstatus_to_exitcode(status)
+        for name in [name for name in compiler.steps if not kernel_folder.holds(name)][:1]:
+            self._tries[name] += 1
+            self._log.warning("kernels not compiled", kernels=name, status=code, tries=self._tries[name])
+            # an error of the kernels, or no space for them: the tile says what is wrong, or compiles them itself
+            if code >= 0 or self._tries[name] >= _MOST_TRIES:
+                self._load(name)
 
     def said(self) -> dict[str, str]:
-        """Return, for each of the kernels that jobs wait for, what is done for them."""
-        said = {}
-        for place, name in enumerate(self._wanted):
-            masses = masses_of(name)
-            kernels = f"kernels for {masses} mass{'' if masses == 1 else 'es'}"
-            took = time.monotonic() - self._began
-            usual = f"(about {COMPILING_SECONDS:.0f} s usually)"
-            said[name] = f"{kernels}, compiling for {took:.0f} s {usual}" if place == 0 else f"{kernels}, after others"
+        """Return, for each step that is not ready, what is done for it."""
+        said = {name: f"{_label(name)}, after others" for name in self._wanted}
+        for compiler in self._compilers.values():
+            for name in compiler.steps[:1]:
+                took, usual = time.monotonic() - compiler.began, compiling_seconds(name)
+                said[name] = f"{_label(name)}, compiling for {took:.0f} s (about {usual:.0f} s usually)"
         return said
 
     def stop(self) -> None:
-        """End the process that compiles."""
-        if self._process is not None:
-            self._process.kill()
+        """End the processes that compile."""
+        for compiler in self._compilers.values():
+            compiler.process.kill()
+
+    def _compile(self) -> None:
+        """Start processes for what is wanted and not yet compiled by one."""
+        most = min(_MOST_PROCESSES, available_cores())
+        taken = {name for compiler in self._compilers.values() for name in compiler.steps}
+        free = [name for name in self._wanted if name not in taken]
+        maps = [name for name in free if warmup.masses_of(name)]
+        others = [name for name in free if name not in maps]
+        for steps in (others, maps) if most - len(self._compilers) > 1 else (free,):
+            if steps and len(self._compilers) < most:
+                command = [sys.executable, "-m", "grazemap_core.warmup", *steps]
+                process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
+                self._compilers[process.pid] = _Compiler(process, Progress(process.pid), list(steps), time.monotonic())
+
+    def _load(self, name: str) -> None:
+        try:
+            with watchdog.beating():
+                warmup.load(name)
+        except Exception:
+            # the tile itself will say what is wrong
+            self._log.exception("kernels cannot be loaded", kernels=name)
+        self._wanted.remove(name)
+        self.ready.add(name)
+        for compiler in self._compilers.values():
+            if name in compiler.steps:
+                compiler.steps.remove(name)
+                compiler.began = time.monotonic()
 
 
-def masses_of(name: str) -> int:
-    """Return the number of masses that kernels are for."""
-    return int(name.removeprefix(MAPS))
-
-
-def _compile(masses: int, parent: int) -> None:
-    die_with_parent(parent)
-    compile_maps(masses)
-
-
-def compile_maps(masses: int) -> None:
-    """Compile the kernels of maps for a number of masses, or load them from the cache."""
-    import numpy as np
-
-    from grazemap_core.maps.unfolding import unfolding_map_tile
-    from grazemap_core.model.oscillator import Oscillator
-
-    ones, forcing = [1.0] * masses, [1.0] + [0.0] * (masses - 1)
-    for damping in (0.05, [0.05] * masses):
-        oscillator = Oscillator.create(ones, ones, damping, forcing, 0.8)
-        unfolding_map_tile(oscillator, np.array([0.28, 0.29]), np.array([1.6]), max_periods=4, max_period=2)
-
-
-def _mark(name: str) -> Path:
-    """Return the file that says that kernels are in the cache of this version of the core."""
-    from numba.core import config
-
-    import grazemap_core  # noqa: F401 - chooses the folder
-
-    return Path(config.CACHE_DIR) / f"{_MARK}{name}"  # type: ignore[attr-defined]  # set when numba is imported
+def _label(name: str) -> str:
+    masses = warmup.masses_of(name)
+    of_masses = f" of {masses} mass{'' if masses == 1 else 'es'}" if masses else ""
+    return f"kernels for {name.partition('-')[0]}{of_masses}"
