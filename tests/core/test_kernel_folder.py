@@ -5,10 +5,14 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numba
+import pytest
+
 import grazemap_core
-from grazemap_core.kernel_folder import folder_name
+from grazemap_core.kernel_folder import folder_name, holds
 
 CORE = Path(grazemap_core.__file__).parent
 COMPILES = re.compile(r"^@(njit|kernel|fused_kernel|inlined|fused_inlined)\b", re.MULTILINE)
@@ -93,7 +97,7 @@ import numpy as np
 from numba.core import event
 from grazemap_core import kernel_folder
 from grazemap_core.numerics.kernels.dense import multiply
-from grazemap_core.contact.kernels.cell_factors import shortfall
+from grazemap_core.numerics.kernels.dense import cholesky
 
 compiled = []
 
@@ -105,9 +109,9 @@ event.register("numba:compile", Listener())
 order = "F" if "F" in sys.argv else "C"
 while "after" in sys.argv and time.time() < float(sys.argv[-1]):
     pass
-left, right, product = (np.asarray(np.eye(3), order=order) for _ in range(3))
-multiply(product, left, right)
-multiply(product[:2, :2], left[:2, :2], right[:2, :2])
+left, right, product = (np.asarray(np.eye(4), order=order) for _ in range(3))
+multiply(left, right, product)
+cholesky(left)
 kernel_folder.record("step")
 print(*compiled)
 """
@@ -126,3 +130,67 @@ def compiled(folder: Path, *arguments: str) -> tuple[list[str], str]:
         said, errors = process.communicate()
     assert process.returncode == 0, errors
     return said.split(), errors
+
+
+def entries(folder: Path, name: str = "") -> list[Path]:
+    return sorted((folder / folder_name()).glob(f"*{name}.*.kernel"))
+
+
+def test_a_damaged_entry_is_compiled_again_alone(tmp_path: Path) -> None:
+    assert compiled(tmp_path) == (["multiply", "cholesky"], "")
+    assert compiled(tmp_path) == ([], "")
+    (damaged,) = entries(tmp_path, "multiply")
+    content = damaged.read_bytes()
+    for wrong in (content[:-100], b"", content[:500] + bytes(1000) + content[1500:], content[::-1]):
+        damaged.write_bytes(wrong)
+        names, said = compiled(tmp_path)
+        assert names == ["multiply"]
+        assert "is damaged and is compiled again" in said
+    assert compiled(tmp_path) == ([], "")
+
+
+def test_a_process_that_is_killed_while_it_compiles_leaves_what_it_had_compiled(tmp_path: Path) -> None:
+    with call(tmp_path) as process:
+        while not entries(tmp_path, "multiply"):
+            assert process.poll() is None
+        process.kill()
+    assert "multiply" not in compiled(tmp_path)[0]
+    with call(tmp_path, "F") as process:
+        while not entries(tmp_path, "multiply")[1:]:
+            assert process.poll() is None
+        process.kill()
+    assert compiled(tmp_path) == ([], "")
+
+
+def test_two_processes_that_compile_for_different_types_at_once_leave_the_kernels_of_both(tmp_path: Path) -> None:
+    soon = str(time.time() + 4.0)
+    with call(tmp_path, "after", soon) as one, call(tmp_path, "F", "after", soon) as other:
+        for process in (one, other):
+            process.communicate()
+            assert process.returncode == 0
+    assert len(entries(tmp_path, "multiply")) == 2
+    assert compiled(tmp_path) == ([], "")
+    assert compiled(tmp_path, "F") == ([], "")
+
+
+def test_a_step_is_held_when_all_its_entries_are_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / folder_name()))
+    assert not holds("step")
+    compiled(tmp_path)
+    assert holds("step")
+    (entry,) = entries(tmp_path, "cholesky")
+    content = entry.read_bytes()
+    entry.write_bytes(content[:-1])
+    assert not holds("step")
+    entry.unlink()
+    assert not holds("step")
+    entry.write_bytes(content)
+    assert holds("step")
+
+
+def test_without_space_for_an_entry_the_kernel_is_used_all_the_same(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with call(tmp_path / "file") as process:
+        _, said = process.communicate()
+    assert "a compiled kernel cannot be stored" in said
+    assert "NotADirectoryError" in said  # of the record of the step, after both calls
