@@ -197,9 +197,9 @@ def test_an_unfinished_job_says_what_it_waits_for(client: TestClient, store: Sto
     assert waiting_for(client, second) == "a free worker, beside 2 other jobs"
     worker.begin(first)
     assert waiting_for(client, first) is None
-    store.workers.say_compiling("core", "kernels, compiling for 4 s")
+    store.workers.say_compiling("curves", "kernels, compiling for 4 s")
     assert waiting_for(client, third) == "kernels, compiling for 4 s"
-    store.workers.say_compiling("core", "")
+    store.workers.say_compiling("curves", "")
     worker.finish(first)
     assert waiting_for(client, first) is None
     assert waiting_for(client, second) == "a free worker, beside 1 other job"

@@ -135,7 +135,7 @@ def test_a_job_has_notes_on_what_is_probably_not_meant(client: TestClient) -> No
 def test_with_a_worker_a_job_is_queued_for_it(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/grazing-curves", json=CURVE).json()
     assert store.redis.hget(job_key(job["id"]), "fingerprint") == b"f00d"
-    assert store.tiles.waiting("f00d") == {("small", "core")}
+    assert store.tiles.waiting("f00d") == {("small", "curves")}
     assert bells.queue(store.redis, "f00d", small=True).count == 1
     client.post("/v1/unfolding-maps", json=MAP)
     assert bells.queue(store.redis, "f00d", small=False).count == 1

@@ -109,7 +109,7 @@ def test_removing_old_records_does_not_scan_the_waiting_ones(
 
 
 def test_a_claim_costs_the_same_however_many_jobs_wait(store: Store, backlog: list[Job]) -> None:
-    worker = WorkerInfo("w", "f", "1", frozenset({"core"}), small=True)
+    worker = WorkerInfo("w", "f", "1", frozenset({"curves"}), small=True)
     assert commands(store, lambda: store.tiles.claim_next(worker, LEASE)) < 16 * 60
 
 
@@ -145,10 +145,10 @@ def test_a_round_rings_where_tiles_wait_and_says_for_which_kernels(store: Store,
     assert reconciler.reconcile() == set()
     register(store, "w", "f", LEASE, "1")
     submit(store, 0)
-    assert reconciler.reconcile() == {"core"}
+    assert reconciler.reconcile() == {"curves"}
     queues = [bells.queue(store.redis, "f", small=small) for small in (False, True)]
     assert [queue.count for queue in queues] == [0, 1]
     submit_map(store)
     for _ in range(5):
-        assert reconciler.reconcile() == {"core", "maps-3"}
+        assert reconciler.reconcile() == {"curves", "maps-3"}
     assert [queue.count for queue in queues] == [bells.MOST_WAITING] * 2

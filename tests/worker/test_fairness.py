@@ -12,7 +12,7 @@ from grazemap_worker.planning import Plan
 from grazemap_worker.store import Asker, Claim, QuotaUsed, Store, WorkerInfo
 
 LEASE = 5.0
-KERNELS = frozenset({"core", "maps-3"})
+KERNELS = frozenset({"curves", "maps-3"})
 LARGE = WorkerInfo("large", "f", "1", KERNELS)
 SMALL = WorkerInfo("small", "f", "1", KERNELS, small=True)
 TILES = 100

@@ -31,6 +31,7 @@ def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     sleeps = [sys.executable, "-c", "import time; time.sleep(60)"]
     popen = subprocess.Popen
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernel_folder, "_used", set())
     monkeypatch.setattr(warmup, "load", found.append)
     monkeypatch.setattr(kernels_module.subprocess, "Popen", lambda _, **options: popen(sleeps, **options))
     monkeypatch.setattr(kernels_module, "available_cores", lambda: 2)

@@ -9,6 +9,7 @@ nothing; what one of them has compiled, the other one loads.
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -65,7 +66,7 @@ class Kernels:
         for compiler in self._compilers.values():
             if compiler.progress.hangs(computing=True):
                 self._log.warning("compiling hangs and is begun again", kernels=compiler.steps[:1])
-                compiler.process.kill()
+                os.kill(compiler.process.pid, signal.SIGKILL)  # not Popen.kill, which may hide its end from `ended`
         self._compile()
         before, self._said_ready = self._said_ready, len(self.ready)
         return self._said_ready > before
