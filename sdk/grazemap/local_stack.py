@@ -47,8 +47,8 @@ class LocalClient(Client):
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
     """Start service, queue and workers on a free loopback port, and return a client of them.
 
-    The first start compiles the kernels, in about a minute. Meanwhile a line on a terminal or below a notebook's cell
-    says what is done, and is removed at the end; elsewhere stderr gets a few lines, unless the start is quick.
+    After a first start the kernels are compiled; jobs wait for theirs. A line on a terminal or below a notebook's cell
+    says what the start waits for, and is removed at the end; elsewhere stderr gets a few lines, unless the start is quick.
 
     Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_API_KEYS_FILE, GRAZEMAP_ALLOWED_HOSTS,
     GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import os
 import signal
-import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -65,25 +64,3 @@ def test_up_ends_at_sigterm_while_it_starts(tmp_path: Path) -> None:
             up.terminate()
             assert up.wait(timeout=15) == 0
     assert living(below) == []
-
-
-def test_up_and_readyz_name_the_process_whose_kernels_they_wait_for(tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
-    command = [sys.executable, "-m", "grazemap.cli", "up", "--port", str(port), "--workers", "1"]
-    environment = {**os.environ, "GRAZEMAP_CACHE_DIR": str(tmp_path)}
-    (tmp_path / "kernels").mkdir(mode=0o700)
-    with (tmp_path / "kernels" / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        print("4711", end="", file=lock, flush=True)
-        with subprocess.Popen(
-            command, stderr=subprocess.PIPE, text=True, start_new_session=True, env=environment
-        ) as up:
-            assert up.stderr is not None
-            try:
-                waits = next((line for line in up.stderr if "another stack" in line), "")
-                detail = httpx2.get(f"http://127.0.0.1:{port}/readyz", trust_env=False).json()["detail"]
-            finally:
-                os.killpg(up.pid, signal.SIGINT)
-    assert detail == "Waiting for another stack, process 4711, that compiles the kernels."
-    assert waits == f"grazemap: {detail}\n"
