@@ -48,7 +48,7 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     """Start service, queue and workers on a free loopback port, and return a client of them.
 
     After a first start the kernels are compiled; jobs wait for theirs. A line on a terminal or below a notebook's cell
-    says what the start waits for, and is removed at the end; elsewhere stderr gets a few lines, unless the start is quick.
+    says what the start waits for, and is removed at the end; elsewhere stderr gets a few lines, unless it is quick.
 
     Environment variables about access and address (GRAZEMAP_API_KEYS, GRAZEMAP_API_KEYS_FILE, GRAZEMAP_ALLOWED_HOSTS,
     GRAZEMAP_CORS_ORIGINS, GRAZEMAP_HOST, GRAZEMAP_PORT) do not apply; limits and GRAZEMAP_REDIS_URL do.
