@@ -135,7 +135,13 @@ def submit(context: Context, process: str, request: ProcessRequest, asker: Asker
 def start(context: Context, process: str, request: ProcessRequest, planned: Plan, asker: Asker) -> tuple[Job, bool]:
     """Start the job of a request whose plan is known, as `submit` (blocking). Raises QueueFull."""
     job, bell = context.store.jobs.submit(
-        process, request, context.core_version, planned, context.settings.max_pending_tiles, asker
+        process,
+        request,
+        context.core_version,
+        planned,
+        context.settings.max_pending_tiles,
+        asker,
+        context.settings.max_seconds,
     )
     structlog.contextvars.bind_contextvars(job_id=job.id)
     if bell is not None:

@@ -21,6 +21,7 @@ from grazemap_worker import progress, tasks
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
+from grazemap_worker.queue import horse
 from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
 from tests import parsing
 
@@ -208,6 +209,47 @@ def test_a_tile_over_its_processor_time_ends_with_a_problem(worker: pytest.Monke
     found = large(store, lambda: compute_for(30.0), worker)
     assert found.problem is not None
     assert found.problem.type == "urn:grazemap:problem:computation-too-long"
+
+
+@pytest.mark.parametrize(("estimate", "limit", "stopped"), [(0.02, 0.06, True), (1.0, 0.06, False), (0.02, 1.0, False)])
+def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
+    worker: pytest.MonkeyPatch, store: Store, estimate: float, limit: float, stopped: bool
+) -> None:
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": planted("busy")})
+    plan = TWO.model_copy(update={"estimate": Estimate(seconds=estimate)})
+    # a tile ends before it is looked at, so it is the commit that notices
+    worker.setattr(horse, "_LOOK_SECONDS", 60.0)
+    job, _ = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=limit)
+    drain(store)
+    found = store.jobs.get(job.id)
+    assert found is not None
+    assert found.status == ("failed" if stopped else "successful")
+    if stopped:
+        assert store.tiles.finished(job.id) == [0]
+        assert found.problem is not None
+        assert found.problem.type == "urn:grazemap:problem:too-much-time"
+        assert "0.02 s" in found.problem.detail
+        assert "0.08 s" in found.problem.detail
+        assert f"{found.cpu_seconds:.3g} s" in found.problem.detail
+        # another request goes on from there, with the same time again
+        store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=1.0)
+        drain(store)
+        again = store.jobs.get(job.id)
+        assert again is not None
+        assert again.status == "successful"
+
+
+def test_a_running_tile_is_stopped_at_the_limit_of_its_job(worker: pytest.MonkeyPatch, store: Store) -> None:
+    process = Process(whole=lambda request, report: compute_for(30.0) or {"x": np.zeros(1)})
+    worker.setattr(tasks, "PROCESSES", {"unfolding-maps": process})
+    plan = ONE.model_copy(update={"estimate": Estimate(seconds=0.1)})
+    job, _ = store.jobs.submit("unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=0.3)
+    drain(store)
+    found = store.jobs.get(job.id)
+    assert found is not None
+    assert found.problem is not None
+    assert found.problem.type == "urn:grazemap:problem:too-much-time"
+    assert "its limit is 0.4 s" in found.problem.detail
 
 
 def test_a_stopped_process_is_killed_and_its_tile_tried_again(worker: pytest.MonkeyPatch, store: Store) -> None:

@@ -46,6 +46,8 @@ CPU_MOST = 3600.0
 _RENEW_SECONDS = 0.5
 # What a commit answers to what does not fit into the store.
 _NO_SPACE = -2
+# What it answers when the job has taken more than its limit of processor time.
+_COSTLY = -3
 # Exit status of a process after which the assembly is to be claimed.
 _ASSEMBLY_NEXT = 10
 
@@ -133,11 +135,14 @@ def _compute_apart(claim: Claim, context: Context) -> Claim | None:
             return True  # it goes on, and commits when Redis is back
 
     limit = CPU_MOST if claim.assembly else min(CPU_MOST, CPU_MORE + CPU_FACTOR * claim.seconds)
-    ended = Horse(run, context.memory_bytes, limit).watch(wanted)
+    of_job = claim.left_seconds < limit
+    ended = Horse(run, context.memory_bytes, min(limit, claim.left_seconds)).watch(wanted)
     if ended.kind is not None:
         structlog.get_logger("grazemap_worker").warning(
             "process of a tile ended", job_id=claim.job_id, tile=claim.tile, status=ended.status, kind=ended.kind
         )
+    if ended.kind == "timeout" and of_job:
+        store.jobs.stop_costly(claim.job_id, claim.left_seconds)
     for job_id, tile, holder in store.tiles.claims_of(worker.name):
         store.tiles.record_failure(job_id, tile, ended.kind or "lost", holder, ended.limit)
     if ended.status != _ASSEMBLY_NEXT:
@@ -148,7 +153,7 @@ def _compute_apart(claim: Claim, context: Context) -> Claim | None:
 def _commit(finished: list[Finished], context: Context) -> list[int]:
     """Commit what was computed; return the tiles that remain of each job, or -1.
 
-    A job whose result does not fit into the store fails.
+    A job whose result does not fit into the store fails, and so does one that has taken too much processor time.
     """
     try:
         answers = context.store.results.commit(finished)
@@ -161,6 +166,8 @@ def _commit(finished: list[Finished], context: Context) -> list[int]:
     for done, remaining in zip(finished, answers, strict=True):
         if remaining == _NO_SPACE:
             context.store.jobs.fail(done.claim.job_id, full_problem())
+        elif remaining == _COSTLY:
+            context.store.jobs.stop_costly(done.claim.job_id)
     return answers
 
 

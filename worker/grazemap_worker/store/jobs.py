@@ -22,10 +22,11 @@ from grazemap_worker.store.keys import (
     MOST_RECORD_BYTES,
     MOST_SMALL_RECORDS,
     PREFIX,
+    SPENT_FACTOR,
     TILES_KEPT_AFTER_FAILURE,
     job_key,
 )
-from grazemap_worker.store.problems import outdated_problem
+from grazemap_worker.store.problems import costly_problem, outdated_problem
 from grazemap_worker.store.records import Asker, Bell, Event, QueueFull, QuotaUsed
 from grazemap_worker.store.workers import Workers
 
@@ -50,8 +51,11 @@ class Jobs:
         plan: Plan,
         max_pending_tiles: int,
         asker: Asker = ANYBODY,
+        max_seconds: float | None = None,
     ) -> tuple[Job, Bell | None]:
         """Start the job of a request, unless it exists already.
+
+        It is stopped when its processor time is more than `max_seconds` and `SPENT_FACTOR` times its estimate.
 
         Returns
         -------
@@ -88,6 +92,7 @@ class Jobs:
             priority=asker.priority,
             weight=asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[lane],
             cost=plan.estimate.seconds / plan.count,
+            most_seconds=max_seconds and max(max_seconds, SPENT_FACTOR * plan.estimate.seconds),
             most_tiles=max_pending_tiles,
             asker_tiles=asker.most_tiles,
             most_small=MOST_SMALL_RECORDS,
@@ -103,7 +108,7 @@ class Jobs:
         job = self._seen(identity, answer[1])
         if job is None:
             # its record could not be read, and is gone now
-            return self.submit(process, request, core_version, plan, max_pending_tiles, asker)
+            return self.submit(process, request, core_version, plan, max_pending_tiles, asker, max_seconds)
         if answer[0] != b"started":
             return job, None
         bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
@@ -182,6 +187,14 @@ class Jobs:
         """End an unfinished job with a problem, keeping its finished tiles. Returns whether this call ended it."""
         text = problem.model_dump_json()
         return bool(self._scripts.run("end", id=identity, problem=text, kept=TILES_KEPT_AFTER_FAILURE))
+
+    def stop_costly(self, identity: str, more_seconds: float = 0.0) -> None:
+        """End a job that has taken too much processor time, `more_seconds` of it on a tile that is unfinished."""
+        names = ("estimate", "cpu_seconds", "most_seconds")
+        estimate, spent, most = self._redis.hmget(job_key(identity), *names)
+        if most is not None:
+            seconds = Estimate.model_validate_json(estimate).seconds
+            self.fail(identity, costly_problem(seconds, float(spent or 0.0) + more_seconds, float(most)))
 
     def progress(self, identity: str, done: int, total: int, unit: str = "steps") -> bool:
         """Store the progress of a job whose steps are counted. Returns whether it is still wanted.

@@ -50,6 +50,9 @@ ASSEMBLY = -1
 MOST_EXCEPTIONS = 3
 MOST_LOST = 10
 
+# A job is stopped when its processor time is over the service's limit of seconds and over so many times its estimate.
+SPENT_FACTOR = 4.0
+
 # Maximum number of records of finished jobs in each class, and of bytes of all requests. Above them the oldest finished
 # jobs are removed, small ones first, results included. If unfinished jobs alone fill the bytes, new ones are refused as
 # with a full queue.

@@ -100,7 +100,7 @@ class Tiles:
         """Return the claim that a script made; a job whose record cannot be read is forgotten."""
         identity, tile, _ = (field.decode() for field in fields[:3])
         try:
-            process, text, core_version, plan, estimate = (value.decode() for value in fields[3:])
+            process, text, core_version, plan, estimate, left = (value.decode() for value in fields[3:])
             canonical = json.loads(text)
             request, planned = parse_request(process, canonical), read_plan(plan, estimate)
         except (ValueError, LookupError, TypeError, AttributeError):
@@ -109,7 +109,9 @@ class Tiles:
             )
             self._scripts.run("forget", id=identity)
             return None
-        return Claim(identity, int(tile), holder, fingerprint, process, canonical, request, core_version, planned)
+        return Claim(
+            identity, int(tile), holder, fingerprint, process, canonical, request, core_version, planned, float(left)
+        )
 
     def record_failure(
         self, identity: str, tile: int, kind: FailureKind, holder: str = "", detail: str = ""
@@ -199,7 +201,8 @@ class Results:
         list of int
             For each, the tiles of its job that remain; 0: the assembly is to be claimed, or the job is finished. -1:
             the job no longer wants it (finished, gone, or bound to other numerics), nothing was stored. -2: it does
-            not fit into the budget, nothing was stored.
+            not fit into the budget, nothing was stored. -3: the tile was stored, and the job has taken more than its
+            limit of processor time.
         """
         items = []
         for one in finished:

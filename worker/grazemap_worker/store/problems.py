@@ -49,6 +49,15 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -
     return _problem(name, 500, detail[0].upper() + detail[1:])
 
 
+def costly_problem(estimate: float, spent: float, limit: float) -> Problem:
+    """Return the problem of a job that has taken more processor time than it may; all in seconds."""
+    detail = (
+        f"The job was estimated to take {estimate:.3g} s of processor time and has taken {spent:.3g} s; its limit is "
+        f"{limit:.3g} s. Its finished tiles are kept for a while: post the request again to go on, or ask for less."
+    )
+    return _problem("too-much-time", 500, detail)
+
+
 def outdated_problem() -> Problem:
     """Return the problem of a job of a core version that no worker has any more."""
     return _problem("core-outdated", 409, "The workers were updated before the job was done: post its request again.")

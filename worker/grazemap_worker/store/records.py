@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -34,7 +35,8 @@ class ResultTooLarge(Exception):
 class Claim:
     """The right to compute one tile, for as long as the holder's lease is renewed.
 
-    `canonical` is the request as the store holds it, `request` the same parsed.
+    `canonical` is the request as the store holds it, `request` the same parsed; `left_seconds` is the processor time
+    that the job may still take.
     """
 
     job_id: str
@@ -46,6 +48,7 @@ class Claim:
     request: ProcessRequest
     core_version: str
     plan: Plan
+    left_seconds: float = math.inf
 
     @property
     def seconds(self) -> float:

@@ -1,7 +1,7 @@
 -- Claims tiles, fairly among flows. Arguments: holder, fingerprint, lease (milliseconds), lanes, kernels, most (tiles),
 -- seconds (of these tiles together), most_bytes (of their requests); or job and tile, to claim this one.
 -- Returns {whether there is more to claim, {id, tile, attempts that lost their worker, process, request, core version,
--- plan, estimate}, ...}.
+-- plan, estimate, seconds of processor time that the job may still take}, ...}.
 local holder, fingerprint = given.holder, given.fingerprint
 local MOST_HELD = 100
 local flows, found, spent, bytes = key('flows', fingerprint), { 0 }, 0, 0
@@ -20,6 +20,7 @@ local function take(id, tile)
   end
   local lost = redis.call('HGET', key('job', id, 'failures'), tile .. ':lost') or '0'
   local fields = redis.call('HMGET', key('job', id), 'process', 'request', 'core_version', 'plan', 'estimate')
+  fields[#fields + 1] = tostring(left_of(id))
   found[#found + 1] = { id, tile, lost, unpack(fields) }
   bytes = bytes + string.len(fields[2] or '')
 end

@@ -2,7 +2,8 @@
 -- results and tiles), kept (seconds for the tiles of a finished job), items: {id, tile, whole (the result of the job),
 -- event, etag, seconds (of processor time)}. Bytes: the npz of each item.
 -- Returns, for each item, the tiles that remain (0: the assembly may be claimed), or -1 when it is not wanted (any
--- more), or -2 when there is no room.
+-- more), or -2 when there is no room, or -3 when the tile is stored and its job has taken more than its limit of
+-- processor time.
 
 local function charge(id, seconds)
   redis.call('HINCRBYFLOAT', key('job', id), 'cpu_seconds', string.format('%.9f', seconds))
@@ -56,6 +57,9 @@ local function store_tile(item, data)
     end
   end
   redis.call('HDEL', claims, tile)
+  if left_of(id) < 0 then
+    return -3
+  end
   return total - number(id, 'done')
 end
 

@@ -302,6 +302,11 @@ local function record(id, longest)
   return shorter
 end
 
+-- The processor time that a job may still take, in seconds.
+local function left_of(id)
+  return tonumber(get(id, 'most_seconds') or math.huge) - number(id, 'cpu_seconds')
+end
+
 -- Name, fingerprint and core version of the live workers; the others are forgotten.
 local function live_workers()
   local live = {}

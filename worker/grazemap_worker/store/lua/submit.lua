@@ -1,7 +1,8 @@
 -- Starts a job, unless it is there already. Arguments: id, process, core_version, estimate, tiles, after (steps of
 -- putting the tiles together; 0: only tiles are counted), lane, kernels, asker, priority, weight, cost (seconds of a
--- tile), and the limits: most_tiles, asker_tiles (of this asker), most_small, most_large (records), most_bytes (of
--- requests), interest (seconds); group ('': none). Bytes: request, plan.
+-- tile), and the limits: most_seconds (of processor time of the job; left out: none), most_tiles, asker_tiles (of this
+-- asker), most_small, most_large (records), most_bytes (of requests), interest (seconds); group ('': none). Bytes:
+-- request, plan.
 -- Returns {'there' or 'started', what `seen` does} or {'full', unfinished tiles} or {'quota', unfinished tiles of the asker}.
 local MOST_GROUPS = 8
 local id, total, request, plan = given.id, given.tiles, ARGV[3], ARGV[4]
@@ -121,6 +122,10 @@ redis.call('HSET', key('job', id), 'seq', seq, 'process', given.process, 'reques
   given.priority, 'weight', given.weight, 'cost', given.cost, 'created', now(), unpack(before))
 if given.after > 0 then
   redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + given.after)
+end
+if given.most_seconds then
+  -- what was spent before counted for the job that failed
+  redis.call('HSET', key('job', id), 'most_seconds', number(id, 'cpu_seconds') + given.most_seconds)
 end
 set_status(id, 'accepted')
 redis.call('ZADD', key('jobs'), seq, id)
