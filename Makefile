@@ -175,6 +175,12 @@ chaos: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 chaos: kernels $(STAMP)  ## 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
 	$(BIN)/python tests/signals_at_random.py
 
+estimates: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+estimates: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+estimates: $(STAMP)  ## the processor time of sixty random requests of every process, over its estimate (ten minutes)
+	@mkdir -p -m 700 $(TEST_CACHE)/kernels
+	$(BIN)/python -m benchmarks.estimates
+
 $(BENCH_STAMP): $(STAMP) requirements-bench.lock
 	$(call timed,installing what the speed is compared with,$(INSTALL) --require-hashes -r requirements-bench.lock)
 	@touch $@

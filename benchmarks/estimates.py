@@ -1,135 +1,191 @@
-"""Compare the estimates of `planning` with the processor time on one core: `python -m benchmarks.estimates`.
+"""Compare the estimates of `planning` with the processor time on one core: `make estimates`.
 
-Prints a line for each of a few questions: seconds of processor time, and of the estimate. It takes some two minutes,
-most of it for borders; kernels that are not in the cache are compiled before.
+Sixty random requests, five of each process (`random_requests`), are computed as a worker does, each in a child process.
+The size of each is raised until it takes LEAST_SECONDS; kernels are loaded before. These are replaced by others: what
+the core refuses, what takes less at any size, and what was estimated to take long and is given up. A line for each says
+the processor time over the estimate. The program fails if fewer than nine in ten lie within WITHIN, or if one is over
+MOST; where borders are explained BORDERS_WITHIN stands for both. Arguments: the number of requests of each process, the
+first seed, names of processes.
 """
 
 from __future__ import annotations
 
+import json
+import os
+import resource
 import sys
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 from grazemap_worker.environment import one_thread
 
 one_thread()
 
-from grazemap.wire import parse_request  # noqa: E402 - after the environment is set
-from grazemap_worker.planning import PLANNING, Plan  # noqa: E402
+from benchmarks.random_requests import KINDS, MAP_MASSES, drawn  # noqa: E402 - after the environment is set
+from grazemap.wire import ProcessRequest, parse_request  # noqa: E402
+from grazemap_core.errors import CoreError  # noqa: E402
+from grazemap_core.warmup import warm_up  # noqa: E402
+from grazemap_worker.planning import PLANNING  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
+from grazemap_worker.supervision.kernels import compile_maps  # noqa: E402
 
-_FOUR_IMPACTS = {"period": 1, "stops": [1, 1, -1, -1]}
-_WINDOW = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}}
-_FIVE_MASSES = {"masses": [1.0] * 5, "stiffnesses": [1.0] * 5, "damping": 0.1, "forcing": [1.0] * 5}
-_SIDES = {
-    "horizontal": {"quantity": "displacement", "mass": 1, "values": {"start": -1.3, "stop": 1.3, "points": 64}},
-    "vertical": {"quantity": "velocity", "mass": 1, "values": {"start": -1.0, "stop": 1.0, "points": 64}},
-}
-
-
-def _grid(rows: int, columns: int, **body: Any) -> dict[str, Any]:
-    """Return a question over the window of the paper's Figure 8."""
-    omega, clearance = ({**_WINDOW[name], "points": count} for name, count in (("omega", columns), ("clearance", rows)))
-    return {"omega": omega, "clearance": clearance, **body}
-
-
-def _near(side: int) -> dict[str, Any]:
-    """Return one round the codimension-two point."""
-    sides = {"omega": (0.275, 0.29), "clearance": (1.8, 2.0)}
-    return {name: {"start": low, "stop": high, "points": side} for name, (low, high) in sides.items()}
+REQUESTS = 5
+LEAST_SECONDS = 0.05
+GOAL_SECONDS = 0.3
+# A size may grow so much at once, and so often.
+FASTEST_GROWTH = 8.0
+GROWTHS = 10
+# Of processor time, after which a request is given up; it then took at least as long.
+GIVEN_UP_SECONDS = 20
+LOADING_SECONDS = 150
+WITHIN = (0.2, 5.0)
+MOST = 20.0
+BORDERS_WITHIN = (0.1, 10.0)
 
 
-QUESTIONS: tuple[tuple[str, str, dict[str, Any]], ...] = (
-    ("map, 8 x 128", "unfolding-maps", _grid(8, 128)),
-    ("map, 32 x 64", "unfolding-maps", _grid(32, 64)),
-    ("map, 128 x 64", "unfolding-maps", _grid(128, 64)),
-    ("map, 512 x 16", "unfolding-maps", _grid(512, 16)),
-    ("map, 128 x 64, 200 periods", "unfolding-maps", _grid(128, 64, max_periods=200)),
-    ("map, 512 x 64, preview", "unfolding-maps", _grid(512, 64, preview=True)),
-    ("map, 64 x 16, sweep", "unfolding-maps", _grid(64, 16, policy="sweep-up")),
-    ("map, 32 x 16, ensemble", "unfolding-maps", _grid(32, 16, policy="ensemble")),
-    ("map, 512 x 64, adaptive", "unfolding-maps", _grid(512, 64, adaptive=True)),
-    (
-        "map, 128 x 16, five masses",
-        "unfolding-maps",
-        {
-            "oscillator": _FIVE_MASSES,
-            "omega": {"start": 0.2, "stop": 0.3, "points": 16},
-            "clearance": {"start": 1, "stop": 6, "points": 128},
-        },
-    ),
-    ("basins, 64 x 64", "basins", {"omega": 0.29, "clearance": 1.35, **_SIDES}),
-    ("trajectory", "trajectories", {"omega": 0.29, "clearance": 1.35, "periods": 20_000, "samples_per_period": 1}),
-    (
-        "bifurcation diagram",
-        "bifurcation-diagrams",
-        {"vary": "clearance", "range": {"start": 1.3, "stop": 2.0, "points": 200}, "omega": 0.29},
-    ),
-    (
-        "branch over clearance",
-        "orbit-branches",
-        {"omega": 0.29, "clearance": 1.6, "motion": _FOUR_IMPACTS, "range": {"start": 1.3, "stop": 2.0}},
-    ),
-    (
-        "branch over omega",
-        "orbit-branches",
-        {
-            "omega": 0.29,
-            "clearance": 1.6,
-            "motion": _FOUR_IMPACTS,
-            "vary": "omega",
-            "range": {"start": 0.2, "stop": 0.4},
-        },
-    ),
-    ("curves, closed form", "bifurcation-curves", {**_WINDOW, "max_multiple": 2}),
-    ("curves, closed form, 30", "bifurcation-curves", {**_WINDOW, "max_multiple": 30}),
-    ("curves of a motion", "bifurcation-curves", {**_WINDOW, "motions": [_FOUR_IMPACTS]}),
-    ("diagram, 64 x 64", "unfolding-diagrams", _grid(64, 64)),
-    ("borders, near, 32 x 32", "unfolding-diagrams", {**_near(32), "borders": True}),
-    ("borders, near, 128 x 128", "unfolding-diagrams", {**_near(128), "borders": True}),
-    ("borders, 16 x 16", "unfolding-diagrams", _grid(16, 16, borders=True)),
-    ("borders, 32 x 32", "unfolding-diagrams", _grid(32, 32, borders=True)),
-)
+class Measured(NamedTuple):
+    """A request, its processor time and its estimate in seconds; `whole`: it was not given up."""
+
+    process: str
+    body: dict[str, Any]
+    seconds: float
+    estimate: float
+    whole: bool
+
+    @property
+    def ratio(self) -> float:
+        """Its processor time over the estimate."""
+        return self.seconds / self.estimate
+
+    @property
+    def borders(self) -> bool:
+        """Whether borders are explained, whose number is unknown before."""
+        return bool(self.body.get("borders"))
+
+    @property
+    def true(self) -> bool:
+        """Whether the estimate is as good as nine in ten should be."""
+        least, most = BORDERS_WITHIN if self.borders else WITHIN
+        return least <= self.ratio <= most
+
+    @property
+    def over(self) -> bool:
+        """Whether the time is over the limit of every request."""
+        return self.ratio > (BORDERS_WITHIN[1] if self.borders else MOST)
+
+    @property
+    def line(self) -> str:
+        """What is printed."""
+        request = parse_request(self.process, self.body)
+        chain, body = request.oscillator, dict(self.body)
+        body.pop("oscillator", None)
+        damping = max(chain.damping) if isinstance(chain.damping, list) else chain.damping
+        said = f"N {chain.size}, r {chain.restitution:.2f}, damping {damping:.1e}, {short(body)}"
+        mark = "" if self.whole else ">"
+        times = f"{mark}{self.seconds:.3f} s, estimate {self.estimate:.3g} s"
+        return f"{self.process:<23}{mark}{self.ratio:8.2f}  {times}; {said}"
 
 
-def seconds_of(process: str, body: dict[str, Any]) -> tuple[Plan, float]:
-    """Return the plan of a question, and the seconds of processor time that its computation takes in one piece."""
-    request = parse_request(process, body)
+def short(value: Any) -> str:
+    """Return a body as a short text."""
+    text = json.dumps(json.loads(json.dumps(value), parse_float=lambda number: float(f"{float(number):.4g}")))
+    return text.replace('"', "") if len(text) < 220 else f"{text[:200]}...".replace('"', "")
+
+
+def compute(process: str, request: ProcessRequest) -> None:
+    """Compute a request as a worker does, tile by tile. Raises CoreError."""
     planned, how = PLANNING[process].plan(request), PROCESSES[process]
-    started = time.process_time()
     if how.whole is not None:
-        how.whole(request, _silent)
+        how.whole(request, silent)
     elif how.tile is not None and how.assembled is not None:
-        one = planned.model_copy(update={"tile_rows": planned.rows, "tile_columns": planned.columns})
-        how.assembled(request, one, [how.tile(request, one.tile(0))], _silent)
-    return planned, time.process_time() - started
+        how.assembled(request, planned, [how.tile(request, tile) for tile in planned.tiles], silent)
 
 
-def _silent(done: int, total: int) -> None:
+def silent(done: int, total: int) -> None:
     """Nobody waits."""
 
 
-def main() -> None:
-    """Print a line for each question, taken once its kernels are there."""
-    for title, process, body in QUESTIONS:
-        seconds_of(process, _coarse(body))
-        planned, seconds = seconds_of(process, body)
-        expected = planned.estimate.seconds
-        sys.stdout.write(f"{title:<28}{seconds:9.3f} s, plan {expected:9.3f} s, {expected / seconds:6.2f} of it\n")
-        sys.stdout.flush()
+def seconds_of(process: str, body: dict[str, Any]) -> float:
+    """Return the processor time of a request. Raises CoreError."""
+    request = parse_request(process, body)
+    began = time.process_time()
+    compute(process, request)
+    return time.process_time() - began
 
 
-def _coarse(body: dict[str, Any]) -> dict[str, Any]:
-    """Return a question that needs the same kernels and next to no time."""
-    few: dict[str, Any] = {"points": 2}
-    changed = {
-        name: {**value, **few} if isinstance(value, dict) and "points" in value else value
-        for name, value in body.items()
-    }
-    if "periods" in body:
-        changed["periods"] = 2
-    return changed
+def end_after(seconds: int) -> None:
+    """Let the system end this process after so much more processor time."""
+    limit = int(time.process_time()) + seconds
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
+
+
+def sized(process: str, seed: int, pipe: int) -> None:
+    """Measure a request with a size at which it takes long enough; tell each size and its time to a pipe."""
+    end_after(LOADING_SECONDS)
+    request, size, last = drawn(process, seed), 1.0, None
+    for growth in range(GROWTHS):
+        body = request(size)
+        if body == last:
+            return
+        last = body
+        os.write(pipe, f"{json.dumps([body, None])}\n".encode())
+        if growth == 0:
+            seconds_of(process, body)  # loads the kernels, or compiles them
+            end_after(GIVEN_UP_SECONDS)
+        took = seconds_of(process, body)
+        os.write(pipe, f"{json.dumps([body, took])}\n".encode())
+        if took > 0.5 * GOAL_SECONDS:
+            return
+        size *= min(FASTEST_GROWTH, max(1.5, GOAL_SECONDS / max(took, 1e-6)))
+
+
+def measured(process: str, seed: int) -> Measured | None:
+    """Return the measurement of a random request, or None where the core refuses it or it never takes long."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if not child:
+        os.close(reading)
+        try:
+            sized(process, seed, writing)
+        except CoreError:
+            os._exit(1)
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as lines:
+        told = [json.loads(line) for line in lines]
+    _, status = os.waitpid(child, 0)
+    if not told or (os.WIFEXITED(status) and os.WEXITSTATUS(status)):
+        return None
+    body, seconds = told[-1]
+    whole = seconds is not None
+    spent = seconds if whole else float(GIVEN_UP_SECONDS)
+    if spent < LEAST_SECONDS:
+        return None
+    estimate = PLANNING[process].plan(parse_request(process, body)).estimate.seconds
+    # one that was given up, and was estimated to take so long or longer, is too large to be compared
+    return Measured(process, body, spent, estimate, whole) if whole or spent > WITHIN[1] * estimate else None
+
+
+def main() -> int:
+    """Print a line for each request, and a summary; return 1 if the estimates are not true."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else REQUESTS
+    warm_up()
+    for masses in MAP_MASSES:
+        compile_maps(masses)
+    found: list[Measured] = []
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    for process in sys.argv[3:] or KINDS:
+        seed, enough = first, len(found) + count
+        while len(found) < enough and seed < first + 20 * count:
+            one = measured(process, seed)
+            seed += 1
+            if one is not None:
+                found.append(one)
+                print(f"{seed - 1:3} {one.line}", flush=True)
+    within, over = sum(one.true for one in found), sum(one.over for one in found)
+    print(f"{within} of {len(found)} between {WITHIN[0]} and {WITHIN[1]}, {over} over their limit")
+    return 0 if within >= 0.9 * len(found) and not over else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

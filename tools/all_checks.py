@@ -40,6 +40,7 @@ TARGETS = (
     "schemathesis",
     "storage",
     "chaos",
+    "estimates",
     "proofs",
     "borders",
     "reproduce",

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.estimates import QUESTIONS
-from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, parse_request
-from grazemap_worker.planning import PLANNING, Plan
-from grazemap_worker.planning.costs import spectral_bound
+from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, linear, parse_request
+from grazemap_worker.planning import PLANNING, Plan, kernels_of
+from grazemap_worker.planning.costs import contact_force, fastest_frequency, setup_seconds
 from grazemap_worker.planning.rates import (
     MAP_PERIODS_PER_SECOND,
     PERIODS_PER_SECOND,
@@ -55,7 +51,8 @@ def test_tiles_cover_the_grid_exactly_once(columns: int, rows: int, max_periods:
 
 @pytest.mark.parametrize(("columns", "rows"), [(512, 512), (2000, 3), (3, 2000), (128, 128)])
 def test_tiles_of_a_large_map_take_about_the_intended_time(columns: int, rows: int) -> None:
-    cut = plan("unfolding-maps", map_request(columns, rows))
+    # a preview, whose estimate is that of its tiles alone
+    cut = plan("unfolding-maps", map_request(columns, rows).model_copy(update={"preview": True}))
     seconds = cut.tile_rows * cut.tile_columns * cut.estimate.seconds / (rows * columns)
     assert 0.3 * TILE_SECONDS < seconds <= 1.2 * TILE_SECONDS
 
@@ -96,12 +93,6 @@ def test_a_branch_costs_as_the_square_of_many_impacts() -> None:
     assert 3.7 < seconds(120) / seconds(60) < 4.0
 
 
-@pytest.mark.parametrize(("title", "process", "body"), QUESTIONS)
-def test_estimates_agree_with_measured_times(title: str, process: str, body: dict[str, Any]) -> None:
-    assert 0.05 < plan(process, parse_request(process, body)).estimate.seconds < 200.0
-    json.dumps(body)
-
-
 def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() -> None:
     window = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.0}}
 
@@ -136,7 +127,7 @@ def test_an_adaptive_map_is_cut_into_tall_strips_and_costs_less_the_larger_it_is
     small, many = plan("unfolding-maps", adaptive(5, 7)), adaptive(512, 512, policy="ensemble", initial_conditions=10)
     assert (small.count, small.tile_rows, small.tile_columns) == (1, 7, 5)
     base = plan("unfolding-maps", adaptive(512, 512)).estimate
-    assert plan("unfolding-maps", many).estimate.seconds == pytest.approx(10 * base.seconds)
+    assert 8 * base.seconds < plan("unfolding-maps", many).estimate.seconds < 10 * base.seconds
     assert plan("unfolding-maps", many).estimate.periods == pytest.approx(10 * base.periods)
 
 
@@ -167,7 +158,7 @@ def test_a_strip_that_may_exceed_the_time_limit_of_a_tile_is_cut(max_periods: in
 def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
     base = plan("unfolding-maps", map_request(64, 64)).estimate
     assert plan("unfolding-maps", map_request(128, 64)).estimate.periods == 2 * base.periods
-    assert plan("unfolding-maps", map_request(64, 64, max_periods=25)).estimate.seconds < 0.2 * base.seconds
+    assert plan("unfolding-maps", map_request(64, 64, max_periods=25)).estimate.seconds < 0.3 * base.seconds
     assert plan("unfolding-maps", map_request(64, 64, start=0.01)).estimate.seconds > 5 * base.seconds
     trajectory = parse_request(
         "trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "transient_periods": 800}
@@ -180,32 +171,42 @@ def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
     )
     assert plan("trajectories", many).estimate.periods == 7000
     one = plan("trajectories", trajectory).estimate.seconds
-    assert plan("trajectories", many).estimate.seconds == pytest.approx(7 * one, rel=1e-14)
+    assert plan("trajectories", many).estimate.seconds == pytest.approx(7 * one - 6 * setup_seconds(DEFAULT), rel=1e-14)
     assert plan("trajectories", many).count == 1
 
 
 @settings(max_examples=100, deadline=None)
 @given(st.data())
-def test_the_spectral_bound_bounds_every_eigenvalue(data: st.DataObject) -> None:
+def test_the_fastest_frequency_bounds_every_natural_frequency(data: st.DataObject) -> None:
     size = data.draw(st.integers(1, 5))
     positive = st.lists(st.floats(0.05, 20), min_size=size, max_size=size)
-    masses, stiffnesses, links = data.draw(positive), data.draw(positive), data.draw(positive)
-    damping = data.draw(st.one_of(st.just(0.0), st.floats(1e-6, 3), st.just(links)))
-    oscillator = Oscillator(masses=masses, stiffnesses=stiffnesses, damping=damping, forcing=[1.0] * size)
+    oscillator = Oscillator(masses=data.draw(positive), stiffnesses=data.draw(positive), forcing=[1.0] * size)
+    natural = oscillator.natural_frequencies[-1]
+    assert natural <= fastest_frequency(oscillator) * (1 + 1e-9)
+    assert fastest_frequency(oscillator) <= 2.0 * natural
 
-    def chain(values: np.ndarray) -> np.ndarray:
-        matrix = np.diag(values.copy())
-        for link in range(size - 1):
-            matrix[link + 1, link + 1] += values[link]
-            matrix[link, link + 1] -= values[link]
-            matrix[link + 1, link] -= values[link]
-        return matrix
 
-    stiffness = chain(np.array(stiffnesses))
-    friction = chain(2 * np.array(links)) if isinstance(damping, list) else 2 * damping * stiffness
-    inverse = np.diag(1 / np.array(masses))
-    companion = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness, -inverse @ friction]])
-    assert np.abs(np.linalg.eigvals(companion)).max() <= spectral_bound(oscillator) * (1 + 1e-6)
+@settings(max_examples=50, deadline=None)
+@given(st.data())
+def test_the_force_on_the_held_mass_and_its_free_amplitude_are_those_of_the_matrices(data: st.DataObject) -> None:
+    size = data.draw(st.integers(1, 6))
+    positive = st.lists(st.floats(0.2, 5), min_size=size, max_size=size)
+    chain = {name: data.draw(positive) for name in ("masses", "stiffnesses", "damping", "forcing")}
+    oscillator, omega = Oscillator(**chain), np.array([data.draw(st.floats(0.1, 5))])
+    force, amplitude = contact_force(oscillator, omega)
+    # damping is heavy, so that growing for a hundred periods changes little
+    assert amplitude == pytest.approx(linear.steady_amplitude(oscillator, omega), rel=0.05)
+    mass, damping, stiffness = linear.matrices(oscillator)
+    dynamic = stiffness - omega[0] ** 2 * mass + 1j * omega[0] * damping
+    others = np.linalg.solve(dynamic[1:, 1:], np.array(oscillator.forcing)[1:])
+    assert force == pytest.approx(abs(oscillator.forcing[0] - dynamic[0, 1:] @ others), rel=0.05, abs=0.02)
+    alone = contact_force(oscillator, omega.item())
+    assert [float(value) for value in alone] == pytest.approx([force[0], amplitude[0]], rel=1e-12)
+
+
+def test_diagrams_wait_for_the_kernels_of_their_masses() -> None:
+    body = {"vary": "clearance", "range": {"start": 1.3, "stop": 2.0, "points": 4}, "omega": 0.29}
+    assert kernels_of("bifurcation-diagrams", parse_request("bifurcation-diagrams", body)) == "maps-3"
 
 
 def test_there_is_no_tile_outside_the_plan() -> None:
@@ -232,6 +233,7 @@ def test_a_sweep_is_cut_into_whole_columns_and_an_ensemble_costs_as_many_maps() 
         assert sweep.estimate.seconds > base.estimate.seconds
     many = {"policy": "ensemble", "initial_conditions": 10}
     ensemble = plan("unfolding-maps", map_request(64, 600).model_copy(update=many))
-    assert ensemble.estimate.periods == 10 * base.estimate.periods
-    assert ensemble.estimate.seconds == pytest.approx(10 * base.estimate.seconds)
+    assert ensemble.estimate.periods == pytest.approx(10 * base.estimate.periods)
+    # the sample that is run on does not grow with the map
+    assert 8 * base.estimate.seconds < ensemble.estimate.seconds < 10 * base.estimate.seconds
     assert ensemble.tile_rows * ensemble.tile_columns < base.tile_rows * base.tile_columns

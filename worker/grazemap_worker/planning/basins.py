@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+import math
+
 from grazemap.wire import BasinsRequest, grid_points
-from grazemap_worker.planning.costs import period_cost
+from grazemap_worker.planning.costs import chance_seconds, expected_periods, orbit_seconds, period_cost, setup_seconds
 from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 from grazemap_worker.planning.rates import (
     BASIN_PERIODS_PER_SECOND,
     BASIN_UNSETTLED,
+    FULL_COLUMN,
     MAP_PERIODS_PER_SECOND,
-    PERIODS_TO_SETTLE,
     WORST_SLOWER,
 )
 
 
 def _plan(request: BasinsRequest) -> Plan:
     rows, columns = grid_points(request.vertical.values), grid_points(request.horizontal.values)
-    cost = period_cost(request.oscillator, request.omega)
-    periods = min(float(request.max_periods), PERIODS_TO_SETTLE + BASIN_UNSETTLED * request.max_periods)
-    seconds = periods * cost / BASIN_PERIODS_PER_SECOND
+    cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
+    periods = expected_periods(request.oscillator, request.max_periods, BASIN_UNSETTLED)
+    lanes = math.sqrt(FULL_COLUMN / min(rows * columns, FULL_COLUMN))
+    orbit = orbit_seconds(request.oscillator, [request.omega], [request.clearance])
+    seconds = periods * cost * lanes / BASIN_PERIODS_PER_SECOND + orbit
     at_worst = WORST_SLOWER * request.max_periods * cost / MAP_PERIODS_PER_SECOND
+    chance = BASIN_UNSETTLED * chance_seconds(request.oscillator, rows * columns, request.max_periods, cost)
     pixels = pixels_per_tile(seconds, at_worst)
     tile_columns = even(columns, pixels)
     tile_rows = even(rows, max(1, pixels // tile_columns))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    return estimated(shape, periods, seconds)
+    return estimated(shape, periods, seconds, shape.count * setup_seconds(request.oscillator) + chance)
 
 
 def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
@@ -33,4 +38,6 @@ def _counts(request: BasinsRequest, limits: Limits) -> list[Count]:
     return [of_grid(across, down, limits.pixels)]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega), compiles=True)
+PLANNING = Planning(
+    _plan, _counts, lambda request: period_cost(request.oscillator, request.omega, request.clearance), compiles=True
+)

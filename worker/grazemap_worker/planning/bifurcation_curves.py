@@ -8,6 +8,7 @@ from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Planning
 from grazemap_worker.planning.rates import (
     CURVE_POINT_BRANCHES,
+    CURVE_POINT_MASS_SECONDS,
     CURVE_POINT_SECONDS,
     CURVES_PLACES,
     CURVES_POINTS,
@@ -20,7 +21,8 @@ from grazemap_worker.planning.rates import (
 def _plan(request: BifurcationCurvesRequest) -> Plan:
     if request.motions is not None:
         return _of_motions(request)
-    seconds = request.max_multiple * request.points * request.oscillator.size * CURVE_POINT_SECONDS
+    each = CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * request.oscillator.size
+    seconds = request.max_multiple * request.points * each
     return Plan(estimate=Estimate(seconds=seconds))
 
 
@@ -29,7 +31,7 @@ def _of_motions(request: BifurcationCurvesRequest) -> Plan:
 
     A point of a curve needs singular values and differences, and costs a few times as much as a point of a branch.
     """
-    cost = period_cost(request.oscillator, request.omega.start)
+    cost = period_cost(request.oscillator, request.omega.start, request.clearance.start)
     periods, seconds = 0.0, 0.0
     for motion in request.motions or ():
         impacts = len(motion.stops)
@@ -42,7 +44,11 @@ def _of_motions(request: BifurcationCurvesRequest) -> Plan:
 
 
 def _longest_period(request: BifurcationCurvesRequest) -> float | None:
-    return None if request.motions is None else period_cost(request.oscillator, request.omega.start)
+    return (
+        None
+        if request.motions is None
+        else period_cost(request.oscillator, request.omega.start, request.clearance.start)
+    )
 
 
 PLANNING = Planning(_plan, longest_period=_longest_period)

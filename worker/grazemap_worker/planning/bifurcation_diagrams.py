@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from grazemap.wire import BifurcationDiagramsRequest, Estimate, grid_points, grid_values
-from grazemap_worker.planning.costs import period_cost, period_costs
+from grazemap_worker.planning.costs import (
+    chance_seconds,
+    expected_periods,
+    mean_cost,
+    orbit_seconds,
+    period_cost,
+    setup_seconds,
+)
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import DIAGRAM_SETTLING_PERIODS, PERIODS_PER_SECOND
+from grazemap_worker.planning.rates import (
+    DIAGRAM_SETTLING_PERIODS,
+    FULL_COLUMN,
+    MAP_PERIODS_PER_SECOND,
+    PERIODS_PER_SECOND,
+)
 
 
 def _plan(request: BifurcationDiagramsRequest) -> Plan:
     values = grid_values(request.range)
     each = request.transient_periods + request.periods
-    omegas = values if request.vary == "omega" else np.full(len(values), request.fixed)
-    costs = float(period_costs(request.oscillator, omegas).sum())
-    seconds = (each + DIAGRAM_SETTLING_PERIODS) * costs / PERIODS_PER_SECOND
+    fixed = [request.fixed]
+    sides = (request.range, fixed) if request.vary == "omega" else (fixed, request.range)
+    costs = len(values) * mean_cost(request.oscillator, *sides)
+    watched = each + DIAGRAM_SETTLING_PERIODS
+    alone = 4.0 * math.sqrt(FULL_COLUMN) / MAP_PERIODS_PER_SECOND  # and with the growth of changes
+    seconds = costs * (each / PERIODS_PER_SECOND + expected_periods(request.oscillator, watched) * alone)
+    seconds += chance_seconds(request.oscillator, len(values), watched, costs / len(values))
+    seconds += len(values) * (setup_seconds(request.oscillator) + orbit_seconds(request.oscillator, *sides))
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
 
@@ -30,8 +47,9 @@ def _counts(request: BifurcationDiagramsRequest, limits: Limits) -> list[Count]:
 
 
 def _longest_period(request: BifurcationDiagramsRequest) -> float:
-    least = float(grid_values(request.range)[0]) if request.vary == "omega" else request.fixed
-    return period_cost(request.oscillator, least)
+    least = float(grid_values(request.range)[0])
+    omega, clearance = (least, request.fixed) if request.vary == "omega" else (request.fixed, least)
+    return period_cost(request.oscillator, omega, clearance)
 
 
-PLANNING = Planning(_plan, _counts, _longest_period)
+PLANNING = Planning(_plan, _counts, _longest_period, compiles=True)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from grazemap.wire import CodimensionTwoPointsRequest, Estimate
+from grazemap_worker.planning.costs import codimension_two_seconds, setup_seconds
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import Planning
-from grazemap_worker.planning.rates import POINTS_SECONDS
 
 
 def _plan(request: CodimensionTwoPointsRequest) -> Plan:
-    orders = request.max_order + 2 * request.max_multiple
-    work = orders**2 * (request.omega.stop - request.omega.start) * request.oscillator.size
-    return Plan(estimate=Estimate(seconds=work * POINTS_SECONDS))
+    ends = request.omega.start, request.omega.stop
+    seconds = codimension_two_seconds(*ends, request.max_order, request.max_multiple)
+    return Plan(estimate=Estimate(seconds=setup_seconds(request.oscillator) + seconds))
 
 
 PLANNING = Planning(_plan)

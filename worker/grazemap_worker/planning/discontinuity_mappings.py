@@ -6,12 +6,13 @@ from grazemap.wire import DiscontinuityMappingsRequest, Estimate
 from grazemap_worker.planning.costs import period_cost
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning
-from grazemap_worker.planning.rates import MAPPING_SECONDS, PERIODS_PER_SECOND
+from grazemap_worker.planning.rates import MAPPING_MASS_SECONDS, MAPPING_SECONDS, PERIODS_PER_SECOND
 
 
 def _plan(request: DiscontinuityMappingsRequest) -> Plan:
-    cost = period_cost(request.oscillator, request.omega)
-    seconds = len(request.overshoot) * (MAPPING_SECONDS + request.returns * cost / PERIODS_PER_SECOND)
+    cost = period_cost(request.oscillator, request.omega, max(request.overshoot))
+    each = MAPPING_SECONDS + MAPPING_MASS_SECONDS * request.oscillator.size
+    seconds = len(request.overshoot) * (each + request.returns * cost / PERIODS_PER_SECOND)
     return Plan(estimate=Estimate(seconds=seconds))
 
 
@@ -24,4 +25,6 @@ def _counts(request: DiscontinuityMappingsRequest, limits: Limits) -> list[Count
     ]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(
+    _plan, _counts, lambda request: period_cost(request.oscillator, request.omega, max(request.overshoot))
+)

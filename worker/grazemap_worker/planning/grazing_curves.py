@@ -1,16 +1,22 @@
-"""The cost of a grazing curve: of every order at each of its points."""
+"""The cost of a grazing curve: of its points, of their sequences, and of the codimension-two points on it."""
 
 from __future__ import annotations
 
-from grazemap.wire import Estimate, GrazingCurvesRequest, grid_points
+from grazemap.wire import CodimensionTwoPointsRequest, Estimate, GrazingCurvesRequest, grid_points
+from grazemap_worker.planning.costs import codimension_two_seconds
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning, of_points
-from grazemap_worker.planning.rates import CURVE_SECONDS
+from grazemap_worker.planning.rates import CURVE_SECONDS, SEQUENCE_SECONDS
+
+_MOST_MULTIPLE: int = CodimensionTwoPointsRequest.model_fields["max_multiple"].default
 
 
 def _plan(request: GrazingCurvesRequest) -> Plan:
-    seconds = grid_points(request.omega) * (1 + request.max_order) * request.oscillator.size * CURVE_SECONDS
-    return Plan(estimate=Estimate(seconds=seconds))
+    omega, order = request.omega, request.max_order
+    ends = (omega[0], omega[-1]) if isinstance(omega, list) else (omega.start, omega.stop)
+    each = CURVE_SECONDS + SEQUENCE_SECONDS * order * request.sequence
+    seconds = grid_points(omega) * request.oscillator.size * each
+    return Plan(estimate=Estimate(seconds=seconds + codimension_two_seconds(*ends, order, _MOST_MULTIPLE)))
 
 
 def _counts(request: GrazingCurvesRequest, limits: Limits) -> list[Count]:

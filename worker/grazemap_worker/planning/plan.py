@@ -99,10 +99,10 @@ def pixels_per_tile(seconds: float, at_worst: float) -> int:
     return max(1, round(min(TILE_SECONDS / seconds, WORST_TILE_SECONDS / at_worst)))
 
 
-def estimated(shape: Plan, periods: float, seconds: float) -> Plan:
-    """Return a plan with its estimate, from the forcing periods and seconds of a pixel."""
+def estimated(shape: Plan, periods: float, seconds: float, more_seconds: float) -> Plan:
+    """Return a plan with its estimate, from the forcing periods and seconds of a pixel and the seconds of all else."""
     pixels = float(shape.rows * shape.columns)
-    estimate = Estimate(periods=pixels * periods, tiles=shape.count, seconds=pixels * seconds)
+    estimate = Estimate(periods=pixels * periods, tiles=shape.count, seconds=pixels * seconds + more_seconds)
     return shape.model_copy(update={"estimate": estimate})
 
 

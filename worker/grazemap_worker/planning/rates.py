@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-# `python -m benchmarks.estimates` prints, for each process in a few sizes, the seconds of one core that it takes on
-# this machine, and those estimated from the figures below. They agree within a factor of three, for borders within ten,
-# because the cost of a motion varies.
+# `make estimates` prints, for random requests of every process, the seconds of one core that they take on this machine,
+# and those estimated from the figures below: nine in ten differ by less than a factor of five. `python -m
+# benchmarks.rates` fits those of trajectories. Compiling kernels is not part of an estimate: it comes before.
 #
 # Forcing periods of the default oscillator that one core simulates in a second, with certified contacts: of a single
 # trajectory, and of a map with the classification of the motion, in columns of FULL_COLUMN clearances. Shorter columns
@@ -30,19 +30,61 @@ ADAPTIVE_STRIPS_CLOSED = 16
 ADAPTIVE_SIDE = 60.0
 ADAPTIVE_POWER = 0.45
 ADAPTIVE_PERIODS = 1.6
-# Periods that a pixel takes on average to settle, and the share of pixels that reach max_periods.
+# Periods that a pixel takes on average to settle, and the share of pixels that reach max_periods: MOST_UNSETTLED
+# times a power of the restitution, but not less than LEAST_UNSETTLED.
 PERIODS_TO_SETTLE = 45
-UNSETTLED = 0.1
+MOST_UNSETTLED = 0.7
+UNSETTLED_POWER = 8
+LEAST_UNSETTLED = 0.02
+# The orbit of a trajectory that settles, per mass and square of its impacts in a period, of which it has no more than
+# are given.
+ORBIT_SECONDS = 1.0e-6
+MOST_ORBIT_IMPACTS = 256
+# Number of chaotic trajectories that are run on for so many times the periods, and the maximum of their periods.
+RUN_ON_SAMPLE = 20
+RUN_ON = 10
+RUN_ON_PERIODS = 5.0e6
 # The share of sensitive trajectories in a map with chaotic transients, and the mean and maximum seconds in which one of
 # them is resolved (`make resolve` prints the mean).
 SENSITIVE = 0.02
 RESOLUTION_SECONDS = 6.0
 RESOLUTION_AT_WORST = 180.0
-# The same for the states of a basin, which run side by side and mostly lead to few attractors.
+# The same for the states of a basin, which run side by side and mostly lead to few attractors: the share of basins that
+# have a chaotic one, over that of the points of a map.
 BASIN_PERIODS_PER_SECOND = 8.0e5
-BASIN_UNSETTLED = 0.02
-# |lambda| T of a period that costs as much as one of the default oscillator near omega = 0.29.
-REFERENCE_STIFFNESS = 33.0
+BASIN_UNSETTLED = 0.5
+# Seconds of a trajectory, as `python -m benchmarks.rates` fits them to random ones: of a forcing period, of a cell per
+# mass, of an impact, and of an impact per mass; of finding the modes, and of the same per square of the masses; of a
+# sample per mass, and per square of the masses.
+PERIOD_SECONDS = 2.0e-6
+CELL_SECONDS = 2.5e-9
+IMPACT_SECONDS = 1.0e-6
+IMPACT_MASS_SECONDS = 1.0e-7
+SETUP_SECONDS = 4.0e-3
+SETUP_MASS_SECONDS = 1.2e-5
+# The tables of a column of a map take this share of it.
+COLUMN_SETUPS = 0.25
+SAMPLE_MASS_SECONDS = 6.0e-8
+SAMPLE_SQUARE_SECONDS = 3.7e-9
+# The minimum number of cells of a period, and how much more cells cost where mass 1 comes to rest, as its release is
+# looked for.
+LEAST_CELLS = 16.0
+HELD_CELLS = 16.0
+# How much more a period costs in the lanes of a map where mass 1 comes to rest: such lanes are computed one by one.
+LANES_AT_REST = 8.0
+# The speed of a flight between the stops under an acceleration a is FLIGHT_SPEED sqrt(a clearance). The damper takes
+# the share 1 - 1/e of the speed of a bouncing mass in DRAG_OF_BOUNCES mass/damping; how much that matters is a power of
+# the restitution. A chatter is followed until its impacts have CHATTER_REST of the speed. The core ends a trajectory at
+# MOST_PERIOD_IMPACTS.
+FLIGHT_SPEED = 1.33
+DRAG_OF_BOUNCES = 6.0
+DRAG_POWER = 100
+CHATTER_REST = 2.0e-5
+MOST_PERIOD_IMPACTS = 1.0e5
+# Forcing periods in which a resonance without damping is taken to grow.
+GROWTH_PERIODS = 100.0
+# Number of omegas, and of clearances, of a grid at which the cost of a period is computed.
+SAMPLED_SIDE = 16
 # Seconds of a tile: short enough for a small map to keep all workers busy; starting a tile takes 1/30 s.
 TILE_SECONDS = 0.6
 # Maximum estimate of a tile: one that takes four times as long is stopped after an hour.
@@ -51,23 +93,29 @@ MOST_TILE_SECONDS = 900.0
 # Machines differ, so a quarter of a map's speed is assumed.
 WORST_TILE_SECONDS = 900.0
 WORST_SLOWER = 4.0
-# One sample of a grazing curve, per order and mass.
-CURVE_SECONDS = 5.0e-8
-# The codimension-two points per unit of omega and mass; their number grows with the square of the maximum order.
-POINTS_SECONDS = 1.0e-5
-# One overshoot of a discontinuity mapping, exact and leading order.
-MAPPING_SECONDS = 1.0e-2
-# Naming the motion at a value of a bifurcation diagram, besides its trajectory: the mean cost, in forcing periods.
-DIAGRAM_SETTLING_PERIODS = 200
-# Maximum number of forcing periods of the trajectories that search for a motion with given stops.
-SEARCH_PERIODS = 1.2e4
-# One frequency of the bifurcation curves in closed form, per mass, for each period up to the longest.
-CURVE_POINT_SECONDS = 4.0e-5
+# One sample of a grazing curve, per mass, and of each order of its sequence.
+CURVE_SECONDS = 2.2e-7
+SEQUENCE_SECONDS = 5.5e-8
+# The codimension-two points where omega grows by a factor of e, and the same for each square of the maximum order.
+POINTS_SECONDS = 1.5e-2
+POINTS_ORDER_SECONDS = 2.0e-5
+# One overshoot of a discontinuity mapping, exact and leading order, and the same per mass.
+MAPPING_SECONDS = 3.0e-2
+MAPPING_MASS_SECONDS = 1.0e-2
+# Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle.
+DIAGRAM_SETTLING_PERIODS = 500
+# Mean number of forcing periods of the trajectories that search for a motion with given stops; their maximum is 12,000.
+SEARCH_PERIODS = 500.0
+# One frequency of the bifurcation curves in closed form, for each period up to the longest, and the same per mass.
+CURVE_POINT_SECONDS = 1.5e-4
+CURVE_POINT_MASS_SECONDS = 5.0e-5
 # One point of a branch, per mass, for few impacts; the time grows with the square of their number over BRANCH_IMPACTS.
 BRANCH_SECONDS = 5.0e-4
 BRANCH_IMPACTS = 16.0
-# Typical number of points of a branch; in a window, of two branches, and of all curves of a motion together.
-BRANCH_POINTS = 150
+# Typical number of points of a branch, and of those that its special points cost; in a window, of two branches, and of
+# all curves of a motion together.
+BRANCH_POINTS = 100
+BRANCH_SPECIAL_POINTS = 40
 WINDOW_BRANCH_POINTS = 100
 CURVES_POINTS = 200
 CURVE_POINT_BRANCHES = 2.0
@@ -76,7 +124,7 @@ CURVE_POINT_BRANCHES = 2.0
 # estimate near the codimension-two point of the default oscillator, up to five times as much over all of Figure 8. The
 # core stops at `tolerances.BORDERS_WORK`, and reports it.
 BORDERS_POINT_SECONDS = 1.0e-4
-BORDERS_SIDE_SECONDS = 0.25
+BORDERS_SIDE_SECONDS = 0.15
 # Maximum of points times masses of a map whose borders are explained: each orbit is kept in memory.
 MOST_BORDER_NUMBERS = 900_000
 # Minimum number of steps of a job's progress for explaining borders; maximum number after the tiles.
@@ -85,4 +133,4 @@ MOST_STEPS_AFTER = 1000
 # Number of points of a window at which a motion is looked for.
 CURVES_PLACES = 9
 # Median time of a proof, by the kind of its statement.
-PROOF_SECONDS = {"orbit": 0.5, "attraction": 8.0, "bifurcation": 1.0, "codimension-two": 0.1}
+PROOF_SECONDS = {"orbit": 0.5, "attraction": 3.0, "bifurcation": 1.0, "codimension-two": 0.2}

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from grazemap.wire import Estimate, TrajectoriesRequest
-from grazemap_worker.planning.costs import period_cost
+from grazemap_worker.planning.costs import period_cost, setup_seconds
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning
-from grazemap_worker.planning.rates import PERIODS_PER_SECOND
+from grazemap_worker.planning.rates import PERIODS_PER_SECOND, SAMPLE_MASS_SECONDS, SAMPLE_SQUARE_SECONDS
 
 
 def _plan(request: TrajectoriesRequest) -> Plan:
     periods = float(len(request.states) * (request.transient_periods + request.periods))
-    seconds = periods * period_cost(request.oscillator, request.omega) / PERIODS_PER_SECOND
+    seconds = periods * period_cost(request.oscillator, request.omega, request.clearance) / PERIODS_PER_SECOND
+    size = request.oscillator.size
+    sample = size * (SAMPLE_MASS_SECONDS + SAMPLE_SQUARE_SECONDS * size)
+    seconds += setup_seconds(request.oscillator) + len(request.states) * request.samples * sample
     return Plan(estimate=Estimate(periods=periods, seconds=seconds))
 
 
@@ -30,4 +33,4 @@ def _counts(request: TrajectoriesRequest, limits: Limits) -> list[Count]:
     ]
 
 
-PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega))
+PLANNING = Planning(_plan, _counts, lambda request: period_cost(request.oscillator, request.omega, request.clearance))

@@ -11,7 +11,14 @@ from __future__ import annotations
 import math
 
 from grazemap.wire import UnfoldingDiagramsRequest, UnfoldingMapsRequest, grid_points, grid_values
-from grazemap_worker.planning.costs import expected_periods, period_cost, period_costs
+from grazemap_worker.planning.costs import (
+    chance_seconds,
+    expected_periods,
+    mean_cost,
+    orbit_seconds,
+    period_cost,
+    setup_seconds,
+)
 from grazemap_worker.planning.plan import Plan, estimated, even, pixels_per_tile
 from grazemap_worker.planning.planning import Count, Limits, Planning, of_grid
 from grazemap_worker.planning.rates import (
@@ -21,6 +28,7 @@ from grazemap_worker.planning.rates import (
     ADAPTIVE_ROWS,
     ADAPTIVE_SIDE,
     ADAPTIVE_STRIPS_CLOSED,
+    COLUMN_SETUPS,
     FULL_COLUMN,
     LONGEST_COLUMN,
     MAP_PERIODS_PER_SECOND,
@@ -38,18 +46,24 @@ from grazemap_worker.planning.rates import (
 def plan(request: UnfoldingMapsRequest) -> Plan:
     """Return the tiles of a map and its estimate."""
     rows, columns = grid_points(request.clearance), grid_points(request.omega)
-    cost = float(period_costs(request.oscillator, grid_values(request.omega)).mean())
-    periods_per_pixel = expected_periods(request.max_periods)
+    cost = mean_cost(request.oscillator, request.omega, request.clearance)
+    periods_per_pixel = expected_periods(request.oscillator, request.max_periods)
     sweeps = request.policy.startswith("sweep")
     rate = SWEEP_PERIODS_PER_SECOND if sweeps else MAP_PERIODS_PER_SECOND
     starts = request.initial_conditions if request.policy == "ensemble" else 1
+    more = setup_seconds(request.oscillator)
+    column = COLUMN_SETUPS * more
+    orbit = 0.0
     if request.preview:
         cost /= PREVIEW_FASTER
+    else:
+        orbit = orbit_seconds(request.oscillator, request.omega, request.clearance)
+        more += chance_seconds(request.oscillator, starts * rows * columns, request.max_periods, cost)
     if not sweeps:
         cost *= starts * math.sqrt(FULL_COLUMN / min(starts * rows, LONGEST_COLUMN))
     if request.adaptive:
-        return _adaptive_plan(rows, columns, starts, request.max_periods, cost / MAP_PERIODS_PER_SECOND)
-    pixel_seconds = periods_per_pixel * cost / rate
+        return _adaptive_plan(request, starts, cost / MAP_PERIODS_PER_SECOND, starts * orbit, more + columns * column)
+    pixel_seconds = periods_per_pixel * cost / rate + starts * orbit + column / rows
     at_worst = request.max_periods * cost / rate
     if request.resolve_sensitive:
         pixel_seconds += starts * SENSITIVE * RESOLUTION_SECONDS
@@ -58,16 +72,20 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     tile_rows = rows if sweeps else even(rows, min(pixels, TALLEST_TILE))
     tile_columns = even(columns, max(1, pixels // tile_rows))
     shape = Plan(rows=rows, columns=columns, tile_rows=tile_rows, tile_columns=tile_columns)
-    return estimated(shape, starts * periods_per_pixel, pixel_seconds)
+    return estimated(shape, starts * periods_per_pixel, pixel_seconds, more)
 
 
-def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, period_seconds: float) -> Plan:
+def _adaptive_plan(
+    request: UnfoldingMapsRequest, starts: int, period_seconds: float, orbit_seconds: float, more_seconds: float
+) -> Plan:
     """Return a plan of strips, with the cost from the expected share of computed pixels.
 
-    `period_seconds` is the time for a forcing period of all trajectories of a pixel.
+    `period_seconds` is the time for a forcing period of all trajectories of a pixel, `orbit_seconds` that
+    for their orbits, `more_seconds` that of all else.
     """
+    rows, columns, max_periods = grid_points(request.clearance), grid_points(request.omega), request.max_periods
     share = min(1.0, (ADAPTIVE_SIDE / math.sqrt(rows * columns)) ** ADAPTIVE_POWER)
-    periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(max_periods))
+    periods = share * min(float(max_periods), ADAPTIVE_PERIODS * expected_periods(request.oscillator, max_periods))
     longest = round(WORST_TILE_SECONDS / (WORST_SLOWER * max_periods * period_seconds * ADAPTIVE_COLUMNS))
     shape = Plan(
         rows=rows,
@@ -76,7 +94,7 @@ def _adaptive_plan(rows: int, columns: int, starts: int, max_periods: int, perio
         tile_columns=min(columns, ADAPTIVE_COLUMNS),
     )
     shape = shape.model_copy(update={"after": shape.count // ADAPTIVE_STRIPS_CLOSED})
-    return estimated(shape, starts * periods, periods * period_seconds)
+    return estimated(shape, starts * periods, periods * period_seconds + share * orbit_seconds, more_seconds)
 
 
 def grid_count(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest, limit: int) -> Count:
@@ -90,7 +108,8 @@ def _counts(request: UnfoldingMapsRequest, limits: Limits) -> list[Count]:
 
 def longest_period(request: UnfoldingMapsRequest | UnfoldingDiagramsRequest) -> float:
     """Return the cost of a period at the minimum omega of the grid."""
-    return period_cost(request.oscillator, float(grid_values(request.omega)[0]))
+    omega, clearance = (float(grid_values(side)[0]) for side in (request.omega, request.clearance))
+    return period_cost(request.oscillator, omega, clearance)
 
 
 PLANNING = Planning(plan, _counts, longest_period, compiles=True)

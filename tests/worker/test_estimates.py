@@ -1,0 +1,73 @@
+"""Estimates against the processor time: one request of each process, and those that were a hundred times too low."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from benchmarks.estimates import seconds_of
+from grazemap.wire import parse_request
+from grazemap_worker.planning import PLANNING
+
+# Machines differ, and other processes use the same caches.
+MOST_RATIO = 12.0
+POINT = {"omega": 0.29, "clearance": 1.6}
+WINDOW = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}}
+FOUR = {"period": 1, "stops": [1, 1, -1, -1]}
+
+
+def chain(masses: int, restitution: float = 0.8) -> dict[str, Any]:
+    """Equal masses."""
+    lists = {"masses": [1.0] * masses, "stiffnesses": [1.0] * masses, "forcing": [1.0] + [0.0] * (masses - 1)}
+    return {**lists, "damping": 0.05, "restitution": restitution}
+
+
+def grid(points: int) -> dict[str, Any]:
+    """A grid over the window."""
+    return {name: {**ends, "points": points} for name, ends in WINDOW.items()}
+
+
+def side(quantity: str) -> dict[str, Any]:
+    """A side of a basin."""
+    return {"quantity": quantity, "values": {"start": -1.0, "stop": 1.0, "points": 64}}
+
+
+REQUESTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "grazing curve": ("grazing-curves", {"omega": {"start": 0.1, "stop": 1.0, "points": 20_000}}),
+    "codimension-two points": ("codimension-two-points", {"omega": {"start": 0.1, "stop": 0.4}, "max_order": 40}),
+    "discontinuity mapping": ("discontinuity-mappings", {"omega": 0.29, "overshoot": [1e-6, 1e-4, 1e-3]}),
+    "trajectory": ("trajectories", {**POINT, "periods": 5000, "samples_per_period": 1}),
+    "samples": ("trajectories", {**POINT, "periods": 100, "samples_per_period": 2000}),
+    "restitution 1 between close stops": (
+        "trajectories",
+        {"omega": 0.29, "clearance": 1e-4, "oscillator": {"restitution": 1.0}, "periods": 30, "samples_per_period": 1},
+    ),
+    "64 masses": (
+        "trajectories",
+        {"omega": 0.29, "clearance": 1e-3, "oscillator": chain(64, 1.0), "periods": 10, "samples_per_period": 1},
+    ),
+    "bifurcation diagram": (
+        "bifurcation-diagrams",
+        {"vary": "clearance", "range": {"start": 1.3, "stop": 2.0, "points": 20}, "omega": 0.29},
+    ),
+    "map": ("unfolding-maps", grid(16)),
+    "diagram": ("unfolding-diagrams", {**grid(12), "max_periods": 200}),
+    "basins": (
+        "basins",
+        {**POINT, "max_periods": 200, "horizontal": side("displacement"), "vertical": side("velocity")},
+    ),
+    "periodic orbit": ("periodic-orbits", {**POINT, "transient_periods": 5000}),
+    "branch": ("orbit-branches", {**POINT, "motion": FOUR, "range": {"start": 1.5, "stop": 1.7}}),
+    "bifurcation curves": ("bifurcation-curves", {**WINDOW, "points": 100}),
+    "proof": ("proofs", {"statement": {"kind": "orbit", **POINT, "motion": FOUR}}),
+}
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+def test_an_estimate_is_within_a_factor_of_the_processor_time(name: str) -> None:
+    process, body = REQUESTS[name]
+    estimate = PLANNING[process].plan(parse_request(process, body)).estimate.seconds
+    seconds_of(process, body)  # loads the kernels
+    ratio = min(seconds_of(process, body) for _ in range(2)) / estimate
+    assert 1.0 / MOST_RATIO < ratio < MOST_RATIO
