@@ -27,7 +27,6 @@ from grazemap_core import warmup  # noqa: E402
 from grazemap_core.errors import CoreError  # noqa: E402
 from grazemap_worker.planning import PLANNING  # noqa: E402
 from grazemap_worker.processes import PROCESSES  # noqa: E402
-from grazemap_worker.supervision.kernels import compile_maps  # noqa: E402
 
 REQUESTS = 5
 LEAST_SECONDS = 0.05
