@@ -23,7 +23,7 @@ from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import Settings
 from grazemap_worker.store import ASSEMBLY, Finished, Store, WorkerInfo, core_version
 
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+CURVE = {"omega": {"start": 0.25, "stop": 0.35, "points": 5}}
 MAP = {
     "omega": {"start": 0.26, "stop": 0.30, "points": 64},
     "clearance": {"start": 1.3, "stop": 2.0, "points": 64},

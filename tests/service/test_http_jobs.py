@@ -18,12 +18,12 @@ from grazemap_service.routers import events as events_router
 from grazemap_worker.store import ASSEMBLY, Store
 from grazemap_worker.store.keys import PREFIX
 
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+CURVE = {"omega": {"start": 0.25, "stop": 0.35, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
 
 
 def post(client: TestClient, points: int) -> str:
-    body = {"omega": {"start": 0.1, "stop": 1.0, "points": points}}
+    body = {"omega": {"start": 0.25, "stop": 0.35, "points": points}}
     job_id: str = client.post("/v1/grazing-curves", json=body).json()["id"]
     return job_id
 

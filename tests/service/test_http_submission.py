@@ -20,7 +20,7 @@ from grazemap_worker.store.jobs import Jobs
 from grazemap_worker.store.keys import job_key
 from tests import parsing
 
-CURVE = {"omega": {"start": 0.1, "stop": 1.0, "points": 5}}
+CURVE = {"omega": {"start": 0.25, "stop": 0.35, "points": 5}}
 MAP = {"omega": {"start": 0.26, "stop": 0.30, "points": 64}, "clearance": {"start": 1.3, "stop": 2.0, "points": 64}}
 ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
 EVERY_PROCESS = {

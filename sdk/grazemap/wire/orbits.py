@@ -15,6 +15,7 @@ from grazemap.wire.job import motion_label
 from grazemap.wire.process import InitialState, MaxPeriod, Operation, PointRequest, ProcessRequest
 
 MAX_IMPACTS = 256
+MAX_CURVE_POINTS = 100_000
 _ONE_PER_IMPACT = Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True)
 Stop = Annotated[Literal[1, -1], Listable]
 
@@ -198,7 +199,7 @@ class BifurcationCurvesRequest(ProcessRequest):
     """The window's clearances."""
     max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
     """For curves in closed form: the maximum period of their motions, in forcing periods."""
-    points: Annotated[int, Field(ge=2, le=100_000), Listable] = 400
+    points: Annotated[int, Field(ge=2, le=MAX_CURVE_POINTS), Listable] = 400
     """For curves in closed form: number of frequencies across the window."""
     motions: Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None = None
     """The motions whose curves are continued; left out, the curves in closed form are computed."""

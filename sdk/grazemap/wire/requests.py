@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from grazemap.wire.base import Grid, Interval, Listable, NonNegative, Positive, Range, grid_points, invalid
-from grazemap.wire.orbits import BifurcationCurvesRequest
+from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
 from grazemap.wire.process import (
     Count,
     InitialState,
@@ -26,6 +26,8 @@ Order = Annotated[int, Field(ge=1, le=200), Listable]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 # Allows for the three roundings of a record's end and one of a given time; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
+# Largest omega.stop/omega.start of a search for codimension-two points; the core's MAX_FREQUENCY_RATIO.
+_FREQUENCY_RATIO = 1e9
 # For curves over a map: the minimum number of values of omega, and their number for each column of the map.
 _CURVE_POINTS = 400
 _CURVE_FINER = 2
@@ -84,6 +86,11 @@ class CodimensionTwoPointsRequest(ProcessRequest):
     """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
     """The maximum period of the motions that bifurcate at a resonant point, in forcing periods."""
+
+    @model_validator(mode="after")
+    def _can_be_searched(self) -> CodimensionTwoPointsRequest:
+        _require_searchable(self.omega, "omega", "stop")
+        return self
 
 
 class DiscontinuityMappingsRequest(ProcessRequest):
@@ -302,6 +309,12 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     borders: Annotated[bool, Listable] = False
     """Whether every border of the map's regions is explained; this may take many times as long."""
 
+    @model_validator(mode="after")
+    def _can_be_searched(self) -> UnfoldingDiagramsRequest:
+        last = "stop" if isinstance(self.omega, Range) else str(len(self.omega) - 1)
+        _require_searchable(_window(self.omega), "omega", last)
+        return self
+
     @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:
         """The request for the map alone."""
@@ -334,7 +347,13 @@ class UnfoldingDiagramsRequest(ProcessRequest):
 
     @property
     def _curve_points(self) -> int:
-        return max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega))
+        return min(max(_CURVE_POINTS, _CURVE_FINER * grid_points(self.omega)), MAX_CURVE_POINTS)
+
+
+def _require_searchable(omega: Interval, *at: str) -> None:
+    """Refuse an interval that is too wide for a search for codimension-two points; `at` is the field of its end."""
+    if omega.stop > _FREQUENCY_RATIO * omega.start:
+        raise invalid("omega ends too far from where it starts", f"at most {_FREQUENCY_RATIO:g} times its start", *at)
 
 
 def _window(grid: Range | list[float]) -> Interval:

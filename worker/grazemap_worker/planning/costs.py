@@ -50,17 +50,20 @@ from grazemap_worker.planning.rates import (
 Floats = NDArray[np.float64]
 
 
-def fastest_frequency(oscillator: Oscillator) -> float:
-    """Return an upper bound of the natural frequencies, from the absolute row sums of M^-1 K (Gershgorin).
+def fastest_exponent(oscillator: Oscillator) -> float:
+    """Return an upper bound of |lambda| over the eigenvalues of M x'' + C x' + K x = 0.
 
+    With nu and mu the largest absolute row sums of M^-1 C and M^-1 K (Gershgorin), |lambda|^2 <= nu |lambda| + mu.
     Infinite where the numbers overflow.
     """
-    stiffnesses = np.array(oscillator.stiffnesses)
-    before = np.concatenate(([0.0], stiffnesses[:-1]))
     with np.errstate(over="ignore", invalid="ignore"):
-        sums = before + stiffnesses
-        sums[:-1] += stiffnesses[:-1]
-        bound = float(np.sqrt(((sums + before) / np.array(oscillator.masses)).max()))
+        mu = _largest_row_sum(oscillator.masses, oscillator.stiffnesses)
+        damping = oscillator.damping
+        if isinstance(damping, list):
+            nu = _damping_factor(oscillator) * _largest_row_sum(oscillator.masses, damping)
+        else:
+            nu = 2.0 * damping * mu
+    bound = 0.5 * (nu + math.hypot(nu, 2.0 * math.sqrt(mu)))
     return math.inf if math.isnan(bound) else bound
 
 
@@ -173,12 +176,25 @@ def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
 def _link_damping(oscillator: Oscillator, link: int) -> float:
     damping = oscillator.damping
     if isinstance(damping, list):
-        return damping[link] * (1.0 if oscillator.units == "SI" else 2.0)
+        return damping[link] * _damping_factor(oscillator)
     return 2.0 * damping * oscillator.stiffnesses[link]
 
 
+def _damping_factor(oscillator: Oscillator) -> float:
+    return 1.0 if oscillator.units == "SI" else 2.0
+
+
+def _largest_row_sum(masses: list[float], links: list[float]) -> float:
+    """Return the largest absolute row sum of M^-1 times a chain's matrix, its last link to ground."""
+    after = np.array(links)
+    before = np.concatenate(([0.0], after[:-1]))
+    sums = before + after
+    sums[:-1] += after[:-1]
+    return float(((sums + before) / np.array(masses)).max())
+
+
 def _cells(oscillator: Oscillator, omega: Floats) -> Floats:
-    return np.maximum(LEAST_CELLS, fastest_frequency(oscillator) * 2.0 * math.pi / omega)
+    return np.maximum(LEAST_CELLS, fastest_exponent(oscillator) * 2.0 * math.pi / omega)
 
 
 def _impacts_to_rest(restitution: float) -> float:
