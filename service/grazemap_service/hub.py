@@ -28,6 +28,8 @@ _MOST_ENDED = 10_000
 _PATIENCE_SECONDS = 2.0
 # Seconds between attempts while Redis is unavailable.
 _AWAY_SECONDS = 0.5
+# Seconds between requests to stop reading.
+_CANCEL_SECONDS = 0.2
 
 
 class Listener:
@@ -109,10 +111,10 @@ class Hub:
 
     async def close(self) -> None:
         """Stop reading."""
-        if self._task is not None:
+        while self._task is not None and not self._task.done():
+            # what is awaited in there may lose a cancellation to a reply or a timeout of the same moment
             self._task.cancel()
-            with suppress(asyncio.CancelledError):
-                await self._task
+            await asyncio.wait([self._task], timeout=_CANCEL_SECONDS)
 
     async def _read(self) -> None:
         while True:
