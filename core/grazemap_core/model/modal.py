@@ -9,6 +9,7 @@ complex, real or equal, so critical damping needs no special treatment. Proporti
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import svd
@@ -19,6 +20,9 @@ from grazemap_core.model.link_modes import chain_elongations, link_blocks
 from grazemap_core.model.modal_refinement import Blocks, refine
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.tolerances import PROPORTIONAL_SPREAD, UNDAMPED_RATIO
+
+KEPT_MODELS = 16
+"""Number of modal models that are kept; one of 64 masses has 256 KiB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +69,9 @@ class ModalModel:
         return len(self.decay)
 
 
+@lru_cache(maxsize=KEPT_MODELS)
 def modal_model(oscillator: Oscillator | Chain) -> ModalModel:
-    """Return the modal model of an oscillator or of a chain.
+    """Return the modal model of an oscillator or of a chain; the last ones are kept, by the object.
 
     Raises
     ------

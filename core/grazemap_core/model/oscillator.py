@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -110,12 +111,12 @@ class Oscillator:
         """Number of masses N."""
         return len(self.masses)
 
-    @property
+    @cached_property
     def chain(self) -> Chain:
         """The whole chain, its first mass free."""
         return Chain(self.masses, self.stiffnesses, self.link_damping, self.gamma)
 
-    @property
+    @cached_property
     def held_chain(self) -> Chain | None:
         """The chain of masses 2 .. N while mass 1 rests on a stop, with link 1 to a wall; None for one mass."""
         if self.size == 1:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -27,9 +28,21 @@ EVIDENCE = ("isolated", "admissible", "stable", "verified")
 
 
 def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
-    """Return the core's oscillator. Raises CoreError when the core's theory does not cover it."""
+    """Return the core's oscillator, the same object for equal ones asked for one after another: its modes are kept.
+
+    Raises
+    ------
+    CoreError
+        The core's theory does not cover it.
+    """
+    return _core_oscillator(oscillator.model_dump_json())
+
+
+@lru_cache(maxsize=16)
+def _core_oscillator(described: str) -> CoreOscillator:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
+    oscillator = Oscillator.model_validate_json(described)
     return CoreOscillator.create(
         oscillator.masses,
         oscillator.stiffnesses,
