@@ -11,6 +11,11 @@ COPY core core
 COPY worker worker
 COPY service service
 RUN /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --no-deps --no-build-isolation .
+# The kernels, compiled ahead of time; a processor that they do not fit compiles its own.
+COPY tools/kernels_wheel.py tools/
+RUN test "$(uname -m)" != x86_64 || ( \
+    /opt/grazemap/bin/python tools/kernels_wheel.py /kernels \
+ && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --no-deps /kernels/*.whl )
 
 FROM python:3.11-slim
 # Compiled kernels are kept in a folder that the user owns; a volume there saves the compilation after an upgrade.

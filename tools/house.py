@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "pictures" / "house.svg"
 SERVICE, WORKER, CORE, SDK = "grazemap_service", "grazemap_worker", "grazemap_core", "grazemap"
 # what everything else in the core may import, and what the text of a room leaves out
-FOUNDATION = {"arrays", "checks", "codes", "errors", "kernel_folder", "tolerances"}
+FOUNDATION = {"arrays", "checks", "codes", "compiled_ahead", "errors", "kernel_folder", "tolerances"}
 
 # imports that have no arrow: the search for certificates uses the equations of the checker, which works without it
 ASIDE = {(CORE, SDK): {"checker"}}

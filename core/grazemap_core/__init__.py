@@ -8,6 +8,10 @@ Packages, each of which imports only those to its left:
 are in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
 """
 
-from grazemap_core.kernel_folder import choose_folder
+from grazemap_core.compiled_ahead import choose_processor
+
+choose_processor()
+
+from grazemap_core.kernel_folder import choose_folder  # noqa: E402  # it imports numba
 
 choose_folder()

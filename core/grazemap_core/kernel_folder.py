@@ -7,7 +7,8 @@ date. The folder lies below NUMBA_CACHE_DIR if that is set, otherwise in the `__
 Each compiled function is a file of its own, an *entry*, with a checksum. Numba itself keeps an index of each function,
 which two processes at once, or one that is killed between two writes, can leave with the data of another signature. An
 entry is renamed into its place when it is complete; one that is damaged is compiled again alone. A *step* is a list of
-entries that are loaded together (`warmup`).
+entries that are loaded together (`warmup`). What the folder does not hold is looked for in a folder of the same name in
+the package of kernels that were compiled ahead of time (`compiled_ahead`).
 """
 
 from __future__ import annotations
@@ -17,10 +18,8 @@ import json
 import logging
 import os
 import pickle
-import sys
 from collections.abc import Callable
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -29,6 +28,8 @@ import numba
 from numba.core import caching, config, dispatcher
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
+
+from grazemap_core.compiled_ahead import made_from, package_folder
 
 _CORE = Path(__file__).parent
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
@@ -41,22 +42,10 @@ _used: set[str] = set()
 
 
 @cache
-def source_fingerprint() -> str:
-    """Return a short hash of every source file of the core."""
-    digest = hashlib.sha256()
-    for path in sorted(_CORE.rglob("*.py")):
-        digest.update(path.relative_to(_CORE).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@cache
 def folder_name() -> str:
     """Return the name of the folder for this process's kernels."""
     parts = {
-        "sources": source_fingerprint(),
-        "python": sys.implementation.cache_tag,
-        "versions": [version(name) for name in ("numba", "llvmlite", "numpy")],
+        **made_from(),
         "target": cpu_target.target_context.codegen().magic_tuple(),
         "settings": [str(getattr(config, name)) for name in _SETTINGS],
     }
@@ -81,12 +70,27 @@ def record(step: str) -> None:
 
 
 def holds(step: str) -> bool:
-    """Return whether all entries of a step are in the folder, and undamaged."""
+    """Return whether all entries of a step are stored, and undamaged."""
+    return any(_holds(place, step) for place in _places())
+
+
+def _holds(place: Path, step: str) -> bool:
     try:
-        names = json.loads((folder() / f"{step}{_STEP}").read_bytes())
+        names = json.loads((place / f"{step}{_STEP}").read_bytes())
     except (OSError, ValueError):
         return False
-    return all(_content(folder() / name) is not None for name in names)
+    return all(_stored(name) is not None for name in names)
+
+
+def _places() -> list[Path]:
+    """Return where entries are looked for: in the folder, and in the package of those compiled ahead of time."""
+    package = package_folder()
+    return [folder()] if package is None else [folder(), package / folder_name()]
+
+
+def _stored(name: str) -> bytes | None:
+    """Return the content of an entry; None if there is none that is undamaged."""
+    return next((content for place in _places() if (content := _content(place / name)) is not None), None)
 
 
 class _Entries:
@@ -112,7 +116,7 @@ class _Entries:
     def load(self, key: Any) -> Any:
         """Return what was stored under a key; None if nothing was, or if it is damaged."""
         path = self._entry(key)
-        content = _content(path)
+        content = _stored(path.name)
         if content is None:
             return None
         stored, data = pickle.loads(content)

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -12,6 +13,7 @@ import numba
 import pytest
 
 import grazemap_core
+from grazemap_core.compiled_ahead import MADE_FROM, PACKAGE, TARGET, has_level_3, made_from
 from grazemap_core.kernel_folder import folder_name, holds
 
 CORE = Path(grazemap_core.__file__).parent
@@ -94,10 +96,9 @@ def test_a_kernel_defined_before_the_folder_is_chosen_is_detected(tmp_path: Path
 CALLS = """
 import sys, time
 import numpy as np
-from numba.core import event
 from grazemap_core import kernel_folder
-from grazemap_core.numerics.kernels.dense import multiply
-from grazemap_core.numerics.kernels.dense import cholesky
+from numba.core import event
+from grazemap_core.numerics.kernels.double_double import two_prod, two_sum
 
 compiled = []
 
@@ -106,27 +107,26 @@ class Listener(event.Listener):
     def on_end(self, ended): compiled.append(ended.data["dispatcher"].py_func.__name__)
 
 event.register("numba:compile", Listener())
-order = "F" if "F" in sys.argv else "C"
+number = np.float32 if "float32" in sys.argv else np.float64
 while "after" in sys.argv and time.time() < float(sys.argv[-1]):
     pass
-left, right, product = (np.asarray(np.eye(4), order=order) for _ in range(3))
-multiply(left, right, product)
-cholesky(left)
+two_sum(number(1.0), number(2.0))
+two_prod(number(1.0), number(2.0))
 kernel_folder.record("step")
 print(*compiled)
 """
 
 
-def call(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+def call(folder: Path, *arguments: str, **settings: str) -> subprocess.Popen[str]:
     """Start a process that calls kernels with a cache in a folder."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder), **settings}
     command = [sys.executable, "-c", CALLS, *arguments]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def compiled(folder: Path, *arguments: str) -> tuple[list[str], str]:
+def compiled(folder: Path, *arguments: str, **settings: str) -> tuple[list[str], str]:
     """Return the names of the kernels that a process has compiled, and what it said."""
-    with call(folder, *arguments) as process:
+    with call(folder, *arguments, **settings) as process:
         said, errors = process.communicate()
     assert process.returncode == 0, errors
     return said.split(), errors
@@ -137,40 +137,32 @@ def entries(folder: Path, name: str = "") -> list[Path]:
 
 
 def test_a_damaged_entry_is_compiled_again_alone(tmp_path: Path) -> None:
-    assert compiled(tmp_path) == (["multiply", "cholesky"], "")
-    assert compiled(tmp_path) == ([], "")
-    (damaged,) = entries(tmp_path, "multiply")
+    assert compiled(tmp_path) == (["two_sum", "two_prod"], "")
+    (damaged,) = entries(tmp_path, "two_sum")
     content = damaged.read_bytes()
-    for wrong in (content[:-100], b"", content[:500] + bytes(1000) + content[1500:], content[::-1]):
-        damaged.write_bytes(wrong)
-        names, said = compiled(tmp_path)
-        assert names == ["multiply"]
-        assert "is damaged and is compiled again" in said
+    damaged.write_bytes(content[:500] + bytes(1000) + content[1500:])
+    names, said = compiled(tmp_path)
+    assert names == ["two_sum"]
+    assert "is damaged and is compiled again" in said
     assert compiled(tmp_path) == ([], "")
 
 
 def test_a_process_that_is_killed_while_it_compiles_leaves_what_it_had_compiled(tmp_path: Path) -> None:
     with call(tmp_path) as process:
-        while not entries(tmp_path, "multiply"):
+        while not entries(tmp_path, "two_sum"):
             assert process.poll() is None
         process.kill()
-    assert "multiply" not in compiled(tmp_path)[0]
-    with call(tmp_path, "F") as process:
-        while not entries(tmp_path, "multiply")[1:]:
-            assert process.poll() is None
-        process.kill()
-    assert compiled(tmp_path) == ([], "")
+    assert "two_sum" not in compiled(tmp_path)[0]
 
 
 def test_two_processes_that_compile_for_different_types_at_once_leave_the_kernels_of_both(tmp_path: Path) -> None:
     soon = str(time.time() + 4.0)
-    with call(tmp_path, "after", soon) as one, call(tmp_path, "F", "after", soon) as other:
+    with call(tmp_path, "after", soon) as one, call(tmp_path, "float32", "after", soon) as other:
         for process in (one, other):
             process.communicate()
             assert process.returncode == 0
-    assert len(entries(tmp_path, "multiply")) == 2
+    assert len(entries(tmp_path, "two_sum")) == 2
     assert compiled(tmp_path) == ([], "")
-    assert compiled(tmp_path, "F") == ([], "")
 
 
 def test_a_step_is_held_when_all_its_entries_are_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,7 +170,7 @@ def test_a_step_is_held_when_all_its_entries_are_whole(tmp_path: Path, monkeypat
     assert not holds("step")
     compiled(tmp_path)
     assert holds("step")
-    (entry,) = entries(tmp_path, "cholesky")
+    (entry,) = entries(tmp_path, "two_prod")
     content = entry.read_bytes()
     entry.write_bytes(content[:-1])
     assert not holds("step")
@@ -194,3 +186,27 @@ def test_without_space_for_an_entry_the_kernel_is_used_all_the_same(tmp_path: Pa
         _, said = process.communicate()
     assert "a compiled kernel cannot be stored" in said
     assert "NotADirectoryError" in said  # of the record of the step, after both calls
+
+
+@pytest.mark.skipif(not has_level_3(), reason="the processor is not of the level x86-64-v3")
+def test_kernels_that_were_compiled_ahead_are_loaded_where_they_fit(tmp_path: Path) -> None:
+    both = ["two_sum", "two_prod"]
+    assert compiled(tmp_path / "made", **TARGET)[0] == both
+    package = tmp_path / "installed" / PACKAGE
+    shutil.copytree(tmp_path / "made", package)
+    (package / "__init__.py").touch()
+    paths = os.pathsep.join([str(package.parent), os.environ.get("PYTHONPATH", "")])
+
+    def run(folder: str, **settings: str) -> list[str]:
+        return compiled(tmp_path / folder, PYTHONPATH=paths, **settings)[0]
+
+    (package / MADE_FROM).write_text(json.dumps(made_from() | {"sources": "others"}))
+    assert run("of-others") == both
+    (package / MADE_FROM).write_text(json.dumps(made_from()))
+    assert run("ahead") == []
+    assert list((tmp_path / "ahead").rglob("*.kernel")) == []
+    assert run("ahead", GRAZEMAP_KERNELS="native") == both
+    # a damaged one is compiled into the user's folder
+    (damaged,) = package.rglob("*two_sum.*.kernel")
+    damaged.write_bytes(b"")
+    assert run("beside") == ["two_sum"]

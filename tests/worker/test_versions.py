@@ -32,7 +32,7 @@ def test_another_core_is_another_fingerprint(part: str, monkeypatch: pytest.Monk
     numerics_module.numerics.cache_clear()
     assert numerics_module.numerics().fingerprint == here
     numerics_module.numerics.cache_clear()
-    target = "grazemap_core.kernel_folder" if part == "source_fingerprint" else "grazemap_worker.numerics"
+    target = "grazemap_core.compiled_ahead" if part == "source_fingerprint" else "grazemap_worker.numerics"
     monkeypatch.setattr(f"{target}.{part}", lambda: "another")
     assert numerics_module.numerics().fingerprint != here
     numerics_module.numerics.cache_clear()

@@ -46,11 +46,11 @@ def numerics() -> Numerics:
     parts, the name and the features of the processor, and the settings that choose instructions. Two machines with the
     same fingerprint run the same instructions.
     """
-    from numba.core import config
-    from numba.core.registry import cpu_target
-
-    from grazemap_core.kernel_folder import source_fingerprint
+    # before numba, whose settings it may choose
+    from grazemap_core.compiled_ahead import source_fingerprint
     from grazemap_core.numerics.jit.inlining import PART_COMPILER
+    from numba.core import config  # isort: skip
+    from numba.core.registry import cpu_target  # isort: skip
 
     versions = {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy")}
     core = {
