@@ -16,6 +16,7 @@ from redis import Redis
 from redis.exceptions import RedisError
 
 from grazemap_service.redis_server import find_redis_server
+from tests.result_digests import core_version
 
 COMPOSE: dict[str, Any] = yaml.safe_load((Path(__file__).parents[2] / "docker-compose.yml").read_text("utf-8"))
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
@@ -30,6 +31,10 @@ def test_no_container_has_more_rights_than_it_needs(name: str) -> None:
     assert "start_period" in service["healthcheck"]
     assert not any("PASSWORD" in str(value) for key, value in service["environment"].items() if key.endswith("_URL"))
     assert not any(entry.startswith("redis") for entry in service.get("ports", []))
+
+
+def test_the_image_has_the_version_of_the_product() -> None:
+    assert {service["image"] for service in (SERVICES["service"], SERVICES["worker"])} == {f"grazemap:{core_version()}"}
 
 
 def test_redis_is_the_version_that_is_embedded_by_its_digest() -> None:
