@@ -181,7 +181,9 @@ def stalled_reader(url: str, path: str) -> socket.socket:
     return client
 
 
-@pytest.mark.parametrize(("form", "results"), [("npz", 6), ("npz", 1), ("json", 1)])
+@pytest.mark.parametrize(
+    ("form", "results"), [("npz", 6), *(pytest.param(form, 1, marks=pytest.mark.thorough) for form in ("npz", "json"))]
+)
 def test_clients_that_do_not_read_hold_little_and_are_disconnected(
     redis_server: Any, worker: Any, client: TestClient, live: Any, form: str, results: int
 ) -> None:
