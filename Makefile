@@ -175,6 +175,27 @@ chaos: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 chaos: kernels $(STAMP)  ## 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
 	$(BIN)/python tests/signals_at_random.py
 
+fairness: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+fairness: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+fairness: kernels $(STAMP)  ## 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
+	$(BIN)/python tests/fairness.py
+
+load: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+load: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+load: kernels $(STAMP)  ## 500 event streams, and twice a thousand clients for a minute (ten minutes)
+	$(BIN)/python tests/load.py
+
+small-questions: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
+small-questions: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
+small-questions: kernels $(STAMP)  ## the time from a small question to its answer, alone and beside two large maps (three minutes)
+	$(BIN)/python -m tools.small_questions
+
+cold-start: $(STAMP)  ## from the first start to the first curve, trajectory and map, by steps (fifteen minutes)
+	$(BIN)/python -m tools.cold_start
+
+kernels-wheel: $(RUN_STAMP)  ## compile the kernels ahead of time for x86-64-v3, into dist/grazemap_kernels-*.whl (three minutes)
+	$(BIN)/python tools/kernels_wheel.py dist
+
 estimates: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
 estimates: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 estimates: $(STAMP)  ## the processor time of sixty random requests of every process, over its estimate (ten minutes)

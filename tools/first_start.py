@@ -34,7 +34,7 @@ ANSWER_SECONDS = 600.0
 STOP_SECONDS = 15.0
 _ANSWERS = re.compile(r"explorer +(http://\S+)/\n")
 # Settings of the person who runs this, which a new user does not have.
-_NOT_INHERITED = re.compile(r"(GRAZEMAP|NUMBA|XDG|PYTHON|VIRTUAL_ENV)", re.IGNORECASE)
+NOT_INHERITED = re.compile(r"(GRAZEMAP|NUMBA|XDG|PYTHON|VIRTUAL_ENV)", re.IGNORECASE)
 
 
 class Start(NamedTuple):
@@ -127,7 +127,7 @@ def installed(python: Path, wheel: Path, folder: Path) -> Path:
 def first_start(grazemap: Path, processes: int) -> Start:
     """Start `grazemap up` with a fresh user folder beside some busy processes, and stop it when it has answered."""
     with tempfile.TemporaryDirectory() as home, busy(processes):
-        environment = {name: value for name, value in os.environ.items() if not _NOT_INHERITED.match(name)}
+        environment = {name: value for name, value in os.environ.items() if not NOT_INHERITED.match(name)}
         with started([str(grazemap), "up", "--port", "0"], {**environment, "HOME": home}, Path(home)) as start:
             with urllib.request.urlopen(f"{start.url}/readyz", timeout=10) as answer:
                 answer.read()
