@@ -13,4 +13,9 @@ KERNELS_FIRST = pytest.mark.thorough
 
 def every_fourth(values: Iterable[Any]) -> list[Any]:
     """Every fourth value, from the first one, is tested by `make test`."""
-    return [value if k % 4 == 0 else pytest.param(value, marks=pytest.mark.thorough) for k, value in enumerate(values)]
+    return [
+        value
+        if k % 4 == 0
+        else pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.thorough)
+        for k, value in enumerate(values)
+    ]

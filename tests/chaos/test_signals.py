@@ -8,5 +8,5 @@ from signals_at_random import disturbed, undisturbed
 
 
 def test_signals_at_random_do_not_change_a_byte(tmp_path: Path) -> None:
-    maps, _ = disturbed(1, 5, tmp_path / "disturbed")
+    maps, _ = disturbed(1, 3, tmp_path / "disturbed")
     assert maps == undisturbed(len(maps), tmp_path / "undisturbed", [])

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from watching import until
 
 from grazemap.codec import decode_npz
@@ -41,15 +42,17 @@ def computed(server: RedisServer, store: Store, workers: int, tile: tuple[int, i
     return data, plan.count
 
 
-def test_one_two_and_four_workers_give_the_same_bytes_in_tiles_of_32_64_and_128(
-    redis_server: RedisServer, store: Store
+@pytest.mark.parametrize(
+    ("workers", "tile", "count"), [(4, (32, 1), 24), pytest.param(2, (64, 2), 6, marks=pytest.mark.thorough)]
+)
+def test_workers_side_by_side_give_the_bytes_of_one_in_tiles_of_any_size(
+    redis_server: RedisServer, store: Store, workers: int, tile: tuple[int, int], count: int
 ) -> None:
     whole, tiles = computed(redis_server, store, 1, (128, 6))
     assert tiles == 1
-    for workers, tile, count in ((2, (64, 2), 6), (4, (32, 1), 24)):
-        data, tiles = computed(redis_server, store, workers, tile)
-        assert tiles == count
-        assert data == whole
+    data, tiles = computed(redis_server, store, workers, tile)
+    assert tiles == count
+    assert data == whole
     document, meta = decode_npz(whole)
     assert meta["numerics"] == numerics().as_meta()
     # there is something to differ: several motions, and points that are none

@@ -21,7 +21,8 @@ from grazemap_worker.supervision import kernels as kernels_module
 from grazemap_worker.supervision.kernels import Kernels
 from tests.sdk.sdk_documents import REQUESTS
 
-USED = Path(__file__).with_name("kernels_used.py")
+ROOT = Path(__file__).parents[2]
+USED = "tests.worker.kernels_used"
 
 
 @pytest.fixture
@@ -173,7 +174,7 @@ def test_every_process_names_a_step() -> None:
 @pytest.mark.timeout(600)  # the kernels may have to be compiled
 def test_a_step_has_all_that_its_processes_need() -> None:
     began = time.monotonic()
-    run = subprocess.run([sys.executable, USED], capture_output=True, text=True, check=False, cwd=USED.parents[2])
+    run = subprocess.run([sys.executable, "-m", USED], capture_output=True, text=True, check=False, cwd=ROOT)
     assert run.returncode == 0, run.stderr
     lines = [json.loads(line) for line in run.stdout.splitlines()]
     assert len(lines) == len(REQUESTS) + 1, time.monotonic() - began

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from redis.exceptions import AuthenticationError
 from redis.exceptions import ConnectionError as AwayError
+from thorough import every_fourth
 
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.settings import WorkerSettings
@@ -40,10 +41,12 @@ def run(module: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("module", ["grazemap_worker", "grazemap_service", "grazemap_worker.supervision.healthcheck"])
+WRONG = [("REDIS_URL", "redis://:se/cret@redis:6379/0"), ("REDIS_URL", "http://redis"), ("LOG_LEVEL", "LOUD")]
+MODULES = ["grazemap_worker", "grazemap_service", "grazemap_worker.supervision.healthcheck"]
+
+
 @pytest.mark.parametrize(
-    ("name", "value"),
-    [("REDIS_URL", "redis://:se/cret@redis:6379/0"), ("REDIS_URL", "http://redis"), ("LOG_LEVEL", "LOUD")],
+    ("module", "name", "value"), every_fourth([(module, *wrong) for module in MODULES for wrong in WRONG])
 )
 def test_a_wrong_setting_is_refused_by_name(module: str, name: str, value: str) -> None:
     answer = run(module, **{f"GRAZEMAP_{name}": value})

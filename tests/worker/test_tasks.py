@@ -206,6 +206,7 @@ def test_an_abort_with_little_memory_is_a_lost_attempt(worker: pytest.MonkeyPatc
 
 def test_a_tile_over_its_processor_time_ends_with_a_problem(worker: pytest.MonkeyPatch, store: Store) -> None:
     worker.setattr(tasks, "CPU_MORE", 0.3)
+    worker.setattr(tasks, "CPU_FACTOR", 0.1)
     found = large(store, lambda: compute_for(30.0), worker)
     assert found.problem is not None
     assert found.problem.type == "urn:grazemap:problem:computation-too-long"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -33,6 +33,10 @@ class WorkerSettings(RedisSettings):
     )
     cache_dir: Annotated[Path, Field(description="Folder for compiled kernels; made private.")] = Field(
         default_factory=default_cache_dir
+    )
+    # read by grazemap_core.compiled_ahead, before anything else is imported
+    kernels: Annotated[Literal["ahead", "native"], Field(description="Whether those compiled ahead are used.")] = (
+        "ahead"
     )
     result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = 2 << 30
     memory_bytes: Annotated[int, Field(ge=1 << 26, description="Memory for the computation of a tile.")] = 2 << 30
