@@ -1,8 +1,8 @@
 """Prints, for each process, the compiled functions that a request needs and that its step does not have.
 
-Run as `python -m tests.worker.kernels_used`. For each step there is a process that has loaded nothing else, and for each request of
-that step a process that is forked from it. Neither stores anything in the cache. Each prints a line of JSON: the
-request, the step, and the entries that it loads or compiles.
+Run as `python -m tests.worker.kernels_used`. For each step there is a process that has loaded nothing else, and for
+each request of that step a process that is forked from it. Neither stores anything in the cache. Each prints a line of
+JSON: the request, the step, and the entries that it loads or compiles.
 """
 
 from __future__ import annotations
