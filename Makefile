@@ -6,8 +6,8 @@ STAMP := .venv/.stamp
 BENCH_STAMP := .venv/.bench-stamp
 SOURCES := sdk core worker service benchmarks tests examples tools
 
-# tests without kernels, which begin while these are compiled; tests of arithmetic alone; the others start workers and
-# stacks, and mostly wait
+# tests without kernels, which begin while these are compiled; tests of arithmetic alone, which leave the processor to
+# all others; the others start workers and stacks, and often wait
 WITHOUT_KERNELS := tests/contract tests/sdk tests/service
 ARITHMETIC := tests/core tests/performance
 # one cache of compiled kernels, for the tests and the workers that they start
@@ -62,7 +62,7 @@ test: export NUMBA_CACHE_DIR = $(TEST_CACHE)/kernels/numba
 # threads of small products wait for one another where others compute too
 test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
-	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 2 test-arithmetic test-processes)
+	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 3 test-processes test-without-kernels test-arithmetic)
 	@$(BIN)/python -m tools.all_checks --age
 
 all-checks: $(STAMP)  ## every long check, recorded in docs/checks.md (three hours)
@@ -78,9 +78,9 @@ test-without-kernels: $(STAMP)
 
 # one process: kernels for other numbers of masses are compiled in the tests, and two processes would do so twice
 test-arithmetic: kernels $(STAMP)
-	$(BIN)/python -m pytest $(ARITHMETIC)
+	nice $(BIN)/python -m pytest $(ARITHMETIC)
 
-test-processes: kernels test-without-kernels $(STAMP)
+test-processes: kernels $(STAMP)
 	$(BIN)/python -m pytest $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/browser,--ignore=$(folder))
 
 digests: export GRAZEMAP_CACHE_DIR = $(TEST_CACHE)
