@@ -30,7 +30,7 @@ ACTING: list[tuple[dict[str, Any], str]] = [
     ({"_dependency_ids": ["another"]}, "dependency_id, dependency_ids"),
     ({"allow_dependency_failures": True}, "allow_dependency_failures"),
     ({"group_id": "of somebody else"}, "group_id"),
-    ({"ttl": 5}, "ttl"),
+    ({"ttl": 600}, "ttl"),
     ({"failure_ttl": 60}, "failure_ttl"),
     ({"meta": {"a": 1}}, "meta"),
 ]
