@@ -19,7 +19,9 @@ TEST_CACHE := $(CURDIR)/.cache/grazemap
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-# modules are compiled when they are first imported: most never are
+# modules are compiled when they are first imported: most never are. Where the environment forbids to store that, every
+# process would do so again, for seconds.
+export PYTHONDONTWRITEBYTECODE :=
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 # $(call timed,what is done,command): says what is done, then how long it took
 timed = @echo "$(1) ..."; began=$$(date +%s); $(2) && echo "... took $$(($$(date +%s) - $$began)) s"
