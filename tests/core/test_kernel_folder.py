@@ -155,6 +155,7 @@ def test_a_process_that_is_killed_while_it_compiles_leaves_what_it_had_compiled(
     assert "two_sum" not in compiled(tmp_path)[0]
 
 
+@pytest.mark.thorough
 def test_two_processes_that_compile_for_different_types_at_once_leave_the_kernels_of_both(tmp_path: Path) -> None:
     soon = str(time.time() + 4.0)
     with call(tmp_path, "after", soon) as one, call(tmp_path, "float32", "after", soon) as other:

@@ -40,7 +40,7 @@ def legend(ax) -> list[str]:
 
 
 @pytest.mark.parametrize("process", DRAWN)
-@pytest.mark.parametrize("ending", ["png", "svg"])
+@pytest.mark.parametrize("ending", [pytest.param("png", marks=pytest.mark.thorough), "svg"])
 def test_every_result_is_drawn(process, ending, tmp_path):
     path = tmp_path / f"picture.{ending}"
     save_picture(decode_result(npz(process)), path)
@@ -740,7 +740,7 @@ def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
 
 
 @pytest.mark.parametrize("process", [name for name in DRAWN if not name.startswith("periodic-orbits")])
-@pytest.mark.parametrize("labels", [True, False])
+@pytest.mark.parametrize("labels", [True, pytest.param(False, marks=pytest.mark.thorough)])
 def test_no_picture_is_left_in_radians_per_second_or_metres(process, labels):
     drawn = in_si(process).plot(labels=labels)
     assert engineering_units(drawn) is drawn
