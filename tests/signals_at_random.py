@@ -42,11 +42,15 @@ _MARK = "SIGNALS_AT_RANDOM"
 _AWAY = (urllib.error.URLError, HTTPException, OSError, json.JSONDecodeError)
 
 
+# A map takes a few seconds of two cores.
+ROWS = 80
+
+
 def question(number: int) -> dict[str, Any]:
-    """Return one of as many maps as are needed, of a few seconds of two cores each."""
+    """Return one of as many maps as are needed."""
     start = 0.26 + 1e-6 * number
     omega = {"start": start, "stop": start + 0.04, "points": 240}
-    return {"omega": omega, "clearance": {"start": 1.3, "stop": 2.0, "points": 80}}
+    return {"omega": omega, "clearance": {"start": 1.3, "stop": 2.0, "points": ROWS}}
 
 
 class Disturbed:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+import signals_at_random
 from signals_at_random import disturbed, undisturbed
 
 
-def test_signals_at_random_do_not_change_a_byte(tmp_path: Path) -> None:
+def test_signals_at_random_do_not_change_a_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(signals_at_random, "ROWS", 24)
     maps, _ = disturbed(1, 3, tmp_path / "disturbed")
     assert maps == undisturbed(len(maps), tmp_path / "undisturbed", [])

@@ -172,6 +172,7 @@ def test_every_process_names_a_step() -> None:
 
 
 @pytest.mark.timeout(600)  # the kernels may have to be compiled
+@pytest.mark.thorough
 def test_a_step_has_all_that_its_processes_need() -> None:
     began = time.monotonic()
     run = subprocess.run([sys.executable, "-m", USED], capture_output=True, text=True, check=False, cwd=ROOT)
