@@ -43,7 +43,7 @@ _AWAY = (urllib.error.URLError, HTTPException, OSError, json.JSONDecodeError)
 
 
 # A map takes a few seconds of two cores.
-ROWS = 80
+ROWS, MOST_MAPS = 80, 10_000
 
 
 def question(number: int) -> dict[str, Any]:
@@ -109,7 +109,7 @@ class Disturbed:
                     self._post(number)
             except _AWAY:
                 pass
-        if more and len(self.identities) - len(self.done) < UNFINISHED:
+        if more and len(self.identities) - len(self.done) < UNFINISHED and len(self.identities) < MOST_MAPS:
             self._post(len(self.identities))
 
     def _post(self, number: int) -> None:
