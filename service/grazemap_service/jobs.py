@@ -129,11 +129,19 @@ def submit(context: Context, process: str, request: ProcessRequest, asker: Asker
     QueueFull
         Too many tiles wait.
     """
-    return start(context, process, request, checked_plan(process, request, context.settings), asker)
+    job, bell = start(context, process, request, checked_plan(process, request, context.settings), asker)
+    if bell is not None:
+        ring(context, bell)
+    return _with_notes(job, request), bell is not None
 
 
-def start(context: Context, process: str, request: ProcessRequest, planned: Plan, asker: Asker) -> tuple[Job, bool]:
-    """Start the job of a request whose plan is known, as `submit` (blocking). Raises QueueFull."""
+def start(
+    context: Context, process: str, request: ProcessRequest, planned: Plan, asker: Asker
+) -> tuple[Job, Bell | None]:
+    """Start the job of a request whose plan is known, as `submit` (blocking). Raises QueueFull.
+
+    Return it without its notes, and the bell that is to be rung if this call started it.
+    """
     job, bell = context.store.jobs.submit(
         process,
         request,
@@ -146,8 +154,7 @@ def start(context: Context, process: str, request: ProcessRequest, planned: Plan
     structlog.contextvars.bind_contextvars(job_id=job.id)
     if bell is not None:
         _log.info("job accepted", process=process, tiles=planned.count)
-        ring(context, bell)
-    return _with_notes(job, request), bell is not None
+    return job, bell
 
 
 def submit_again(context: Context, job: Job, asker: Asker) -> Job:

@@ -18,14 +18,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, ProcessRequest, parse_request
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, start
+from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, ring, start
 from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.problems import ProblemException, answer_to
 from grazemap_service.representations import LARGE_BYTES, render
 from grazemap_service.request_body import JsonRoute
 from grazemap_worker.planning import Plan
-from grazemap_worker.store import Asker, QueueFull
+from grazemap_worker.store import Asker, Bell, QueueFull
 
 MOST_REQUESTS = 1000
 _LINES = "application/x-ndjson"
@@ -171,11 +171,18 @@ async def _answers(
 def _submit(context: Context, asker: Asker, asked: Iterable[_Asked]) -> list[Job | Exception]:
     """Return the jobs of requests, or why they were not accepted (blocking)."""
     jobs: list[Job | Exception] = []
+    bells: set[Bell] = set()
     for one in asked:
         try:
-            jobs.append(start(context, one.process, one.request, one.plan, asker)[0])
+            job, bell = start(context, one.process, one.request, one.plan, asker)
         except (QueueFull, redis.exceptions.RedisError) as error:
             jobs.append(error)
+        else:
+            jobs.append(job)
+            if bell is not None:
+                bells.add(bell)
+    for bell in bells:
+        ring(context, bell)
     return jobs
 
 
@@ -201,18 +208,18 @@ def _read(context: Context, asker: Asker, ids: Sequence[str], form: str) -> list
 
 
 def _members(context: Context, asker: Asker, job_id: str, form: str) -> bytes | None:
+    info = context.store.results.info(job_id, LARGE_BYTES)
+    if info is not None and info.data is not None:
+        result = b'"npz":"%s"' % b64encode(info.data) if form == "npz" else b'"result":' + render(info.data, "json")
+        return b'"id":"%s","status":"successful",%s' % (job_id.encode(), result)
     job = context.store.jobs.get(job_id, asker.name, with_request=False)
     if job is None:
         return b'"id":"%s","status":"dismissed"' % job_id.encode()
     if job.status not in FINISHED:
         return None
     head: dict[str, Any] = {"id": job.id, "status": job.status}
-    if job.problem is not None:
+    if job.status == "successful":
+        head["href"] = f"{job_path(job_id)}/result"
+    elif job.problem is not None:
         head["problem"] = job.problem.model_dump(mode="json")
-    if job.status != "successful":
-        return json.dumps(head).encode()[1:-1]
-    info = context.store.results.info(job_id, LARGE_BYTES)
-    if info is None or info.data is None:
-        return json.dumps({**head, "href": f"{job_path(job_id)}/result"}).encode()[1:-1]
-    name, data = (b"npz", b'"%s"' % b64encode(info.data)) if form == "npz" else (b"result", render(info.data, "json"))
-    return json.dumps(head).encode()[1:-1] + b',"%s":%s' % (name, data)
+    return json.dumps(head).encode()[1:-1]
