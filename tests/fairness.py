@@ -35,7 +35,7 @@ def grid(points: int, start: float = 0.26) -> dict[str, Any]:
 
 def curve(number: int) -> dict[str, Any]:
     """Return the request of a small curve, one for each number."""
-    return {"omega": {"start": 0.1, "stop": 1.0 + 1e-6 * number, "points": 10}}
+    return {"omega": {"start": 0.27, "stop": 0.28 + 1e-9 * number, "points": 10}}
 
 
 class Asker:
@@ -118,7 +118,7 @@ def after_small_jobs(first: Asker, other: Asker, small: int) -> bool:
         unfinished = {job_id for job_id in unfinished if other.job(job_id).get("status") in ("accepted", "running")}
     took = time.perf_counter() - began
     print(f"{small} small jobs in {took:.0f} s, {small / took:.0f} a second; {len(unfinished)} unfinished", flush=True)
-    forgotten = sum("status" not in other.job(job["id"]) for job in jobs[: small // 20])
+    forgotten = sum("id" not in other.job(job["id"]) for job in jobs[: small // 20])
     after = [first.http.get(path) for path in paths]
     kept = sum(answer.status_code == 200 and answer.content == data for answer, data in zip(after, before, strict=True))
     print(f"{kept} of 3 maps are still there; of the first {small // 20} small jobs {forgotten} are forgotten")

@@ -98,7 +98,7 @@ def streamed(url: str, streams: int) -> bool:
 
 def question(number: int) -> dict[str, Any]:
     """Return the request of a curve of the fixed set."""
-    return {"omega": {"start": 0.1, "stop": 1.0 + 1e-6 * number, "points": 100}}
+    return {"omega": {"start": 0.27, "stop": 0.28 + 1e-9 * number, "points": 100}}
 
 
 async def asked(url: str, clients: int, seconds: float) -> Counter[int]:
