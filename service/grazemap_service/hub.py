@@ -7,12 +7,12 @@ reads what the store has kept.
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Hashable, Iterator
 from contextlib import contextmanager, suppress
+from typing import Any, TypeVar, cast
 
 import redis.asyncio
 import redis.exceptions
@@ -22,12 +22,16 @@ from grazemap.wire import Status
 from grazemap_worker.store.keys import EVENTS_CHANNEL
 from grazemap_worker.store.records import Event
 
+T = TypeVar("T")
+
 _MOST_WAITING = 1000
 _MOST_ENDED = 10_000
 # Seconds to wait for the first connection.
 _PATIENCE_SECONDS = 2.0
 # Seconds between attempts while Redis is unavailable.
 _AWAY_SECONDS = 0.5
+# Seconds for which an answer of the store is shared.
+_SHARED_SECONDS = 1.0
 # Seconds between requests to stop reading.
 _CANCEL_SECONDS = 0.2
 
@@ -38,11 +42,12 @@ class Listener:
     def __init__(self) -> None:
         self._events: asyncio.Queue[Event | None] = asyncio.Queue(_MOST_WAITING)
 
-    async def next(self, seconds: float) -> Event | None:
-        """Return the next event, or None after so many seconds, or if some were missed."""
-        with suppress(TimeoutError):
-            return await asyncio.wait_for(self._events.get(), seconds)
-        return None
+    async def next(self, seconds: float) -> list[Event | None]:
+        """Return the next events, None where some were missed. Raises TimeoutError after so many seconds."""
+        heard = [await asyncio.wait_for(self._events.get(), seconds)]
+        while not self._events.empty():
+            heard.append(self._events.get_nowait())
+        return heard
 
     def put(self, event: Event | None) -> None:
         """Pass an event on; None: some were missed. One that is too slow misses everything that waits."""
@@ -69,6 +74,7 @@ class Hub:
         self._task: asyncio.Task[None] | None = None
         self._since = math.inf
         self._subscribed = asyncio.Event()
+        self._looks: dict[Hashable, tuple[float, asyncio.Future[Any]]] = {}
         # the last jobs that ended, by when, for those who listen a moment too late
         self._ended: OrderedDict[str, tuple[float, Status]] = OrderedDict()
 
@@ -109,6 +115,24 @@ class Hub:
         when, status = self._ended.get(job_id, (-math.inf, None))
         return self._since < began, status if when > began else None
 
+    async def shared(self, key: Hashable, not_before: float, look: Callable[[], Awaitable[T]]) -> T:
+        """Return what `look` returns for a key, once for all who ask for it at about the same time.
+
+        An answer that was begun before `not_before` (monotonic seconds), or before events were last missed, is not
+        given.
+        """
+        not_before = max(not_before, self._since if math.isfinite(self._since) else time.monotonic())
+        began, found = self._looks.get(key, (-math.inf, None))
+        if found is None or began < not_before or (found.done() and found.exception() is not None):
+            found = asyncio.ensure_future(look())
+            self._looks[key] = (time.monotonic(), found)
+            asyncio.get_running_loop().call_later(_SHARED_SECONDS, self._forget, key, found)
+        return cast(T, await asyncio.shield(found))
+
+    def _forget(self, key: Hashable, found: asyncio.Future[Any]) -> None:
+        if self._looks.get(key, (0.0, None))[1] is found:
+            del self._looks[key]
+
     async def close(self) -> None:
         """Stop reading."""
         while self._task is not None and not self._task.done():
@@ -140,8 +164,11 @@ class Hub:
     def _pass_on(self, data: bytes) -> None:
         try:
             job_id, number, name, text = data.decode().split("\n", 3)
-            event = Event(number, name, json.loads(text))
-            ended = event.data["status"] if name == "done" else None
+            event = Event(number, name, text)
+            told = event.data
+            if "\n" in text or "\r" in text:  # it would be more than one message
+                return
+            ended = told["status"] if name == "done" else None
         except (ValueError, LookupError, TypeError):  # not of ours
             return
         if ended is not None:

@@ -247,7 +247,7 @@ def test_events_end_when_the_job_is_dismissed(live_url: str) -> None:
         rest = list(lines)
         assert time.monotonic() - began < 2
     assert "event: done" in rest
-    assert 'data: {"status": "dismissed"}' in rest
+    assert 'data: {"status":"dismissed"}' in rest
 
 
 def test_a_broken_stream_does_no_harm(live_url: str) -> None:

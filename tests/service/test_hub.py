@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from types import TracebackType
 from typing import Any
 
 import redis.exceptions
 
-from grazemap_service.hub import Hub
+from grazemap_service.hub import Hub, Listener
+from grazemap_worker.store.records import Event
 
 
 class LosesACancellation:
@@ -47,3 +49,40 @@ def test_it_closes_where_a_cancellation_is_lost() -> None:
 
     asyncio.run(run())
     assert client.cancelled == 1
+
+
+def test_an_answer_of_the_store_is_shared_unless_it_is_too_old_or_events_were_missed() -> None:
+    asked = 0
+
+    async def look() -> int:
+        nonlocal asked
+        asked += 1
+        await asyncio.sleep(0.01)
+        return asked
+
+    async def run() -> None:
+        client: Any = None
+        hub = Hub(lambda: client)
+        hub._since = began = time.monotonic()
+        assert await asyncio.gather(*(hub.shared("job", began, look) for _ in range(3))) == [1, 1, 1]
+        assert await hub.shared("job", began, look) == 1
+        assert await hub.shared("other", began, look) == 2
+        assert await hub.shared("job", time.monotonic(), look) == 3
+        hub._since = time.monotonic()
+        assert await hub.shared("job", began, look) == 4
+
+    asyncio.run(run())
+
+
+def test_a_listener_gets_all_that_waits_at_once_and_is_told_what_it_missed() -> None:
+    async def run() -> None:
+        listener = Listener()
+        events = [Event(f"{k}-0", "tile", "{}") for k in range(1001)]
+        for event in events[:3]:
+            listener.put(event)
+        assert await listener.next(1.0) == events[:3]
+        for event in events:
+            listener.put(event)
+        assert await listener.next(1.0) == [None]
+
+    asyncio.run(run())

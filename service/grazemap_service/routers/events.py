@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
+import time
 from collections.abc import AsyncIterator
+from functools import partial
 from typing import Annotated
 
 import anyio
@@ -11,13 +14,14 @@ import redis.exceptions
 import structlog
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Response
-from fastapi.sse import EventSourceResponse, ServerSentEvent
+from fastapi.responses import StreamingResponse
 
-from grazemap.wire import FINISHED
+from grazemap.wire import FINISHED, Status
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import CurrentAsker, KnownJob
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
+from grazemap_worker.store.records import Event
 
 _BEGINNING = "0"
 # at most 19 digits, which Redis always accepts
@@ -27,7 +31,14 @@ _AWAY_SECONDS = 1.0
 # Seconds without events after which the store is looked at: at what the job waits for, and for events that were missed.
 _LOOK_SECONDS = 2.0
 
+# Seconds without a message after which a comment is sent, so that proxies keep the connection.
+_PING_SECONDS = 15.0
+
 router = APIRouter(tags=["jobs"])
+
+
+class _Events(StreamingResponse):
+    media_type = "text/event-stream"
 
 
 def resume_point(
@@ -57,7 +68,7 @@ async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_poi
     "/v1/jobs/{job_id}/events",
     operation_id="get_events",
     summary="Events of a job",
-    response_class=EventSourceResponse,
+    response_class=_Events,
     responses={
         200: {"description": "Events `progress`, `waiting`, `tile` and `done`, their data JSON objects."},
         **problem_responses("unknown-job", "invalid-request"),
@@ -65,47 +76,82 @@ async def look_at_events(job: KnownJob, after: Annotated[str, Depends(resume_poi
 )
 async def get_events(
     job: KnownJob, context: CurrentContext, asker: CurrentAsker, after: Annotated[str, Depends(resume_point)]
-) -> AsyncIterator[ServerSentEvent]:
+) -> _Events:
     """Stream the events of a job to its end, from its beginning or after the last event that arrived."""
-    store = context.store
+    headers = {"Cache-Control": "no-cache", "X-Accel-Buffering": "no"}
+    return _Events(_messages(context, job.id, asker.name, after), headers=headers)
+
+
+async def _messages(context: Context, job_id: str, asker: str, after: str) -> AsyncIterator[bytes]:
+    """Yield the messages of a stream, several at a time where they are there."""
     waiting_for = None
-    with context.hub.listen(job.id) as listener:
+    sent = time.monotonic()
+    with context.hub.listen(job_id) as listener:
+        fresh = time.monotonic()
         while True:
+            seen = (job_id, asker, after)
             try:
-                # the status is read before the events, so that these include the event of an end that is seen here
-                status = await run_sync(store.jobs.status, job.id, limiter=context.threads)
-                stored = await run_sync(store.jobs.events, job.id, after, limiter=context.threads)
-                said = await run_sync(_waiting_for, context, job.id, asker.name, limiter=context.threads)
+                status, stored, said = await context.hub.shared(
+                    seen, fresh, partial(run_sync, _look, context, *seen, limiter=context.threads)
+                )
             except redis.exceptions.RedisError:
                 structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
                 await anyio.sleep(_AWAY_SECONDS)
                 continue
-            for event in stored:
-                yield ServerSentEvent(event=event.name, id=event.id, data=event.data)
-                after = event.id
-                if event.name == "done":
-                    return
-            if status is None or status in FINISHED:
+            found = [_message(event.name, event.text, event.id) for event in stored]
+            after = stored[-1].id if stored else after
+            ended = any(event.name == "done" for event in stored)
+            if not ended and (status is None or status in FINISHED):
                 # resumed after the last event, or the events were removed: the end is sent anyway
-                yield ServerSentEvent(event="done", data={"status": status or "dismissed"})
-                return
-            if said != waiting_for:
+                found.append(_message("done", json.dumps({"status": status or "dismissed"})))
+                ended = True
+            if not ended and said != waiting_for:
                 # without an id, as it is not stored: the stream is resumed after the last event that is
-                yield ServerSentEvent(event="waiting", data={"waiting_for": said})
+                found.append(_message("waiting", json.dumps({"waiting_for": said})))
                 waiting_for = said
-            while (live := await listener.next(_LOOK_SECONDS)) is not None:
-                if live.id and _order(live.id) <= _order(after):
-                    continue
-                yield ServerSentEvent(event=live.name, id=live.id or None, data=live.data)
-                after = live.id or after
-                if live.name == "done":
+            if not found and time.monotonic() - sent > _PING_SECONDS:
+                found.append(b": ping\n\n")
+            if found:
+                yield b"".join(found)
+                sent = time.monotonic()
+            if ended:
+                return
+            while True:
+                try:
+                    heard = await listener.next(_LOOK_SECONDS)
+                except TimeoutError:
+                    fresh = time.monotonic() - 0.5 * _LOOK_SECONDS
+                    break
+                news = [event for event in heard if event is not None and _follows(event.id, after)]
+                if news:
+                    yield b"".join(_message(event.name, event.text, event.id) for event in news)
+                    sent = time.monotonic()
+                    after = next((event.id for event in reversed(news) if event.id), after)
+                if any(event.name == "done" for event in news):
                     return
+                if None in heard:
+                    fresh = time.monotonic()
+                    break
 
 
-def _waiting_for(context: Context, job_id: str, asker: str) -> str | None:
-    """Return what a job waits for (blocking); the interest of who follows it goes on."""
-    job = context.store.jobs.get(job_id, asker, with_request=False)
-    return None if job is None else job.waiting_for
+def _message(name: str, text: str, event_id: str = "") -> bytes:
+    """Return an event as it is sent; `text` is JSON, so it has no ends of lines."""
+    number = f"id: {event_id}\n" if event_id else ""
+    return f"event: {name}\ndata: {text}\n{number}\n".encode()
+
+
+def _follows(event_id: str, after: str) -> bool:
+    return not event_id or _order(event_id) > _order(after)
+
+
+def _look(context: Context, job_id: str, asker: str, after: str) -> tuple[Status | None, list[Event], str | None]:
+    """Return a job's status, its events after an id, and what it waits for (blocking); the asker's interest goes on."""
+    jobs = context.store.jobs
+    # the status is read before the events, so that these include the event of an end that is seen here
+    status = jobs.status(job_id)
+    stored = jobs.events(job_id, after)
+    job = jobs.get(job_id, asker, with_request=False)
+    return status, stored, None if job is None else job.waiting_for
 
 
 def _order(event_id: str) -> tuple[int, int]:

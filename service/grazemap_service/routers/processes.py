@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Annotated, Any, NamedTuple
 
 from anyio.to_thread import run_sync
@@ -19,6 +20,7 @@ from grazemap_service.request_body import JsonRoute
 from grazemap_service.routers.results import result_response
 from grazemap_worker.planning import PLANNING, compiling_seconds, kernels_of
 from grazemap_worker.store import Asker
+from grazemap_worker.store.records import Event
 
 # Seconds without news after which the status of a job is read.
 _LOOK_SECONDS = 2.0
@@ -66,11 +68,14 @@ async def _ended(context: Context, job: Job, began: float, seconds: float) -> St
             left = deadline - time.monotonic()
             if status is None or status in FINISHED or left <= 0:
                 return status or "dismissed"
-            event = await listener.next(min(_LOOK_SECONDS, left))
-            if event is not None and event.name == "done":
-                found: Status = event.data["status"]
-                return found
-            heard = event is not None
+            events: list[Event | None] = [None]
+            with suppress(TimeoutError):
+                events = await listener.next(min(_LOOK_SECONDS, left))
+            for event in events:
+                if event is not None and event.name == "done":
+                    found: Status = event.data["status"]
+                    return found
+            heard = None not in events
 
 
 def _endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Response]]:

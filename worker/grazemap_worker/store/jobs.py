@@ -218,7 +218,7 @@ class Jobs:
         if not _EVENT_ID.fullmatch(after):
             raise ValueError("not the id of an event")
         entries = self._redis.xrange(job_key(identity, "events"), min=f"({after}", count=limit)
-        return [Event(key.decode(), fields[b"name"].decode(), json.loads(fields[b"data"])) for key, fields in entries]
+        return [Event(key.decode(), fields[b"name"].decode(), fields[b"data"].decode()) for key, fields in entries]
 
     def some_unfinished(self, cursor: int, about: int) -> tuple[int, list[str]]:
         """Return the next cursor and roughly `about` unfinished jobs; cursor 0 begins and ends a pass over all."""

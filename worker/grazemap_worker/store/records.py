@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, get_args
@@ -125,11 +126,17 @@ class Finished:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One entry of a job's stream; `id` orders them and is what a client resumes from."""
+    """One entry of a job's stream; `id` orders them and is what a client resumes from; `text` is the data's JSON."""
 
     id: str
     name: str
-    data: dict[str, Any]
+    text: str
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """What happened. Raises ValueError if the text is none of JSON."""
+        data: dict[str, Any] = json.loads(self.text)
+        return data
 
 
 @dataclass(frozen=True, slots=True)
