@@ -218,6 +218,7 @@ def test_the_phase_of_the_end_is_wrapped_and_exact_where_it_was_in_range() -> No
         assert wrapped(phase) == pytest.approx(float(plain), rel=4 * EPSILON)
 
 
+@pytest.mark.thorough
 def test_a_trajectory_with_too_many_impacts_ends_after_its_last_impact() -> None:
     ball = Oscillator.create([1.0], [1e-13], 0.0, [1.0], 1.0)
     result = trajectory(ball, 1e-3, 1.0, np.array([1.0]), np.array([-1e-5]), math.pi / 2, samples_per_period=1)

@@ -94,6 +94,7 @@ def test_a_chaotic_exponent_and_its_error_bar_are_those_of_an_independent_30_dig
     )
 
 
+@pytest.mark.thorough
 def test_two_trajectories_part_at_the_rate_of_the_exponent() -> None:
     # no linearisation: a neighbour 1e-7 away, brought back to that distance every half period
     omega, clearance = 0.4857, 0.2834

@@ -48,6 +48,7 @@ def point_of(branch, kind, clearance):
     return min(points, key=lambda point: abs(point.clearance - clearance))
 
 
+@pytest.mark.thorough
 def test_branches_of_orbits_with_one_impact_have_the_closed_form_s_special_points():
     compared = {"SN": 0, "PD": 0, "SB": 0, "GR": 0}
     worst = dict.fromkeys(compared, 0.0)

@@ -80,6 +80,7 @@ def test_a_preview_names_what_is_verified(policy: str, alike: float) -> None:
     assert set(np.unique(preview["kind"])) <= {KINDS.index("unresolved"), PERIODIC}
 
 
+@pytest.mark.thorough
 def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
     """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
     rng = np.random.default_rng(8)
