@@ -19,8 +19,8 @@ TEST_CACHE := $(CURDIR)/.cache/grazemap
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-# modules are compiled when they are first imported: most never are. Where the environment forbids to store that, every
-# process would do so again, for seconds.
+# Modules are compiled when they are first imported: most never are. Where the environment forbids storing them, every
+# process would compile them again, which takes seconds.
 export PYTHONDONTWRITEBYTECODE :=
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 # $(call timed,what is done,command): says what is done, then how long it took

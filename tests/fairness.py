@@ -105,8 +105,9 @@ def beside_maps(first: Asker, other: Asker, maps: int) -> bool:
 
 def after_small_jobs(first: Asker, other: Asker, small: int) -> bool:
     """Compute three maps and then small jobs; return whether the results of the maps are there."""
-    maps = [first.post(MAPS, grid(100, 0.25 + 1e-3 * number)) for number in range(3)]
-    for body in (grid(100, 0.25 + 1e-3 * number) for number in range(3)):
+    bodies = [grid(100, 0.25 + 1e-3 * number) for number in range(3)]
+    maps = [first.post(MAPS, body) for body in bodies]
+    for body in bodies:
         first.seconds(MAPS, body, 60.0)
     paths = [f"/v1/jobs/{job['id']}/result?f=npz" for job in maps]
     before = [first.http.get(path).content for path in paths]

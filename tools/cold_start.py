@@ -25,7 +25,7 @@ from typing import Any
 
 import psutil
 
-from tools.first_start import NOT_INHERITED, PYTHONS, ROOT, installed, interpreter, started
+from tools.first_start import PYTHONS, ROOT, installed, interpreter, started, user
 
 _RANGE = {"start": 0.26, "stop": 0.30, "points": 20}
 _ORBIT = {"omega": 0.27, "clearance": 1.85, "motion": {"period": 1, "stops": [1]}}
@@ -45,11 +45,6 @@ AHEAD = dict.fromkeys(QUESTIONS, 5.0)
 _ANSWER_SECONDS = 600.0
 # Seconds after which the second stack is killed: it compiles then.
 _KILLED_AFTER = 8.0
-
-
-def user(home: str) -> dict[str, str]:
-    """Return the environment of a new user."""
-    return {name: value for name, value in os.environ.items() if not NOT_INHERITED.match(name)} | {"HOME": home}
 
 
 def answered(url: str, name: str, began: float) -> float:

@@ -34,7 +34,7 @@ ANSWER_SECONDS = 600.0
 STOP_SECONDS = 15.0
 _ANSWERS = re.compile(r"explorer +(http://\S+)/\n")
 # Settings of the person who runs this, which a new user does not have.
-NOT_INHERITED = re.compile(r"(GRAZEMAP|NUMBA|XDG|PYTHON|VIRTUAL_ENV)", re.IGNORECASE)
+_NOT_INHERITED = re.compile(r"(GRAZEMAP|NUMBA|XDG|PYTHON|VIRTUAL_ENV)", re.IGNORECASE)
 
 
 class Start(NamedTuple):
@@ -124,14 +124,21 @@ def installed(python: Path, wheel: Path, folder: Path) -> Path:
     return folder / "bin" / "grazemap"
 
 
+def user(home: str) -> dict[str, str]:
+    """Return the environment of a new user with this folder."""
+    return {name: value for name, value in os.environ.items() if not _NOT_INHERITED.match(name)} | {"HOME": home}
+
+
 def first_start(grazemap: Path, processes: int) -> Start:
     """Start `grazemap up` with a fresh user folder beside some busy processes, and stop it when it has answered."""
-    with tempfile.TemporaryDirectory() as home, busy(processes):
-        environment = {name: value for name, value in os.environ.items() if not NOT_INHERITED.match(name)}
-        with started([str(grazemap), "up", "--port", "0"], {**environment, "HOME": home}, Path(home)) as start:
-            with urllib.request.urlopen(f"{start.url}/readyz", timeout=10) as answer:
-                answer.read()
-            return start
+    with (
+        tempfile.TemporaryDirectory() as home,
+        busy(processes),
+        started([str(grazemap), "up", "--port", "0"], user(home), Path(home)) as start,
+    ):
+        with urllib.request.urlopen(f"{start.url}/readyz", timeout=10) as answer:
+            answer.read()
+        return start
 
 
 def main() -> int:

@@ -113,6 +113,16 @@ def test_an_unreadable_record_hides_no_other_job(client: TestClient, store: Stor
     assert client.get(f"/v1/jobs/{bad}").json()["status"] == "accepted"
 
 
+def test_a_long_stream_is_sent_whole(client: TestClient, store: Store) -> None:
+    job = post(client, 3)
+    for number in range(1200):
+        store.redis.xadd(f"{PREFIX}job:{job}:events", {"name": "tile", "data": f'{{"index":{number}}}'})
+    client.delete(f"/v1/jobs/{job}")
+    lines = client.get(f"/v1/jobs/{job}/events").text.splitlines()
+    assert [line for line in lines if "index" in line] == [f'data: {{"index":{number}}}' for number in range(1200)]
+    assert lines.count("event: done") == 1
+
+
 def test_one_reader_of_redis_feeds_all_streams(live_url: str, store: Store, worker: Any) -> None:
     job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
     with ExitStack() as stack:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterable
 from functools import partial
 from typing import Annotated
 
@@ -98,24 +98,23 @@ async def _messages(context: Context, job_id: str, asker: str, after: str) -> As
                 structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
                 await anyio.sleep(_AWAY_SECONDS)
                 continue
-            found = [_message(event.name, event.text, event.id) for event in stored]
-            after = stored[-1].id if stored else after
-            ended = any(event.name == "done" for event in stored)
-            if not ended and (status is None or status in FINISHED):
+            if stored:
+                yield _messages_of(stored)
+                sent, after = time.monotonic(), stored[-1].id
+                if stored[-1].name == "done":
+                    return
+                continue  # there may be more
+            if status is None or status in FINISHED:
                 # resumed after the last event, or the events were removed: the end is sent anyway
-                found.append(_message("done", json.dumps({"status": status or "dismissed"})))
-                ended = True
-            if not ended and said != waiting_for:
-                # without an id, as it is not stored: the stream is resumed after the last event that is
-                found.append(_message("waiting", json.dumps({"waiting_for": said})))
-                waiting_for = said
-            if not found and time.monotonic() - sent > _PING_SECONDS:
-                found.append(b": ping\n\n")
-            if found:
-                yield b"".join(found)
-                sent = time.monotonic()
-            if ended:
+                yield _message("done", json.dumps({"status": status or "dismissed"}))
                 return
+            if said != waiting_for:
+                # without an id, as it is not stored: the stream is resumed after the last event that is
+                yield _message("waiting", json.dumps({"waiting_for": said}))
+                sent, waiting_for = time.monotonic(), said
+            elif time.monotonic() - sent > _PING_SECONDS:
+                yield b": ping\n\n"
+                sent = time.monotonic()
             while True:
                 try:
                     heard = await listener.next(_LOOK_SECONDS)
@@ -124,7 +123,7 @@ async def _messages(context: Context, job_id: str, asker: str, after: str) -> As
                     break
                 news = [event for event in heard if event is not None and _follows(event.id, after)]
                 if news:
-                    yield b"".join(_message(event.name, event.text, event.id) for event in news)
+                    yield _messages_of(news)
                     sent = time.monotonic()
                     after = next((event.id for event in reversed(news) if event.id), after)
                 if any(event.name == "done" for event in news):
@@ -132,6 +131,10 @@ async def _messages(context: Context, job_id: str, asker: str, after: str) -> As
                 if None in heard:
                     fresh = time.monotonic()
                     break
+
+
+def _messages_of(events: Iterable[Event]) -> bytes:
+    return b"".join(_message(event.name, event.text, event.id) for event in events)
 
 
 def _message(name: str, text: str, event_id: str = "") -> bytes:
@@ -147,11 +150,10 @@ def _follows(event_id: str, after: str) -> bool:
 def _look(context: Context, job_id: str, asker: str, after: str) -> tuple[Status | None, list[Event], str | None]:
     """Return a job's status, its events after an id, and what it waits for (blocking); the asker's interest goes on."""
     jobs = context.store.jobs
-    # the status is read before the events, so that these include the event of an end that is seen here
-    status = jobs.status(job_id)
-    stored = jobs.events(job_id, after)
+    # the job is read before the events, so that these include the event of an end that is seen here
     job = jobs.get(job_id, asker, with_request=False)
-    return status, stored, None if job is None else job.waiting_for
+    stored = jobs.events(job_id, after)
+    return (None, stored, None) if job is None else (job.status, stored, job.waiting_for)
 
 
 def _order(event_id: str) -> tuple[int, int]:
