@@ -2,14 +2,16 @@
 
 uvicorn closes idle connections between requests, but waits indefinitely for the rest of a request, and until a client
 takes an answer. `bounded` returns a protocol that closes a connection whose request does not arrive in time, or whose
-client does not read, and closes new ones at once when there are too many: a process without file descriptors could
-neither answer nor reach Redis.
+client does not read. There are only so many, as a process without file descriptors could neither answer nor reach
+Redis: a new one takes the place of the one that has been idle for longest, and is closed at once where none is idle.
 """
 
 from __future__ import annotations
 
 import asyncio
 import resource
+from collections.abc import Iterable
+from operator import itemgetter
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -20,6 +22,9 @@ from grazemap_service.problems import ProblemException, response_of
 REQUEST_SECONDS = 30.0
 # Seconds in which a client must take what waits for it, some 100 KB: an answer is written in small pieces.
 SEND_SECONDS = 30.0
+# Seconds between requests: more than clients and proxies wait, of whom most close a connection after 5 to 60. One that
+# both sides close at the same time costs the client a request.
+IDLE_SECONDS = 75
 # File descriptors that are not for clients: Redis, the listening socket, files of the pages.
 _RESERVED = 64
 _FEWEST = 16
@@ -29,6 +34,20 @@ def _by_descriptors() -> int:
     """Return how many connections this process takes, by its limit of file descriptors."""
     limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return max(_FEWEST, limit - _RESERVED) if limit != resource.RLIM_INFINITY else 1 << 16
+
+
+def _close_an_idle_one(connections: Iterable[H11Protocol]) -> bool:
+    """Close the connection that has been idle for longest; return whether there was one."""
+    waiting = [
+        (connection.timeout_keep_alive_task.when(), connection)
+        for connection in connections
+        if connection.timeout_keep_alive_task is not None and not connection.transport.is_closing()
+    ]
+    if not waiting:
+        return False
+    _, oldest = min(waiting, key=itemgetter(0))
+    oldest.timeout_keep_alive_handler()
+    return True
 
 
 def bounded(
@@ -55,7 +74,8 @@ def bounded(
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
-            if len(self.connections) > most:
+            self.timeout_keep_alive = IDLE_SECONDS
+            if len(self.connections) > most and not _close_an_idle_one(self.connections):
                 transport.abort()
                 return
             self._expect()

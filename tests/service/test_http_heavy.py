@@ -152,23 +152,39 @@ def test_a_slow_answer_is_not_an_unfinished_request(impatient_url: str) -> None:
             time.sleep(0.4)
 
 
+def is_closed(connection: socket.socket) -> bool:
+    """Whether the service has closed a connection; what it has sent is read."""
+    connection.setblocking(False)
+    try:
+        while connection.recv(4096):
+            pass
+    except BlockingIOError:
+        return False
+    except ConnectionResetError:
+        pass
+    return True
+
+
 def test_connections_over_the_limit_are_closed_at_once(impatient_url: str) -> None:
-    idle = [connect_to(impatient_url) for _ in range(30)]
-    time.sleep(0.3)
-    closed = 0
-    for connection in idle:
-        connection.setblocking(False)
-        try:
-            closed += connection.recv(1) == b""
-        except BlockingIOError:
-            continue
-        except ConnectionResetError:
-            closed += 1
-    assert closed == 10
-    for connection in idle:
-        connection.close()
+    with contextlib.ExitStack() as stack:
+        idle = [stack.enter_context(connect_to(impatient_url)) for _ in range(30)]
+        time.sleep(0.3)
+        assert sum(map(is_closed, idle)) == 10
     time.sleep(0.2)
     assert httpx2.get(f"{impatient_url}/healthz").status_code == 200
+
+
+def test_a_new_connection_takes_the_place_of_the_one_that_is_idle_for_longest(impatient_url: str) -> None:
+    with contextlib.ExitStack() as stack:
+        kept: list[socket.socket] = []
+        for _ in range(21):
+            if len(kept) == 20:
+                time.sleep(5.5)  # uvicorn would close all after five
+            kept.append(stack.enter_context(connect_to(impatient_url)))
+            kept[-1].sendall(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            assert kept[-1].recv(4096).startswith(b"HTTP/1.1 200")
+        time.sleep(0.3)
+        assert [is_closed(connection) for connection in kept] == [True] + 20 * [False]
 
 
 def stalled_reader(url: str, path: str) -> socket.socket:
