@@ -103,7 +103,10 @@ def load(step: str) -> None:
 
 
 def compile_steps(steps: tuple[str, ...]) -> None:
-    """Load steps one after another, and record the entries of each."""
+    """Load steps one after another, and record the entries of each; this process compiles nothing else."""
+    from grazemap_core.numerics.jit.quick_compiler import hurry
+
+    hurry()
     for step in steps:
         load(step)
         record(step)

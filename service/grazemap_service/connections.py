@@ -12,6 +12,7 @@ import asyncio
 import resource
 from collections.abc import Iterable
 from operator import itemgetter
+from typing import Any
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -36,7 +37,7 @@ def _by_descriptors() -> int:
     return max(_FEWEST, limit - _RESERVED) if limit != resource.RLIM_INFINITY else 1 << 16
 
 
-def _close_an_idle_one(connections: Iterable[H11Protocol]) -> bool:
+def _close_an_idle_one(connections: Iterable[Any]) -> bool:
     """Close the connection that has been idle for longest; return whether there was one."""
     waiting = [
         (connection.timeout_keep_alive_task.when(), connection)

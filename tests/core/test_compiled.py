@@ -1,7 +1,11 @@
 """How kernels are compiled: without numba's runtime, as parts of one another, with their tuples by reference."""
 
+import os
 import pkgutil
+import subprocess
+import sys
 from importlib import import_module
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -111,3 +115,30 @@ def test_a_plain_function_may_call_kernels() -> None:
 def test_outside_kernels_a_reference_is_the_tuple_itself() -> None:
     pair = Pair(np.array([1.0]), np.array([2.0]))
     assert reference(pair) is pair
+
+
+ASSEMBLY = """
+import sys
+from grazemap_core.grazing.kernels.root_isolation import isolate
+from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.modal import modal_model
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.numerics.jit.quick_compiler import hurry
+if sys.argv[1] == "quick":
+    hurry()
+response = impulse_response(modal_model(Oscillator.create([1.0, 10.0], [1.0, 5.0], 0.05, [1.0, 0.0], 0.8)))
+isolate(0, response.blocks, response.conditioning, response.slowest, 1.0, 2.0)
+(text,) = isolate.inspect_asm().values()
+print(text)
+"""
+
+
+def test_a_process_in_a_hurry_compiles_the_same_machine_code(tmp_path: Path) -> None:
+    def assembly(how: str) -> str:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / how)}
+        command = [sys.executable, "-c", ASSEMBLY, how]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+    quick = assembly("quick")
+    assert quick.count("\n") > 1000
+    assert quick == assembly("unhurried")

@@ -1,0 +1,64 @@
+"""What makes numba compile in three quarters of the time, for processes that do nothing else.
+
+Half of numba's time goes into finding types. For a product of two numbers it tries some ten templates in turn, each
+time anew, and at every template it compares all options of compilation; and Python looks for garbage again and again,
+of which there is little. `hurry` has numba keep the types that it has found and compare the options that are set, and
+has Python look rarely. What is compiled is the same.
+
+It changes functions of numba, so it is for `warmup`, not for a process in which a user's functions are compiled. With a
+version of numba whose private interface is not known, it does nothing.
+"""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+from numba.core.targetconfig import ConfigStack, TargetConfig
+from numba.core.types.functions import BaseFunction
+
+from grazemap_core.numerics.jit.inlining import PART_COMPILER
+
+# Objects that are made before garbage is looked for: the memory grows by one in thirty.
+_GARBAGE = (100_000, 50, 1000)
+
+
+def hurry() -> None:
+    """Have this process compile more quickly, until it ends."""
+    if PART_COMPILER is None:
+        return
+    gc.set_threshold(*_GARBAGE)
+    _compare_what_is_set()
+    _keep_call_types()
+
+
+def _compare_what_is_set() -> None:
+    """Have settings compared by those options that one of them sets, instead of by all."""
+    by_option: Any = TargetConfig.__eq__
+
+    def equal(one: Any, other: Any) -> Any:
+        if type(one) is not type(other):
+            return by_option(one, other)
+        ours, theirs = one._values, other._values
+        return ours == theirs or all(getattr(one, name) == getattr(other, name) for name in {**ours, **theirs})
+
+    # numba's hash is that of the names of all options, which is the same for all settings of a type
+    TargetConfig.__eq__, TargetConfig.__hash__ = equal, lambda one: hash(type(one))  # type: ignore[method-assign]
+
+
+def _keep_call_types() -> None:
+    """Have the type of a call to a function of numba's kept, for each types of arguments and settings."""
+    found: dict[Any, tuple[Any, Any]] = {}
+    find = BaseFunction.get_call_type
+
+    def get_call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:
+        settings = ConfigStack.top_or_none()
+        key = function, context, tuple(args), tuple(kws.items()), settings
+        if key not in found:
+            signature = find(function, context, args, kws)
+            found[*key[:-1], settings and settings.copy()] = signature, function.get_impl_key(signature)
+        signature, implementation = found[key]
+        function._impl_keys[signature.args] = implementation  # it depends on the settings
+        return signature
+
+    BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign, assignment]
