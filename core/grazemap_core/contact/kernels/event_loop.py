@@ -7,7 +7,6 @@ Only cells that may have a contact are computed here. The workspace receives the
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import workspace
@@ -24,7 +23,7 @@ from grazemap_core.contact.kernels.cells import (
 from grazemap_core.contact.kernels.first_contact import enter_passage, first_contact, gap_and_rate
 from grazemap_core.contact.kernels.workspace import Workspace, record_event
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
 
 
@@ -41,7 +40,7 @@ def may_rest(restitution: float, step: float, contact_acceleration: float, leavi
     return restitution < 1.0 and slow
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def impact_at_stop(
     problem: CellProblem,
     u: Floats,

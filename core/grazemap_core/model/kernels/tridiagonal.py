@@ -18,7 +18,7 @@ from numba import njit
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.model.tolerances import STEADY_ACCURACY, STEADY_DIVERGED, STEADY_REFINEMENT_STEPS
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.double_double import dd_add, dd_scale, two_prod, two_sum
 
 CONVERGED = 0
@@ -114,7 +114,7 @@ def solve(factors: Factors, vector: Complexes) -> None:
         vector[i] = value / diagonal[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _dd_product(a_high: float, a_low: float, b_high: float, b_low: float) -> tuple[float, float]:
     """Return the product of two pairs."""
     high, error = two_prod(a_high, b_high)

@@ -10,12 +10,12 @@ Dekker, Numerische Mathematik 18 (1971) 224-242; Hida, Li & Bailey, ARITH-15 (20
 
 from __future__ import annotations
 
-from numba import njit
+from grazemap_core.numerics.jit.compiled import inlined
 
 SPLITTER = 134217729.0  # 2**27 + 1: halves a 53-bit significand
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def two_sum(a: float, b: float) -> tuple[float, float]:
     """Return ``s, e`` with ``s + e = a + b`` exactly and s the rounded sum."""
     total = a + b
@@ -23,7 +23,7 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - virtual)) + (b - virtual)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def two_prod(a: float, b: float) -> tuple[float, float]:
     """Return ``p, e`` with ``p + e = a b`` exactly and p the rounded product."""
     product = a * b
@@ -36,7 +36,7 @@ def two_prod(a: float, b: float) -> tuple[float, float]:
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def dd_add(a_high: float, a_low: float, b_high: float, b_low: float) -> tuple[float, float]:
     """Return the sum of two pairs, to about 2**-104 of the larger one also under cancellation."""
     high, error = two_sum(a_high, b_high)
@@ -45,7 +45,7 @@ def dd_add(a_high: float, a_low: float, b_high: float, b_low: float) -> tuple[fl
     return two_sum(high, error + low_error)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def dd_scale(a_high: float, a_low: float, factor: float) -> tuple[float, float]:
     """Return a pair times a double."""
     high, error = two_prod(a_high, factor)
