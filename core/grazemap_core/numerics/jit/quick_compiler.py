@@ -14,9 +14,6 @@ from __future__ import annotations
 import gc
 from typing import Any
 
-from numba.core.targetconfig import ConfigStack, TargetConfig
-from numba.core.types.functions import BaseFunction
-
 from grazemap_core.numerics.jit.inlining import PART_COMPILER
 
 # Objects that are made before garbage is looked for: the memory grows by one in thirty.
@@ -34,6 +31,8 @@ def hurry() -> None:
 
 def _compare_what_is_set() -> None:
     """Have settings compared by those options that one of them sets, instead of by all."""
+    from numba.core.targetconfig import TargetConfig
+
     by_option: Any = TargetConfig.__eq__
 
     def equal(one: Any, other: Any) -> Any:
@@ -48,6 +47,9 @@ def _compare_what_is_set() -> None:
 
 def _keep_call_types() -> None:
     """Have the type of a call to a function of numba's kept, for each types of arguments and settings."""
+    from numba.core.targetconfig import ConfigStack
+    from numba.core.types.functions import BaseFunction
+
     found: dict[Any, tuple[Any, Any]] = {}
     find = BaseFunction.get_call_type
 
