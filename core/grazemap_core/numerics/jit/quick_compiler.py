@@ -46,7 +46,7 @@ def _compare_what_is_set() -> None:
 
 
 def _keep_call_types() -> None:
-    """Have the type of a call to a function of numba's kept, for each types of arguments and settings."""
+    """Have the type that a call to one of numba's functions has with given arguments and settings kept."""
     from numba.core.targetconfig import ConfigStack
     from numba.core.types.functions import BaseFunction
 
