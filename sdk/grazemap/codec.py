@@ -66,9 +66,10 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     arrays = npz.unpacked(data)
     meta: dict[str, Any] = json.loads(str(arrays.pop("meta")))
     shape: dict[str, str] = meta.pop("structure")
+    records = tuple(f"{name}." for name, kind in shape.items() if kind == "records")
     document: Document = {}
     for name in sorted({*arrays, *shape}):
-        if not any(kind == "records" and name.startswith(f"{other}.") for other, kind in shape.items()):
+        if not name.startswith(records):
             _place(document, name, _unflatten(name, arrays, shape))
     return document, meta
 
@@ -147,16 +148,17 @@ def _flatten_records(
 
 
 def _flatten_column(name: str, column: list[Any], arrays: dict[str, NDArray[Any]], shape: dict[str, str]) -> None:
-    if any(isinstance(item, list) for item in column):
+    kinds = set(map(type, column))
+    if any(issubclass(kind, list) for kind in kinds):
         rows = [item or [] for item in column]
         shape[name] = "list"
-    elif any(item is None for item in column):
+    elif type(None) in kinds:
         rows = [[] if item is None else [item] for item in column]
         shape[name] = "optional"
-    elif column and all(isinstance(item, np.ndarray) for item in column):
+    elif kinds and all(issubclass(kind, np.ndarray) for kind in kinds):
         _flatten_arrays(name, column, arrays, shape)
         return
-    elif column and all(isinstance(item, Mapping) for item in column):
+    elif kinds and all(issubclass(kind, Mapping) for kind in kinds):
         _flatten_records(name, column, arrays, shape, "document")
         return
     else:
@@ -208,7 +210,8 @@ def _columns(
     name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str], but: Set[str] = frozenset()
 ) -> dict[str, list[Any]]:
     prefix = name + "."
-    fields = {key[len(prefix) :].split(".")[0] for key in {*arrays, *shape} if key.startswith(prefix)} - but
+    keys = [key for named in (arrays, shape) for key in named if key.startswith(prefix)]
+    fields = {key[len(prefix) :].partition(".")[0] for key in keys} - but
     return {field: _column(prefix + field, arrays, shape) for field in sorted(fields)}
 
 

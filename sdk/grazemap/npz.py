@@ -35,6 +35,8 @@ _MOST_UNPACKED = 2 << 30
 _MOST_RATIO = 1032
 # Elements of an array that take no bytes, such as rows without columns.
 _MOST_EMPTY = 1 << 24
+# Bytes of an array whose compressed form is remembered: some megabytes for all.
+_SMALL = 512
 # where the lengths of name and extra field stand in the header of a member, and where these begin
 _LENGTHS, _NAME = 26, 30
 
@@ -47,8 +49,7 @@ def packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     for name in sorted(arrays):
         array = np.asanyarray(arrays[name])
         whole = _header(array.dtype.str, array.shape) + array.tobytes()
-        compressor = zlib.compressobj(_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
-        content = compressor.compress(whole) + compressor.flush()
+        content = (_small_deflated if len(whole) <= _SMALL else _deflated)(whole)
         path = f"{name}.npy".encode()
         flags = 0 if path.isascii() else _UTF8
         about = _MEMBER.pack(
@@ -93,7 +94,8 @@ def _content(data: bytes, member: zipfile.ZipInfo) -> bytes:
     length, extra = struct.unpack_from("<HH", data, member.header_offset + _LENGTHS)
     start = name + length + extra
     content = data[start : start + member.compress_size]
-    if data[name : name + length] != member.orig_filename.encode("utf-8" if member.flag_bits & _UTF8 else "cp437"):
+    path = member.orig_filename
+    if data[name : name + length] != path.encode("utf-8" if member.flag_bits & _UTF8 or path.isascii() else "cp437"):
         raise ValueError("a member has another name than in the directory")
     if member.flag_bits & _ENCRYPTED or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError("a member is encrypted or compressed in another way")
@@ -118,6 +120,15 @@ def _array(content: bytes) -> NDArray[Any]:
     # it has as many elements as there are bytes for, whatever the shape says
     array = np.frombuffer(content, dtype, offset=start).copy()
     return array.reshape(shape, order="F" if fortran else "C")
+
+
+def _deflated(whole: bytes) -> bytes:
+    compressor = zlib.compressobj(_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
+    return compressor.compress(whole) + compressor.flush()
+
+
+# Many small arrays, as flags and names, are the same in result after result.
+_small_deflated = lru_cache(maxsize=4096)(_deflated)
 
 
 @lru_cache(maxsize=4096)

@@ -6,7 +6,7 @@ The store decides whether a job is new.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import redis.exceptions
@@ -21,9 +21,8 @@ from grazemap_service.context import Context, CurrentContext, CurrentKey
 from grazemap_service.limits import checked_plan
 from grazemap_service.problems import ProblemException, invalid
 from grazemap_service.representations import MEDIA_TYPES
-from grazemap_worker.planning import Plan
 from grazemap_worker.queue import bells
-from grazemap_worker.store import Asker, Bell
+from grazemap_worker.store import Asker, Bell, QueueFull, Submission
 
 PREFIX = "/v1"
 # The relation of OGC API - Processes for a job's results.
@@ -129,32 +128,37 @@ def submit(context: Context, process: str, request: ProcessRequest, asker: Asker
     QueueFull
         Too many tiles wait.
     """
-    job, bell = start(context, process, request, checked_plan(process, request, context.settings), asker)
-    if bell is not None:
-        ring(context, bell)
-    return _with_notes(job, request), bell is not None
+    plan = checked_plan(process, request, context.settings)
+    outcome = start(context, [Submission(process, request, plan)], asker)[0]
+    if isinstance(outcome, Exception):
+        raise outcome
+    job, is_new = outcome
+    structlog.contextvars.bind_contextvars(job_id=job.id)
+    return _with_notes(job, request), is_new
 
 
 def start(
-    context: Context, process: str, request: ProcessRequest, planned: Plan, asker: Asker
-) -> tuple[Job, Bell | None]:
-    """Start the job of a request whose plan is known, as `submit` (blocking). Raises QueueFull.
-
-    Return it without its notes, and the bell that is to be rung if this call started it.
-    """
-    job, bell = context.store.jobs.submit(
-        process,
-        request,
-        context.core_version,
-        planned,
-        context.settings.max_pending_tiles,
-        asker,
-        context.settings.max_seconds,
+    context: Context, submissions: Sequence[Submission], asker: Asker
+) -> list[tuple[Job, bool] | QueueFull | redis.exceptions.RedisError]:
+    """Start the jobs of requests, and return for each what `submit` returns or raises, without its notes (blocking)."""
+    settings = context.settings
+    outcomes = context.store.jobs.submit_each(
+        submissions, context.core_version, settings.max_pending_tiles, asker, settings.max_seconds
     )
-    structlog.contextvars.bind_contextvars(job_id=job.id)
-    if bell is not None:
-        _log.info("job accepted", process=process, tiles=planned.count)
-    return job, bell
+    found: list[tuple[Job, bool] | QueueFull | redis.exceptions.RedisError] = []
+    bells: set[Bell] = set()
+    for one, outcome in zip(submissions, outcomes, strict=True):
+        if isinstance(outcome, Exception):
+            found.append(outcome)
+            continue
+        job, bell = outcome
+        found.append((job, bell is not None))
+        if bell is not None:
+            bells.add(bell)
+            _log.info("job accepted", job_id=job.id, process=one.process, tiles=one.plan.count)
+    for bell in bells:
+        _ring(context, bell)
+    return found
 
 
 def submit_again(context: Context, job: Job, asker: Asker) -> Job:
@@ -177,7 +181,7 @@ def submit_again(context: Context, job: Job, asker: Asker) -> Job:
     return again
 
 
-def ring(context: Context, bell: Bell) -> None:
+def _ring(context: Context, bell: Bell) -> None:
     """Wake a worker; without one, or without Redis, a reconciler will (blocking)."""
     if bell.fingerprint:
         try:

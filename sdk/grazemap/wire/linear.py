@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,9 +40,13 @@ def _of_links(coefficients: Floats) -> Floats:
 
 def natural_frequencies(oscillator: Oscillator) -> Floats:
     """Return the angular frequencies of the undamped chain without stops, increasing, shape (N,)."""
-    mass, _, stiffness = matrices(oscillator)
-    roots = np.sqrt(np.diag(mass))
-    return np.asarray(np.sqrt(np.linalg.eigvalsh(stiffness / np.outer(roots, roots))))
+    return _natural_frequencies(tuple(oscillator.masses), tuple(oscillator.stiffnesses)).copy()
+
+
+@lru_cache(maxsize=16)
+def _natural_frequencies(masses: tuple[float, ...], stiffnesses: tuple[float, ...]) -> Floats:
+    roots = np.sqrt(masses)
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(_of_links(np.array(stiffnesses)) / np.outer(roots, roots))))
 
 
 def antiresonances(oscillator: Oscillator) -> Floats:

@@ -7,7 +7,7 @@ import json
 import time
 from base64 import b64encode
 from collections.abc import AsyncIterator, Iterable, Sequence
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import redis.exceptions
 from anyio.to_thread import run_sync
@@ -15,17 +15,16 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import StreamingResponse
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, ProcessRequest, parse_request
+from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
 from grazemap_service.context import Context, CurrentContext
-from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, ring, start
+from grazemap_service.jobs import PREFIX, CurrentAsker, job_path, start
 from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.problems import ProblemException, answer_to
 from grazemap_service.representations import LARGE_BYTES, render
 from grazemap_service.request_body import JsonRoute
-from grazemap_worker.planning import Plan
-from grazemap_worker.store import Asker, Bell, QueueFull
+from grazemap_worker.store import Asker, ResultInfo, Submission
 
 MOST_REQUESTS = 1000
 _LINES = "application/x-ndjson"
@@ -58,12 +57,6 @@ class Batch(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MOST_REQUESTS)]
-
-
-class _Asked(NamedTuple):
-    process: str
-    request: ProcessRequest
-    plan: Plan
 
 
 @router.post(
@@ -99,9 +92,9 @@ async def post_batch(
     return StreamingResponse(lines, media_type=media_type, headers={"Cache-Control": "no-store", "Vary": "Accept"})
 
 
-def _checked(context: Context, batch: Batch) -> list[_Asked]:
+def _checked(context: Context, batch: Batch) -> list[Submission]:
     """Return the requests with their plans. Raises ProblemException, whose pointers begin with those of requests."""
-    asked: list[_Asked] = []
+    asked: list[Submission] = []
     found: list[ProblemError] = []
     for index, item in enumerate(batch.requests):
         path = f"/requests/{index}"
@@ -112,7 +105,7 @@ def _checked(context: Context, batch: Batch) -> list[_Asked]:
         else:
             try:
                 parsed = parse_request(item.process, item.request)
-                asked.append(_Asked(item.process, parsed, checked_plan(item.process, parsed, context.settings)))
+                asked.append(Submission(item.process, parsed, checked_plan(item.process, parsed, context.settings)))
             except ValidationError as error:
                 details = [{**one, "loc": ("body", *one["loc"])} for one in error.errors(include_url=False)]
                 found += _below(path, errors_of(details, model))
@@ -131,7 +124,7 @@ def _below(path: str, errors: Sequence[ProblemError]) -> list[ProblemError]:
 
 
 async def _answers(
-    request: Request, context: Context, asker: Asker, asked: Sequence[_Asked], form: str
+    request: Request, context: Context, asker: Asker, asked: Sequence[Submission], form: str
 ) -> AsyncIterator[bytes]:
     """Yield lines, until every request has one."""
     waiting: dict[str, list[int]] = {}
@@ -168,22 +161,13 @@ async def _answers(
                 yield lines
 
 
-def _submit(context: Context, asker: Asker, asked: Iterable[_Asked]) -> list[Job | Exception]:
+def _submit(context: Context, asker: Asker, asked: Sequence[Submission]) -> list[Job | Exception]:
     """Return the jobs of requests, or why they were not accepted (blocking)."""
-    jobs: list[Job | Exception] = []
-    bells: set[Bell] = set()
-    for one in asked:
-        try:
-            job, bell = start(context, one.process, one.request, one.plan, asker)
-        except (QueueFull, redis.exceptions.RedisError) as error:
-            jobs.append(error)
-        else:
-            jobs.append(job)
-            if bell is not None:
-                bells.add(bell)
-    for bell in bells:
-        ring(context, bell)
-    return jobs
+    try:
+        outcomes = start(context, asked, asker)
+    except redis.exceptions.RedisError as error:
+        return [error] * len(asked)
+    return [outcome if isinstance(outcome, Exception) else outcome[0] for outcome in outcomes]
 
 
 async def _lines(
@@ -204,11 +188,11 @@ async def _lines(
 
 def _read(context: Context, asker: Asker, ids: Sequence[str], form: str) -> list[bytes | None]:
     """Return the members of the lines of jobs, None for one that has not ended (blocking)."""
-    return [_members(context, asker, job_id, form) for job_id in ids]
+    infos = context.store.results.each_info(ids, LARGE_BYTES)
+    return [_members(context, asker, job_id, info, form) for job_id, info in zip(ids, infos, strict=True)]
 
 
-def _members(context: Context, asker: Asker, job_id: str, form: str) -> bytes | None:
-    info = context.store.results.info(job_id, LARGE_BYTES)
+def _members(context: Context, asker: Asker, job_id: str, info: ResultInfo | None, form: str) -> bytes | None:
     if info is not None and info.data is not None:
         result = b'"npz":"%s"' % b64encode(info.data) if form == "npz" else b'"result":' + render(info.data, "json")
         return b'"id":"%s","status":"successful",%s' % (job_id.encode(), result)

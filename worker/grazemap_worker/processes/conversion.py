@@ -55,6 +55,8 @@ def _core_oscillator(described: str) -> CoreOscillator:
 
 def record(item: Any) -> Any:
     """Return a dataclass or named tuple of the core as plain values, without fields of a dataclass that are None."""
+    if isinstance(item, float | int | str):
+        return item.item() if isinstance(item, np.generic) else item
     if dataclasses.is_dataclass(item) and not isinstance(item, type):
         values = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
         return {name: record(value) for name, value in values.items() if value is not None}

@@ -22,6 +22,7 @@ from grazemap_worker.store.records import (
     QuotaUsed,
     ResultInfo,
     ResultTooLarge,
+    Submission,
     WorkerInfo,
 )
 from grazemap_worker.store.store import Store
@@ -46,6 +47,7 @@ __all__ = [
     "ResultInfo",
     "ResultTooLarge",
     "Store",
+    "Submission",
     "WorkerInfo",
     "connect",
     "core_version",

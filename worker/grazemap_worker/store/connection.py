@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -13,6 +14,7 @@ from redis.backoff import ExponentialBackoff
 from redis.exceptions import (
     AuthenticationError,
     ConnectionError,
+    NoScriptError,
     OutOfMemoryError,
     ReadOnlyError,
     RedisError,
@@ -85,7 +87,28 @@ class Scripts:
 
     def run(self, name: str, *data: bytes, **arguments: Any) -> Any:
         """Return the answer of a script. Arguments are sent as JSON; None is left out. Bytes follow as they are."""
+        return self._script(name)(args=_sent(data, arguments))
+
+    def run_each(self, name: str, calls: Sequence[tuple[Sequence[bytes], Mapping[str, Any]]]) -> list[Any]:
+        """Return the answers of a script to bytes and arguments, in their order, or a RedisError in place of one.
+
+        They are sent together; those of other clients may come in between.
+        """
+        script, pipeline = self._script(name), self.redis.pipeline(transaction=False)
+        sent = [_sent(data, arguments) for data, arguments in calls]
+        for arguments in sent:
+            pipeline.evalsha(script.sha, 0, *arguments)
+        # Redis forgets its scripts when it is started again
+        return [
+            script(args=arguments) if isinstance(answer, NoScriptError) else answer
+            for answer, arguments in zip(pipeline.execute(raise_on_error=False), sent, strict=True)
+        ]
+
+    def _script(self, name: str) -> Any:
         if name not in self._scripts:
             self._scripts[name] = self.redis.register_script(script_text(name))
-        given = json.dumps({key: value for key, value in arguments.items() if value is not None})
-        return self._scripts[name](args=[PREFIX, given, *data])
+        return self._scripts[name]
+
+
+def _sent(data: Sequence[bytes], arguments: Mapping[str, Any]) -> list[str | bytes]:
+    return [PREFIX, json.dumps({key: value for key, value in arguments.items() if value is not None}), *data]

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 import structlog
+from redis.exceptions import RedisError
 
 from grazemap.wire import FINISHED, Estimate, Job, Problem, ProcessRequest, Progress, Status, canonical, canonical_id
 from grazemap_worker.planning import LANE_WEIGHTS, TILE_SECONDS, Plan, kernels_of
@@ -27,7 +28,7 @@ from grazemap_worker.store.keys import (
     job_key,
 )
 from grazemap_worker.store.problems import costly_problem, outdated_problem
-from grazemap_worker.store.records import Asker, Bell, Event, QueueFull, QuotaUsed
+from grazemap_worker.store.records import Asker, Bell, Event, QueueFull, QuotaUsed, Submission
 from grazemap_worker.store.workers import Workers
 
 ANYBODY = Asker()
@@ -73,46 +74,69 @@ class Jobs:
         QuotaUsed
             Those of this asker would be more than his own limit.
         """
-        values = canonical(request)
-        identity = canonical_id(process, values, core_version)
-        lane = plan.lane
-        answer = self._scripts.run(
-            "submit",
-            json.dumps(values, separators=(",", ":")).encode(),
-            plan.model_dump_json(exclude={"estimate"}).encode(),
-            id=identity,
-            process=process,
-            core_version=core_version,
-            estimate=plan.estimate.model_dump_json(),
-            tiles=plan.count,
-            after=plan.after,
-            lane=lane,
-            kernels=kernels_of(process, request),
-            asker=asker.name,
-            priority=asker.priority,
-            weight=asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[lane],
-            cost=plan.estimate.seconds / plan.count,
-            most_seconds=max_seconds and max(max_seconds, SPENT_FACTOR * plan.estimate.seconds),
-            most_tiles=max_pending_tiles,
-            asker_tiles=asker.most_tiles,
-            most_small=MOST_SMALL_RECORDS,
-            most_large=MOST_LARGE_RECORDS,
-            most_bytes=MOST_RECORD_BYTES,
-            interest=INTEREST_SECONDS,
-            group=asker.group,
-        )
-        if answer[0] in (b"full", b"quota"):
-            most = asker.most_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
-            wait = math.ceil((answer[1] + plan.count - most) * TILE_SECONDS / max(1, len(self._workers.live())))
-            raise (QuotaUsed if answer[0] == b"quota" else QueueFull)(retry_after=min(120, max(1, wait)))
-        job = self._seen(identity, answer[1])
-        if job is None:
-            # its record could not be read, and is gone now
-            return self.submit(process, request, core_version, plan, max_pending_tiles, asker, max_seconds)
-        if answer[0] != b"started":
-            return job, None
-        bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
-        return job, Bell(bound.decode(), lane == "small")
+        outcome = self.submit_each(
+            [Submission(process, request, plan)], core_version, max_pending_tiles, asker, max_seconds
+        )[0]
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    def submit_each(
+        self,
+        submissions: Sequence[Submission],
+        core_version: str,
+        max_pending_tiles: int,
+        asker: Asker = ANYBODY,
+        max_seconds: float | None = None,
+    ) -> list[tuple[Job, Bell | None] | QueueFull | RedisError]:
+        """Return what `submit` returns or raises for each of several requests, which are sent to Redis together."""
+        of_all = {
+            "core_version": core_version,
+            "asker": asker.name,
+            "priority": asker.priority,
+            "most_tiles": max_pending_tiles,
+            "asker_tiles": asker.most_tiles,
+            "most_small": MOST_SMALL_RECORDS,
+            "most_large": MOST_LARGE_RECORDS,
+            "most_bytes": MOST_RECORD_BYTES,
+            "interest": INTEREST_SECONDS,
+            "group": asker.group,
+        }
+        calls = []
+        for process, request, plan in submissions:
+            values, estimate = canonical(request), plan.estimate
+            text = json.dumps(values, separators=(",", ":")).encode()
+            arguments = {
+                "id": canonical_id(process, values, core_version),
+                "process": process,
+                "estimate": estimate.model_dump_json(),
+                "tiles": plan.count,
+                "after": plan.after,
+                "lane": plan.lane,
+                "kernels": kernels_of(process, request),
+                "weight": asker.weight * 2.0 ** (asker.priority - ANYBODY.priority) * LANE_WEIGHTS[plan.lane],
+                "cost": estimate.seconds / plan.count,
+                "most_seconds": max_seconds and max(max_seconds, SPENT_FACTOR * estimate.seconds),
+            }
+            calls.append(((text, plan.model_dump_json(exclude={"estimate"}).encode()), of_all | arguments))
+        outcomes: list[tuple[Job, Bell | None] | QueueFull | RedisError] = []
+        for one, (_, sent), answer in zip(submissions, calls, self._scripts.run_each("submit", calls), strict=True):
+            if isinstance(answer, RedisError):
+                outcomes.append(answer)
+            elif answer[0] in (b"full", b"quota"):
+                most = asker.most_tiles or 0 if answer[0] == b"quota" else max_pending_tiles
+                wait = math.ceil((answer[1] + one.plan.count - most) * TILE_SECONDS / max(1, len(self._workers.live())))
+                kind = QuotaUsed if answer[0] == b"quota" else QueueFull
+                outcomes.append(kind(retry_after=min(120, max(1, wait))))
+            elif (job := self._seen(str(sent["id"]), answer[1])) is None:
+                # its record could not be read, and is gone now
+                outcomes += self.submit_each([one], core_version, max_pending_tiles, asker, max_seconds)
+            elif answer[0] == b"started":
+                bound = dict(zip(answer[1][0][::2], answer[1][0][1::2], strict=True))[b"fingerprint"]
+                outcomes.append((job, Bell(bound.decode(), sent["lane"] == "small")))
+            else:
+                outcomes.append((job, None))
+        return outcomes
 
     def get(self, identity: str, asker: str = "", *, with_request: bool = True) -> Job | None:
         """Return a job, or None when there is none of this id. The interest of one who asked for it goes on."""

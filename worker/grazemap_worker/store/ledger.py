@@ -14,8 +14,10 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
+from typing import Any
 
 import structlog
+from redis.exceptions import RedisError
 
 from grazemap.wire import parse_request
 from grazemap_worker.planning.plan import Lane
@@ -234,12 +236,22 @@ class Results:
         The result becomes the most recently used one: a client that has it, or the service with a copy in its memory,
         does not ask for the bytes.
         """
-        answer = self._scripts.run("result", id=identity, most=most)
-        if not answer:
-            return None
-        return ResultInfo(int(answer[0]), answer[1].decode(), answer[2] if len(answer) > 2 else None)
+        return _info(self._scripts.run("result", id=identity, most=most))
+
+    def each_info(self, identities: Sequence[str], most: int) -> list[ResultInfo | None]:
+        """Return the same for each of several jobs, which are asked for together."""
+        calls = [((), {"id": identity, "most": most}) for identity in identities]
+        return [_info(answer) for answer in self._scripts.run_each("result", calls)]
 
     def etag(self, identity: str) -> str | None:
         """Return the entity tag of a job's result, evicted or not, or None if the job has no result."""
         value = self._redis.hget(job_key(identity), "etag")
         return value.decode() if value else None
+
+
+def _info(answer: Any) -> ResultInfo | None:
+    if isinstance(answer, RedisError):
+        raise answer
+    if not answer:
+        return None
+    return ResultInfo(int(answer[0]), answer[1].decode(), answer[2] if len(answer) > 2 else None)

@@ -92,6 +92,14 @@ class Asker:
     group: str = ""
 
 
+class Submission(NamedTuple):
+    """A request for a process, and how it is cut into tiles."""
+
+    process: str
+    request: ProcessRequest
+    plan: Plan
+
+
 class Bell(NamedTuple):
     """The queue of the workers that may compute a new job; an empty fingerprint: none is alive."""
 
