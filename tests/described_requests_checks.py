@@ -18,6 +18,7 @@ _RELATIONS = re.compile(
         (
             "Input should be a valid integer",  # 2.0, which is one for a JSON schema
             "stop must be greater than start",
+            "omega ends too far from where it starts",
             "the (values|times|phases) must increase.*",
             r"[\w.]+ has \d+ numbers and .*",
             r"[\w.]+ of mass 1 lies (outside the stops|on a stop)",

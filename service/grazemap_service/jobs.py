@@ -157,7 +157,7 @@ def start(
             bells.add(bell)
             _log.info("job accepted", job_id=job.id, process=one.process, tiles=one.plan.count)
     for bell in bells:
-        _ring(context, bell)
+        ring(context, bell)
     return found
 
 
@@ -181,7 +181,7 @@ def submit_again(context: Context, job: Job, asker: Asker) -> Job:
     return again
 
 
-def _ring(context: Context, bell: Bell) -> None:
+def ring(context: Context, bell: Bell) -> None:
     """Wake a worker; without one, or without Redis, a reconciler will (blocking)."""
     if bell.fingerprint:
         try:

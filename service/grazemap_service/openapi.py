@@ -116,6 +116,7 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
         if one["type"] == "array":
             one["maxItems"] = masses
     _type_jobs_and_results(schema)
+    _type_batches(schema)
     for unused in ("HTTPValidationError", "ValidationError"):
         components.get("schemas", {}).pop(unused, None)
     if keys:
@@ -133,14 +134,25 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
             responses[status]["content"]["application/json"]["schema"] = reference(job_name(process))
 
 
+def _type_batches(schema: dict[str, Any]) -> None:
+    """Give each process of a batch the schema of its request."""
+    schemas = schema["components"]["schemas"]
+    whole = schemas["BatchItem"]
+    kinds = []
+    for process in PROCESSES:
+        body = schema["paths"][f"{PREFIX}/{process}"]["post"]["requestBody"]
+        properties = {"process": {"const": process}, "request": body["content"]["application/json"]["schema"]}
+        kinds.append({**whole, "title": process, "properties": whole["properties"] | properties})
+    schemas["BatchItem"] = {"title": whole["title"], "description": whole["description"], "oneOf": kinds}
+
+
 def _correct(operation: dict[str, Any], *, everywhere: bool) -> None:
-    """Remove what is not OpenAPI 3.1, and the framework's own 422; add the problems of all operations."""
+    """Remove the framework's own 422 and schema of events; add the problems of all operations."""
     responses = operation["responses"]
     for response in responses.values():
-        for content in response.get("content", {}).values():
-            if "itemSchema" in content:  # of OpenAPI 3.2
+        for media_type, content in response.get("content", {}).items():
+            if media_type == "text/event-stream":  # OpenAPI 3.1 cannot say what an event is
                 content["schema"] = {"description": "Server-sent events."}
-                del content["itemSchema"]
     if _is_framework(responses.get("422", {})):
         del responses["422"]
     for parameter in operation.get("parameters", ()):

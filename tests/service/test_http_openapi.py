@@ -156,6 +156,23 @@ def test_examples_can_be_posted(client: TestClient, document: dict[str, Any], pr
         assert answer.json()["estimate"]["seconds"] < 5
 
 
+def test_a_request_of_a_batch_is_described_by_its_process(document: dict[str, Any]) -> None:
+    item = Draft202012Validator({"$ref": "#/components/schemas/BatchItem", "components": document["components"]})
+    for process, model in PROCESSES.items():
+        for request in model.operation.examples.values():
+            assert item.is_valid({"process": process, "request": request})
+            assert not item.is_valid({"process": process, "request": {**request, "unknown": 1}})
+        assert not item.is_valid({"process": process})
+    assert not item.is_valid({"process": "basins", "request": {}})
+    assert not item.is_valid({"process": "unknown", "request": {}})
+
+
+def test_events_are_described_without_a_type(document: dict[str, Any]) -> None:
+    """OpenAPI 3.1 has a schema for the whole of a stream or for each event, as one reads it."""
+    (content,) = document["paths"]["/v1/jobs/{job_id}/events"]["get"]["responses"]["200"]["content"].values()
+    assert content == {"schema": {"description": "Server-sent events."}}
+
+
 def test_keys_are_documented_where_they_are_required(client: TestClient, serve: Any) -> None:
     assert "securitySchemes" not in client.get("/openapi.json").json()["components"]
     document = serve(api_keys="0123456789-of-the-tests-KEY").get("/openapi.json").json()

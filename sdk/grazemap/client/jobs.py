@@ -293,12 +293,14 @@ def answers(
 def _batches(asked: Sequence[ProcessRequest]) -> Iterator[list[bytes]]:
     """Yield the requests as members of a batch, in parts that the service takes."""
     part: list[bytes] = []
+    size = 0
     for request in asked:
         body = b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
-        if part and (len(part) == MOST_OF_BATCH or sum(map(len, part)) + len(body) > BYTES_OF_BATCH):
+        if part and (len(part) == MOST_OF_BATCH or size + len(body) > BYTES_OF_BATCH):
             yield part
-            part = []
+            part, size = [], 0
         part.append(body)
+        size += len(body)
     if part:
         yield part
 

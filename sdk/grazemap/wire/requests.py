@@ -81,7 +81,7 @@ class CodimensionTwoPointsRequest(ProcessRequest):
     )
 
     omega: Interval
-    """The interval of forcing frequencies."""
+    """The interval of forcing frequencies; it ends at most at 1e9 times its start."""
     max_order: Order = 8
     """The highest order of recurrence points, in half periods."""
     max_multiple: Multiple = 4
@@ -295,7 +295,7 @@ class UnfoldingDiagramsRequest(ProcessRequest):
     )
 
     omega: Grid
-    """Forcing frequencies, the map's columns: a range, or an increasing list."""
+    """Forcing frequencies, the map's columns: a range, or an increasing list; the last at most 1e9 times the first."""
     clearance: Grid
     """Clearances, the map's rows: a range, or an increasing list."""
     max_periods: MaxPeriods = 1000
