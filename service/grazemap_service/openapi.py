@@ -137,13 +137,14 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
 def _type_batches(schema: dict[str, Any]) -> None:
     """Give each process of a batch the schema of its request."""
     schemas = schema["components"]["schemas"]
-    whole = schemas["BatchItem"]
+    item = schemas.pop("BatchItem")
     kinds = []
-    for process in PROCESSES:
-        body = schema["paths"][f"{PREFIX}/{process}"]["post"]["requestBody"]
-        properties = {"process": {"const": process}, "request": body["content"]["application/json"]["schema"]}
-        kinds.append({**whole, "title": process, "properties": whole["properties"] | properties})
-    schemas["BatchItem"] = {"title": whole["title"], "description": whole["description"], "oneOf": kinds}
+    for process, model in PROCESSES.items():
+        name = f"{model.__name__.removesuffix('Request')}BatchItem"
+        properties = item["properties"] | {"process": {"const": process}, "request": reference(model.__name__)}
+        schemas[name] = {**item, "title": name, "properties": properties}
+        kinds.append(reference(name))
+    schemas["Batch"]["properties"]["requests"]["items"] = {"oneOf": kinds}
 
 
 def _correct(operation: dict[str, Any], *, everywhere: bool) -> None:
