@@ -247,6 +247,8 @@ def _zeros(response: ImpulseResponse, kind: int, factors: list[float], start: fl
             raise ParameterError(
                 "omega", "the interval holds too many zeros to search; raise start, or lower max_order or max_multiple"
             )
+        if not len(times):
+            continue
         value, _, _, terms = evaluate(response, times[:, 0], kind, shift=response.slowest)
         residuals = np.abs(value) / terms
         zeros += [
