@@ -4,6 +4,9 @@ Each request is one that the service takes. It is computed in a child process as
 tiles, each as npz, then what joins them. After SECONDS of processor time (120) it is dismissed, as by its owner. The
 peak is what the child has had in memory. The program fails if one is over MOST_BYTES, or ends otherwise than with a
 result, a refusal of the core or its dismissal.
+
+Then a stack gets all of them at once. Those that are unfinished after SECONDS are dismissed; the program fails if a
+DELETE takes more than a second, if a work-horse is over MOST_BYTES or goes on, or if a job ends in any other way.
 """
 
 from __future__ import annotations
@@ -13,7 +16,15 @@ import resource
 import signal
 import sys
 import time
+import urllib.error
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
+
+import psutil
+from running_stack import RunningStack
+from watching import until
 
 from grazemap_worker.environment import one_thread
 
@@ -31,6 +42,7 @@ from grazemap_worker.store import MOST_RESULT_BYTES  # noqa: E402
 
 MOST_BYTES = 2 << 30
 SECONDS = 120
+MOST_DELETE_SECONDS = 1.0
 RESULT, REFUSED = 0, 3
 POINT = {"omega": 0.29, "clearance": 1.6}
 WINDOW = {"omega": {"start": 0.26, "stop": 0.3}, "clearance": {"start": 1.3, "stop": 2.05}}
@@ -181,12 +193,45 @@ def measured(name: str, seconds: int) -> bool:
     return ended is not None and usage.ru_maxrss << 10 <= MOST_BYTES
 
 
+def together(names: Sequence[str], seconds: int) -> bool:
+    """Ask a stack for all of them, dismiss the unfinished, print a line, and return whether all went well."""
+    stack, jobs, refused, peak, longest = RunningStack(), [], 0, 0, 0.0
+    try:
+        for name in names:
+            process, body = QUESTIONS[name]
+            try:
+                jobs.append(stack.request(f"/v1/{process}", body)["id"])
+            except urllib.error.HTTPError as error:
+                refused += error.code == 422
+        ends = time.monotonic() + seconds
+        while time.monotonic() < ends:
+            for _, horse in stack.busy_workers():
+                with suppress(psutil.NoSuchProcess):
+                    peak = max(peak, horse.memory_info().rss)
+            time.sleep(0.2)
+        for job in jobs:
+            began = time.monotonic()
+            stack.request(f"/v1/jobs/{job}", method="DELETE")
+            longest = max(longest, time.monotonic() - began)
+        until(lambda: not stack.busy_workers(), 2)
+        ended = Counter(stack.job(job)["status"] for job in jobs)
+    finally:
+        stack.stop()
+    print(
+        f"together in a stack: {refused} refused, {', '.join(f'{n} {status}' for status, n in ended.items())}", end=""
+    )
+    print(f"; {peak >> 20} MiB at most; a DELETE took {longest:.3f} s at most", flush=True)
+    all_ended = refused + ended["successful"] + ended["failed"] + ended["dismissed"] == len(names)
+    return all_ended and peak <= MOST_BYTES and longest < MOST_DELETE_SECONDS
+
+
 def main() -> int:
     """Compute all questions, or those named; return 1 if one is over its memory."""
     seconds = int(sys.argv[1]) if len(sys.argv) > 1 else SECONDS
-    within = [measured(name, seconds) for name in sys.argv[2:] or QUESTIONS]
+    names = sys.argv[2:] or [*QUESTIONS]
+    within = [measured(name, seconds) for name in names]
     print(f"{sum(within)} of {len(within)} within {MOST_BYTES >> 20} MiB")
-    return 0 if all(within) else 1
+    return 0 if together(names, seconds) and all(within) else 1
 
 
 if __name__ == "__main__":
