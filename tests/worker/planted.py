@@ -13,6 +13,7 @@ import sys
 import time
 
 import numba.core.event  # noqa: F401 - loaded before the workers are forked, as by the compiling of kernels
+from numba.core.registry import cpu_target
 
 import grazemap_core.errors
 import grazemap_core.maps.chaotic_transients  # noqa: F401
@@ -29,6 +30,10 @@ from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import WorkerInfo, core_version
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.supervisor import Supervisor
+
+# what the first call of a kernel loads, too
+cpu_target.typing_context.refresh()
+cpu_target.target_context.refresh()
 
 BUSY_SECONDS = 0.1
 LONG_SECONDS = 3.5
