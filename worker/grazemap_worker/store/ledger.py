@@ -209,7 +209,13 @@ class Results:
         items = []
         for one in finished:
             claim = one.claim
-            item = {"id": claim.job_id, "tile": claim.tile, "seconds": one.seconds, "whole": one.whole}
+            item = {
+                "id": claim.job_id,
+                "tile": claim.tile,
+                "seconds": one.seconds,
+                "whole": one.whole,
+                "size": len(one.data),
+            }
             if one.whole:
                 item["etag"] = hashlib.sha256(one.data).hexdigest()
             else:
@@ -217,7 +223,8 @@ class Results:
             items.append(item)
         answer = self._scripts.run(
             "commit",
-            *(one.data for one in finished),
+            # in one piece: redis-py sends two messages for every large argument
+            b"".join(one.data for one in finished),
             fingerprint=finished[0].claim.fingerprint,
             budget=self._budget,
             kept=TILES_KEPT_AFTER_SUCCESS,

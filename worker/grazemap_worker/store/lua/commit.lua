@@ -1,6 +1,6 @@
 -- Stores what was computed; the first commit of a tile or a result wins. Arguments: fingerprint, budget (bytes of all
 -- results and tiles), kept (seconds for the tiles of a finished job), items: {id, tile, whole (the result of the job),
--- event, etag, seconds (of processor time)}. Bytes: the npz of each item.
+-- event, etag, seconds (of processor time), size}. Bytes: the npz files of the items, one after another.
 -- Returns, for each item, the tiles that remain (0: the assembly may be claimed), or -1 when it is not wanted (any
 -- more), or -2 when there is no room, or -3 when the tile is stored and its job has taken more than its limit of
 -- processor time.
@@ -85,13 +85,15 @@ local function store_result(item, data)
   return 0
 end
 
-local answers = {}
+local answers, position = {}, 0
 for i, item in ipairs(given.items) do
   local status = get(item.id, 'status')
   if not (status and unfinished(status)) or get(item.id, 'fingerprint') ~= given.fingerprint then
     answers[i] = -1
   else
-    answers[i] = (item.whole and store_result or store_tile)(item, ARGV[2 + i])
+    local data = #given.items == 1 and ARGV[3] or string.sub(ARGV[3], position + 1, position + item.size)
+    answers[i] = (item.whole and store_result or store_tile)(item, data)
   end
+  position = position + item.size
 end
 return answers
