@@ -64,9 +64,12 @@ def _orbits(oscillator: Oscillator) -> None:
 _STEPS: dict[str, tuple[Callable[[Oscillator], None], ...]] = {
     "curves": (_curves,),
     "trajectories": (_trajectories,),
+    "maps": (),
     "orbits": (_curves, _trajectories, _orbits),
+    "diagrams": (_curves, _trajectories, _orbits),
 }
-_STEPS_OF_MASSES = {"maps": (_maps,), "diagrams": (_maps, _curves, _trajectories, _orbits)}
+# those that have the kernels of maps, too, for the number of masses in their name
+_OF_MASSES = ("maps", "diagrams")
 STEPS = ("curves", "trajectories", "maps-3", "orbits", "diagrams-3")
 """The steps of a first start, in their order: all computations, those with maps for three masses."""
 
@@ -74,12 +77,12 @@ STEPS = ("curves", "trajectories", "maps-3", "orbits", "diagrams-3")
 def masses_of(step: str) -> int | None:
     """Return the number of masses that a step is for; None if it is for all."""
     kind, _, masses = step.partition("-")
-    return int(masses) if kind in _STEPS_OF_MASSES and masses.isdigit() else None
+    return int(masses) if kind in _OF_MASSES and masses.isdigit() else None
 
 
 def is_step(name: str) -> bool:
     """Return whether a step has this name."""
-    return name in _STEPS or bool(masses_of(name))
+    return bool(masses_of(name)) or (name in _STEPS and name not in _OF_MASSES)
 
 
 def load(step: str) -> None:
@@ -92,14 +95,18 @@ def load(step: str) -> None:
     """
     if not is_step(step):
         raise ValueError(f"no step is called {step}")
-    masses = masses_of(step) or 3
+    masses = masses_of(step)
+    for per_link in (False, True):
+        if masses is not None:
+            _maps(_chain(masses, per_link))
+        for run in _STEPS[step.partition("-")[0]]:
+            run(_chain(3, per_link))  # whose motions these cases are
+
+
+def _chain(masses: int, per_link: bool) -> Oscillator:
     others = masses - 1
-    for damping in (0.05, [0.05] * masses):
-        oscillator = Oscillator.create(
-            [1.0] + [10.0] * others, [1.0] + [5.0] * others, damping, [1.0] + [0.0] * others, 0.8
-        )
-        for run in _STEPS.get(step) or _STEPS_OF_MASSES[step.partition("-")[0]]:
-            run(oscillator)
+    damping = [0.05] * masses if per_link else 0.05
+    return Oscillator.create([1.0] + [10.0] * others, [1.0] + [5.0] * others, damping, [1.0] + [0.0] * others, 0.8)
 
 
 def compile_steps(steps: tuple[str, ...]) -> None:

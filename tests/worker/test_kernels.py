@@ -59,6 +59,14 @@ def test_only_steps_are_compiled(loaded: list[str]) -> None:
     assert kernels.said() == {}
 
 
+@pytest.mark.parametrize("masses", [1, 2, 8])
+def test_diagrams_of_any_number_of_masses_are_loaded(monkeypatch: pytest.MonkeyPatch, masses: int) -> None:
+    chains: list[int] = []
+    monkeypatch.setattr(warmup, "_maps", lambda oscillator: chains.append(len(oscillator.masses)))
+    warmup.load(f"diagrams-{masses}")
+    assert chains == [masses, masses]
+
+
 def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list[str]) -> None:
     for step in warmup.STEPS:
         kernel_folder.record(step)
