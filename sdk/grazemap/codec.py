@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Set
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -183,7 +183,7 @@ def _flatten_arrays(
 
 
 def _offsets(lengths: Iterable[int]) -> NDArray[np.int64]:
-    return np.cumsum([0, *lengths], dtype=np.int64)
+    return np.array([*accumulate(lengths, initial=0)], dtype=np.int64)
 
 
 def _unflatten(name: str, arrays: Mapping[str, NDArray[Any]], shape: Mapping[str, str]) -> Any:

@@ -94,18 +94,22 @@ def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> 
     """Return the sums of a family."""
     tau = pattern.spacing(omega)
     same, doubled = (state_before_impulse(kind, *response.blocks, tau) for kind in pattern.kinds)
+    total = np.add.reduce
     acceleration, doubled_acceleration = (
-        float(np.sum(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
+        float(total(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
         for state in (same, doubled)
     )
+    after = same.copy()
+    after[:, 0] += response.value
+    after[:, 1] += response.slope
     return PeriodicSums(
-        displacement=float(np.sum(same[:, 0])),
-        velocity=float(np.sum(same[:, 1])),
+        displacement=float(total(same[:, 0])),
+        velocity=float(total(same[:, 1])),
         acceleration=acceleration,
-        doubled_displacement=float(np.sum(doubled[:, 0])),
-        doubled_velocity=float(np.sum(doubled[:, 1])),
+        doubled_displacement=float(total(doubled[:, 0])),
+        doubled_velocity=float(total(doubled[:, 1])),
         doubled_acceleration=doubled_acceleration,
-        state=same + np.stack([response.value, response.slope], axis=1),
+        state=after,
     )
 
 

@@ -129,8 +129,8 @@ async def _answers(
     """Yield lines, until every request has one."""
     waiting: dict[str, list[int]] = {}
     with context.hub.ends() as ended:
-        for first in range(0, len(asked), _AT_A_TIME):
-            part = range(first, min(first + _AT_A_TIME, len(asked)))
+        for first in range(0, len(asked), 25):
+            part = range(first, min(first + 25, len(asked)))
             jobs = await run_sync(_submit, context, asker, [asked[index] for index in part], limiter=context.threads)
             decided: dict[str, None] = {}
             for index, job in zip(part, jobs, strict=True):
@@ -173,7 +173,7 @@ def _submit(context: Context, asker: Asker, asked: Sequence[Submission]) -> list
 async def _lines(
     context: Context, asker: Asker, decided: Iterable[str], waiting: dict[str, list[int]], form: str
 ) -> AsyncIterator[bytes]:
-    """Yield the lines of jobs that have ended; those are removed from `waiting`."""
+    """Yield the lines of jobs that have ended, several at a time; those are removed from `waiting`."""
     ids = [one for one in dict.fromkeys(decided) if one in waiting]
     for first in range(0, len(ids), _AT_A_TIME):
         part = ids[first : first + _AT_A_TIME]
@@ -181,9 +181,15 @@ async def _lines(
             answers = await run_sync(_read, context, asker, part, form, limiter=context.threads)
         except redis.exceptions.RedisError:  # they are looked at again
             continue
+        lines: list[bytes] = []
         for job_id, answer in zip(part, answers, strict=True):
             if answer is not None:
-                yield b"".join(b'{"index":%d,%s}\n' % (index, answer) for index in waiting.pop(job_id))
+                lines += (b'{"index":%d,%s}\n' % (index, answer) for index in waiting.pop(job_id))
+            if sum(map(len, lines)) > LARGE_BYTES:
+                yield b"".join(lines)
+                lines = []
+        if lines:
+            yield b"".join(lines)
 
 
 def _read(context: Context, asker: Asker, ids: Sequence[str], form: str) -> list[bytes | None]:

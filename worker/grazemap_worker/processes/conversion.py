@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -58,8 +58,8 @@ def record(item: Any) -> Any:
     if isinstance(item, float | int | str):
         return item.item() if isinstance(item, np.generic) else item
     if dataclasses.is_dataclass(item) and not isinstance(item, type):
-        values = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
-        return {name: record(value) for name, value in values.items() if value is not None}
+        values = ((name, getattr(item, name)) for name in _names(type(item)))
+        return {name: record(value) for name, value in values if value is not None}
     if isinstance(item, tuple) and hasattr(item, "_asdict"):
         return record(item._asdict())
     if isinstance(item, dict):
@@ -69,6 +69,11 @@ def record(item: Any) -> Any:
     if isinstance(item, np.generic):
         return item.item()
     return item
+
+
+@cache
+def _names(kind: Any) -> list[str]:
+    return [field.name for field in dataclasses.fields(kind)]
 
 
 def request_pointer(request: ProcessRequest, name: str | None) -> str | None:

@@ -55,6 +55,9 @@ local function event(id, name, data)
 end
 
 local function progress_event(id)
+  if get(id, 'lane') == 'small' then
+    return -- nobody gets it
+  end
   local unit = get(id, 'unit')
   local eta = get(id, 'eta')
   local steps = unit == 'steps'
