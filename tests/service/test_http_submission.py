@@ -294,7 +294,7 @@ def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, st
 
     store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3"})), 60)
     (detail,) = noted("unfolding-maps", MAP | {"oscillator": chain})
-    assert detail.startswith("kernels for this number of masses, 2, are compiled first, usually in about 36 s")
+    assert detail.startswith("kernels for this number of masses, 2, are compiled first, usually in about 40 s")
     assert noted("unfolding-maps", MAP) == []
     assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
     (detail,) = noted("periodic-orbits", ORBIT)

@@ -84,13 +84,13 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     steps = [compiler.steps for compiler in kernels._compilers.values()]
     assert steps == [["curves", "trajectories", "orbits"], ["maps-3", "diagrams-3"]]
     said = kernels.said()
-    assert said["curves"] == "kernels for curves, compiling for 0 s (about 9 s usually)"
+    assert said["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
     assert said["trajectories"] == "kernels for trajectories, after others"
-    assert said["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 36 s usually)"
+    assert said["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 40 s usually)"
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)
-    assert kernels.said()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 12 s usually)"
+    assert kernels.said()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
     assert not kernels.advance()
     end(kernels)
 

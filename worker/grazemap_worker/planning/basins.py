@@ -22,7 +22,7 @@ def _plan(request: BasinsRequest) -> Plan:
     cost = period_cost(request.oscillator, request.omega, request.clearance, lanes=True)
     periods = expected_periods(request.oscillator, request.max_periods, BASIN_UNSETTLED)
     lanes = math.sqrt(FULL_COLUMN / min(rows * columns, FULL_COLUMN))
-    orbit = orbit_seconds(request.oscillator, [request.omega], [request.clearance])
+    orbit = orbit_seconds(request.oscillator, [request.omega], [request.clearance], request.max_periods)
     seconds = periods * cost * lanes / BASIN_PERIODS_PER_SECOND + orbit
     at_worst = WORST_SLOWER * request.max_periods * cost / MAP_PERIODS_PER_SECOND
     chance = BASIN_UNSETTLED * chance_seconds(request.oscillator, rows * columns, request.max_periods, cost)

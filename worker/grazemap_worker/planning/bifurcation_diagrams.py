@@ -27,13 +27,14 @@ def _plan(request: BifurcationDiagramsRequest) -> Plan:
     values = grid_values(request.range)
     each = request.transient_periods + request.periods
     fixed = [request.fixed]
-    sides = (request.range, fixed) if request.vary == "omega" else (fixed, request.range)
-    costs = len(values) * mean_cost(request.oscillator, *sides)
+    omega, clearance = (request.range, fixed) if request.vary == "omega" else (fixed, request.range)
+    costs = len(values) * mean_cost(request.oscillator, omega, clearance)
     watched = each + DIAGRAM_SETTLING_PERIODS
     alone = 4.0 * math.sqrt(FULL_COLUMN) / MAP_PERIODS_PER_SECOND  # and with the growth of changes
     seconds = costs * (each / PERIODS_PER_SECOND + expected_periods(request.oscillator, watched) * alone)
     seconds += chance_seconds(request.oscillator, len(values), watched, costs / len(values))
-    seconds += len(values) * (setup_seconds(request.oscillator) + orbit_seconds(request.oscillator, *sides))
+    orbit = orbit_seconds(request.oscillator, omega, clearance, watched)
+    seconds += len(values) * (setup_seconds(request.oscillator) + orbit)
     return Plan(estimate=Estimate(periods=float(len(values) * each), seconds=seconds))
 
 

@@ -134,10 +134,10 @@ def mean_cost(oscillator: Oscillator, omega: Grid, clearance: Grid) -> float:
     return float(period_costs(oscillator, _some(omega)[:, None], _some(clearance), lanes=True).mean())
 
 
-def orbit_seconds(oscillator: Oscillator, omega: Grid, clearance: Grid) -> float:
-    """Return the mean seconds in which the orbit of a trajectory that settles is solved for and verified."""
+def orbit_seconds(oscillator: Oscillator, omega: Grid, clearance: Grid, max_periods: int) -> float:
+    """Return the mean seconds in which the orbit of a trajectory is solved for and verified, if it settles in time."""
     impacts = np.fmin(period_impacts(oscillator, _some(omega)[:, None], _some(clearance)), MOST_ORBIT_IMPACTS)
-    settled = 1.0 - oscillator.restitution**UNSETTLED_POWER
+    settled = (1.0 - oscillator.restitution**UNSETTLED_POWER) * min(1.0, max_periods / PERIODS_TO_SETTLE)
     return ORBIT_SECONDS * oscillator.size * settled * float((impacts**2).mean())
 
 

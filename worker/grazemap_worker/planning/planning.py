@@ -10,7 +10,7 @@ from grazemap.wire import CoordinateRange, Grid, grid_points
 from grazemap_worker.planning.plan import Plan
 
 BYTES_PER_NUMBER = 8
-_COMPILING_SECONDS = {"curves": 9.0, "trajectories": 12.0, "orbits": 8.0, "maps": 36.0, "diagrams": 44.0}
+_COMPILING_SECONDS = {"curves": 5.0, "trajectories": 9.0, "orbits": 8.0, "maps": 40.0, "diagrams": 45.0}
 
 
 def compiling_seconds(kernels: str) -> float:

@@ -57,7 +57,7 @@ def plan(request: UnfoldingMapsRequest) -> Plan:
     if request.preview:
         cost /= PREVIEW_FASTER
     else:
-        orbit = orbit_seconds(request.oscillator, request.omega, request.clearance)
+        orbit = orbit_seconds(request.oscillator, request.omega, request.clearance, request.max_periods)
         more += chance_seconds(request.oscillator, starts * rows * columns, request.max_periods, cost)
     if not sweeps:
         cost *= starts * math.sqrt(FULL_COLUMN / min(starts * rows, LONGEST_COLUMN))
