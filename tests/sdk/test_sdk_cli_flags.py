@@ -439,6 +439,7 @@ def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys
     for switch, expected in (([], {"rad/s", "m"}), (["--engineering-units"], {"Hz", "mm"})):
         with rc_context({"svg.fonttype": "none"}):
             assert cli.main(["plot", str(result), "-o", str(picture), *switch]) == 0
+            assert cli.main(["plot", *switch, str(result), "-o", str(picture)]) == 0
         assert set(re.findall(r"\((Hz|rad/s|mm|m)\)", picture.read_text())) == expected
 
 

@@ -74,9 +74,30 @@ def test_failures_are_raised_or_given_in_place_of_results(client, service):
 
 
 def test_invalid_requests_are_found_before_anything_is_sent(client, service):
-    with pytest.raises(errors.ParameterError, match="omega"):
+    with pytest.raises(errors.ParameterError, match="/requests/1/request/omega"):
         list(client.map("grazing-curves", [CURVES[0], {"omega": [-1.0]}]))
+    with pytest.raises(errors.ParameterError, match="/requests/1/request: this is no request"):
+        list(client.map([("grazing-curves", CURVES[0]), CURVES[1]]))
     assert service.requests == []
+
+
+def test_an_error_that_the_service_finds_has_the_place_among_all_requests(client, service, monkeypatch):
+    for module in (async_jobs, jobs):
+        monkeypatch.setattr(module, "MOST_OF_BATCH", 2)
+    refused = {"pointer": "/requests/1/request/omega/points", "detail": "too many", "allowed": "fewer"}
+    body = {"type": "about:blank", "title": "t", "status": 422, "detail": "d", "errors": [refused]}
+    service.upcoming = [
+        service._batch([{"process": "grazing-curves", "request": one} for one in CURVES[:2]]),
+        httpx2.Response(422, json=body, headers={"content-type": "application/problem+json"}),
+    ]
+    with pytest.raises(errors.ParameterError, match="/requests/3/request/omega/points"):
+        list(client.map("grazing-curves", CURVES))
+
+
+def test_a_note_on_many_requests_is_one_warning(client, service):
+    with pytest.warns(errors.RequestWarning, match="5 requests have this note") as warned:
+        list(client.map("grazing-curves", [{"omega": [0.2, 0.3 + 0.01 * k]} for k in range(5)]))
+    assert len(warned) == 1
 
 
 def test_a_large_result_is_fetched(client, service):

@@ -74,6 +74,8 @@ def test_json_of_a_line_is_that_of_the_result_and_a_large_result_is_linked(
     monkeypatch.setattr(batches, "LARGE_BYTES", 10)
     (line,) = lines_of(client.post("/v1/batches", json={"requests": CURVES[:1]}))
     assert line == {"index": 0, "id": job, "status": "successful", "href": f"/v1/jobs/{job}/result"}
+    (line,) = lines_of(client.post("/v1/batches?f=npz", json={"requests": CURVES[:1]}))
+    assert client.get(line["href"]).headers["content-type"] == "application/x-npz"
 
 
 @pytest.mark.parametrize(

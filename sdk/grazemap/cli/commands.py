@@ -99,11 +99,12 @@ def _command(top: argparse.ArgumentParser, words: Sequence[str]) -> argparse.Arg
 def _switches_apart(words: Sequence[str], command: argparse.ArgumentParser) -> tuple[list[str], list[ProblemError]]:
     """Return the words without those flags that have a value and take none, and an error for each of them."""
     switches = {name: one.option_strings for name, one in command._option_string_actions.items() if one.nargs == 0}
+    takes_words = any(not one.option_strings and not isinstance(one.choices, dict) for one in command._actions)
     rest: list[str] = []
     errors = []
     for word in words:
         name, equals, value = word.partition("=")
-        if not equals and rest and not word.startswith("-"):
+        if not equals and rest and not word.startswith("-") and not takes_words:
             name, value = rest[-1], word
         if value and name in switches:
             allowed = " or ".join(switches[name])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from inspect import iscoroutinefunction, signature
 from typing import Any, ParamSpec, Required, TypedDict, TypeVar, cast
@@ -121,6 +121,30 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
     except ValidationError as error:
         details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
         raise parameter_error(errors_of(details, model, naming=True)) from None
+
+
+def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest]:
+    """Return the requests of `Client.map` as their wire models.
+
+    Raises ParameterError, whose pointers begin with the place of the request, as those of a batch do.
+    """
+    named = isinstance(process, str)
+    found = []
+    for index, one in enumerate(requests if named else process):
+        try:
+            if named:
+                found.append(validated(process, one))
+            elif isinstance(one, ProcessRequest):
+                found.append(validated(one.operation.process, one))
+            elif isinstance(one, tuple) and len(one) == 2:
+                found.append(validated(*one))
+            else:
+                raise _parameter_error("", "this is no request", "a wire model, or a pair (process, request)")
+        except ParameterError as error:
+            place = f"/requests/{index}/request"
+            below = [each.model_copy(update={"pointer": place + each.pointer}) for each in error.problem.errors]
+            raise parameter_error(below) from None
+    return found
 
 
 def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:

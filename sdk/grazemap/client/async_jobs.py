@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64decode
+from collections import Counter
 from collections.abc import AsyncGenerator, Callable, Iterator, Mapping, Sequence
 from contextlib import aclosing
 from typing import Any, TypeVar
@@ -43,6 +45,7 @@ from grazemap.wire import (
     Forecast,
     Job,
     JobList,
+    Note,
     Problem,
     ProcessRequest,
     Progress,
@@ -258,7 +261,8 @@ async def answers(
     QueueFull, ServiceUnavailable, ConnectionFailed
         After the last attempt.
     """
-    warn_of([note for request in asked for note in (*notes_on(request), *unstated(request))])
+    warn_of(_once([note for request in asked for note in (*notes_on(request), *unstated(request))]))
+    before = 0
     for bodies in _batches(asked):
         lines: dict[int, dict[str, Any]] = {}
         given = attempt = 0
@@ -281,13 +285,35 @@ async def answers(
                 failure = error
             except ServiceProblem as error:
                 if error.problem.status not in RETRIED_STATUSES:
-                    raise
+                    raise _placed(error, [before + index for index in missing]) from None
                 failure = error
             if given < len(bodies):
                 if attempt >= connection.settings.retries:
                     raise failure
                 await connection.sleep(pause(attempt))
                 attempt += 1
+        before += len(bodies)
+
+
+def _once(notes: Sequence[Note]) -> list[Note]:
+    """Return one note of each code, which says how many there are."""
+    counts = Counter(note.code for note in notes)
+    first = {note.code: note for note in reversed(notes)}
+    return [
+        note
+        if counts[code] == 1
+        else note.model_copy(update={"detail": f"{note.detail} ({counts[code]} requests have this note)"})
+        for code, note in first.items()
+    ]
+
+
+def _placed(error: ServiceProblem, places: Sequence[int]) -> ServiceProblem:
+    """Return the problem of a batch with the places of its requests among all."""
+    errors = []
+    for one in error.problem.errors:
+        pointer = re.sub(r"^/requests/(\d+)", lambda found: f"/requests/{places[int(found[1])]}", one.pointer)
+        errors.append(one.model_copy(update={"pointer": pointer}))
+    return problem_exception(error.problem.model_copy(update={"errors": errors}))
 
 
 def _batches(asked: Sequence[ProcessRequest]) -> Iterator[list[bytes]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grazemap import constants
 from grazemap.client import arguments, jobs
-from grazemap.client.arguments import OscillatorLike, PathOptions, StateLike, validated
+from grazemap.client.arguments import OscillatorLike, PathOptions, StateLike, validated, validated_each
 from grazemap.client.connection import Connection
 from grazemap.client.http import Settings, json_object
 from grazemap.client.jobs import JobHandle
@@ -136,18 +136,12 @@ class Client(ProcessMethods, Blocking):
         Raises
         ------
         ParameterError
-            Values that are not allowed. Nothing is sent then.
+            Values that are not allowed; the pointers say in which request. Nothing is sent then. What is over a limit
+            of the service is found by it, a thousand requests at a time.
         JobFailed, JobDismissed, QueueFull, ServiceUnavailable, ConnectionFailed
             In place of a result; the results before it have been given.
         """
-        if isinstance(process, str):
-            asked = [validated(process, one) for one in requests]
-        else:
-            asked = [
-                validated(one.operation.process, one) if isinstance(one, ProcessRequest) else validated(*one)
-                for one in process
-            ]
-        return jobs.answers(self._connection, asked, return_exceptions)
+        return jobs.answers(self._connection, validated_each(process, requests), return_exceptions)
 
     def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
         """Return what a request is expected to cost, with its notes, which are warnings too; nothing is submitted.

@@ -142,7 +142,9 @@ def plain(value: Any) -> Any:
 def _sized(value: float) -> float:
     """Return a number unless its powers would overflow or underflow; no quantity is so large or small in any unit."""
     if value != 0.0 and not SMALLEST_NUMBER <= abs(value) <= LARGEST_NUMBER:
-        raise invalid("the number is too large or too small to compute with", "0, or 1e-60 to 1e60 in size")
+        raise invalid(
+            "the number is too large or too small to compute with", "1e-60 to 1e60 in size, or 0 where that is allowed"
+        )
     return value
 
 

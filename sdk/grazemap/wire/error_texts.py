@@ -48,7 +48,7 @@ ONLY_IN_FLAGS = "; units are written on the command line only"
 """What is said of numbers that have a unit in SI."""
 _OF_EVERY_NUMBER = {SMALLEST_NUMBER, LARGEST_NUMBER}
 # Query parameters have no schema here.
-_PARSED = {"int_parsing": "an integer"}
+_PARSED = {"int_parsing": "an integer", "bool_parsing": "true or false"}
 
 
 class ErrorText(NamedTuple):
@@ -128,6 +128,10 @@ def suggestion(unknown: str, known: Iterable[str]) -> str:
 def _allowed_of_context(context: Mapping[str, Any]) -> str:
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
     bounds = [f"{sign} {context[key]}" for key, sign in signs.items() if key in context]
+    if "pattern" in context:
+        return f"text of the pattern {context['pattern']}"
+    if "max_length" in context:
+        return f"at most {context['max_length']} characters"
     return str(context["expected"]) if "expected" in context else ", ".join(bounds)
 
 
@@ -174,8 +178,10 @@ def _describe_one(schema: Schema, root: Schema) -> str:
         minimum, maximum = schema.get("minItems"), schema.get("maxItems")
         counts = f"{minimum or 0} to {maximum}: " if maximum else f"at least {minimum}: " if minimum else ""
         return f"a list of {counts}{items}"
-    if kind == "object" or "properties" in schema:
-        return "an object with the fields " + ", ".join(schema.get("properties", {}))
+    if schema.get("properties"):
+        return "an object with the fields " + ", ".join(schema["properties"])
+    if kind == "object":
+        return "an object"
     return str(kind) if kind and kind != "null" else ""
 
 

@@ -209,7 +209,7 @@ def _members(context: Context, asker: Asker, job_id: str, info: ResultInfo | Non
         return None
     head: dict[str, Any] = {"id": job.id, "status": job.status}
     if job.status == "successful":
-        head["href"] = f"{job_path(job_id)}/result"
+        head["href"] = f"{job_path(job_id)}/result{'?f=npz' if form == 'npz' else ''}"
     elif job.problem is not None:
         head["problem"] = job.problem.model_dump(mode="json")
     return json.dumps(head).encode()[1:-1]
