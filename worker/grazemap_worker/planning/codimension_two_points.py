@@ -1,4 +1,4 @@
-"""The cost of codimension-two points, which grows with the square of the maximum order."""
+"""The cost of codimension-two points, which grows with the maximum order."""
 
 from __future__ import annotations
 

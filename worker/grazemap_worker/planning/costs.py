@@ -37,7 +37,6 @@ from grazemap_worker.planning.rates import (
     PERIODS_PER_SECOND,
     PERIODS_TO_SETTLE,
     POINTS_ORDER_SECONDS,
-    POINTS_SECONDS,
     RUN_ON,
     RUN_ON_PERIODS,
     RUN_ON_SAMPLE,
@@ -143,8 +142,7 @@ def orbit_seconds(oscillator: Oscillator, omega: Grid, clearance: Grid, max_peri
 
 def codimension_two_seconds(start: float, stop: float, max_order: int, max_multiple: int) -> float:
     """Return the seconds in which the codimension-two points between two omegas are found."""
-    orders = max_order + 2 * max_multiple
-    return math.log(stop / start) * (POINTS_SECONDS + POINTS_ORDER_SECONDS * orders**2)
+    return math.log(stop / start) * POINTS_ORDER_SECONDS * (max_order + 2 * max_multiple)
 
 
 def setup_seconds(oscillator: Oscillator) -> float:
@@ -170,7 +168,7 @@ def chance_seconds(oscillator: Oscillator, trajectories: float, max_periods: int
 
 def branch_point_seconds(oscillator: Oscillator, impacts: float) -> float:
     """Return the seconds for a point of the branch of an orbit with this number of impacts."""
-    return BRANCH_SECONDS * (1.0 + (impacts / BRANCH_IMPACTS) ** 2) * oscillator.size
+    return BRANCH_SECONDS * (1.0 + impacts / BRANCH_IMPACTS) * oscillator.size
 
 
 def _link_damping(oscillator: Oscillator, link: int) -> float:

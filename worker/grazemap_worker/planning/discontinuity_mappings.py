@@ -1,4 +1,4 @@
-"""The cost of a discontinuity mapping: of each overshoot, and of its returns."""
+"""The cost of a discontinuity mapping: of its graze, of each overshoot, and of its returns."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ from grazemap.wire import DiscontinuityMappingsRequest, Estimate
 from grazemap_worker.planning.costs import period_cost
 from grazemap_worker.planning.plan import Plan
 from grazemap_worker.planning.planning import BYTES_PER_NUMBER, Count, Limits, Planning
-from grazemap_worker.planning.rates import MAPPING_MASS_SECONDS, MAPPING_SECONDS, PERIODS_PER_SECOND
+from grazemap_worker.planning.rates import (
+    MAPPING_SECONDS,
+    OVERSHOOT_MASS_SECONDS,
+    OVERSHOOT_SECONDS,
+    PERIODS_PER_SECOND,
+)
 
 
 def _plan(request: DiscontinuityMappingsRequest) -> Plan:
     cost = period_cost(request.oscillator, request.omega, max(request.overshoot))
-    each = MAPPING_SECONDS + MAPPING_MASS_SECONDS * request.oscillator.size
-    seconds = len(request.overshoot) * (each + request.returns * cost / PERIODS_PER_SECOND)
+    each = OVERSHOOT_SECONDS + OVERSHOOT_MASS_SECONDS * request.oscillator.size
+    seconds = MAPPING_SECONDS + len(request.overshoot) * (each + request.returns * cost / PERIODS_PER_SECOND)
     return Plan(estimate=Estimate(seconds=seconds))
 
 

@@ -96,35 +96,36 @@ WORST_SLOWER = 4.0
 # One sample of a grazing curve, per mass, and of each order of its sequence.
 CURVE_SECONDS = 2.2e-7
 SEQUENCE_SECONDS = 5.5e-8
-# The codimension-two points where omega grows by a factor of e, and the same for each square of the maximum order.
-POINTS_SECONDS = 2.4e-2
-POINTS_ORDER_SECONDS = 2.0e-5
-# One overshoot of a discontinuity mapping, exact and leading order, and the same per mass.
-MAPPING_SECONDS = 3.0e-2
-MAPPING_MASS_SECONDS = 1.0e-2
+# The codimension-two points where omega grows by a factor of e, for each order. Their number, which is unknown before,
+# changes the time by a factor of up to four.
+POINTS_ORDER_SECONDS = 2.5e-3
+# A discontinuity mapping; one of its overshoots, exact and leading order, and the same per mass.
+MAPPING_SECONDS = 0.25
+OVERSHOOT_SECONDS = 4.0e-3
+OVERSHOOT_MASS_SECONDS = 1.0e-4
 # Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle.
 DIAGRAM_SETTLING_PERIODS = 500
 # Mean number of forcing periods of the trajectories that search for a motion with given stops; their maximum is 12,000.
-SEARCH_PERIODS = 500.0
+SEARCH_PERIODS = 150.0
 # One frequency of the bifurcation curves in closed form, for each period up to the longest, and the same per mass.
-CURVE_POINT_SECONDS = 1.5e-4
-CURVE_POINT_MASS_SECONDS = 5.0e-5
-# One point of a branch, per mass, for few impacts; the time grows with the square of their number over BRANCH_IMPACTS.
-BRANCH_SECONDS = 5.0e-4
+CURVE_POINT_SECONDS = 8.0e-5
+CURVE_POINT_MASS_SECONDS = 2.0e-5
+# One point of a branch, per mass, for few impacts; the time grows with their number over BRANCH_IMPACTS.
+BRANCH_SECONDS = 4.0e-4
 BRANCH_IMPACTS = 16.0
 # Typical number of points of a branch, and of those that its special points cost; in a window, of two branches, and of
 # all curves of a motion together.
 BRANCH_POINTS = 100
 BRANCH_SPECIAL_POINTS = 40
-WINDOW_BRANCH_POINTS = 100
-CURVES_POINTS = 200
+WINDOW_BRANCH_POINTS = 50
+CURVES_POINTS = 100
 CURVE_POINT_BRANCHES = 2.0
 # Explaining the borders of a map, per mass: for each point, whose orbit is solved for, and for each of the points along
-# a side, for borders are lines. The time depends on the number of motions, which is unknown before: a seventh of the
-# estimate near the codimension-two point of the default oscillator, up to five times as much over all of Figure 8. The
+# a side, for borders are lines. The time depends on the number of motions, which is unknown before: a fifth of the
+# estimate near the codimension-two point of the default oscillator, up to eight times as much over all of Figure 8. The
 # core stops at `tolerances.BORDERS_WORK`, and reports it.
 BORDERS_POINT_SECONDS = 1.0e-4
-BORDERS_SIDE_SECONDS = 0.15
+BORDERS_SIDE_SECONDS = 0.1
 # Maximum of points times masses of a map whose borders are explained: each orbit is kept in memory.
 MOST_BORDER_NUMBERS = 900_000
 # Minimum number of steps of a job's progress for explaining borders; maximum number after the tiles.
@@ -133,4 +134,4 @@ MOST_STEPS_AFTER = 1000
 # Number of points of a window at which a motion is looked for.
 CURVES_PLACES = 9
 # Median time of a proof, by the kind of its statement.
-PROOF_SECONDS = {"orbit": 0.5, "attraction": 3.0, "bifurcation": 1.0, "codimension-two": 0.2}
+PROOF_SECONDS = {"orbit": 0.25, "attraction": 1.5, "bifurcation": 0.5, "codimension-two": 0.2}
