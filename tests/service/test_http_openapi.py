@@ -165,6 +165,9 @@ def test_a_request_of_a_batch_is_described_by_its_process(document: dict[str, An
             assert not item.is_valid({"process": process, "request": {**request, "unknown": 1}})
         assert not item.is_valid({"process": process})
     assert not item.is_valid({"process": "basins", "request": {}})
+    body = document["paths"]["/v1/batches"]["post"]["requestBody"]["content"]["application/json"]
+    (example,) = body["examples"].values()
+    assert all(map(item.is_valid, example["value"]["requests"]))
     assert not item.is_valid({"process": "unknown", "request": {}})
 
 

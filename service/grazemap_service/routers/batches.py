@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 import redis.exceptions
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Body, Query, Request
 from fastapi.responses import StreamingResponse
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -36,6 +36,13 @@ _AT_A_TIME = 25
 _LOOK_SECONDS = 5.0
 # Seconds after which they are looked at in any case, which renews the interest in them.
 _RENEW_SECONDS = 60.0
+
+_EXAMPLE = {
+    "requests": [
+        {"process": "grazing-curves", "request": {"omega": {"start": 0.27, "stop": 0.28, "points": 10}}},
+        {"process": "periodic-orbits", "request": {"omega": 0.27, "clearance": 1.55}},
+    ]
+}
 
 router = APIRouter(route_class=JsonRoute, tags=["processes"])
 
@@ -76,7 +83,7 @@ class Batch(BaseModel):
     },
 )
 async def post_batch(
-    batch: Batch,
+    batch: Annotated[Batch, Body(openapi_examples={"a curve and an orbit": {"value": _EXAMPLE}})],
     request: Request,
     context: CurrentContext,
     asker: CurrentAsker,
